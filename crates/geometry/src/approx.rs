@@ -1,0 +1,131 @@
+//! A float that says how far off it may be: the filter of every exact decision.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use crate::ring::Sign;
+
+/// Unit roundoff of f64, 2^-53.
+const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
+
+/// Covers the rounding of the error terms themselves: each is a sum of at most four non-negative products, so three
+/// additions and two multiplications in a row, below (1 + u)^5 (NUMERICS.md, "Running error bounds").
+const ERROR_PADDING: f64 = 1.0 + 8.0 * UNIT_ROUNDOFF;
+
+/// A value with a bound: the exact number lies in [`value − error`, `value + error`].
+///
+/// The bounds hold as long as nothing overflows and no nonzero product underflows, which the accepted range of
+/// coordinates guarantees up to degree four (NUMERICS.md).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Approx {
+    /// The middle of the interval.
+    pub value: f64,
+    /// Half its width; not negative. Infinite when nothing is known.
+    pub error: f64,
+}
+
+impl Approx {
+    /// A number that is known exactly.
+    pub fn exact(value: f64) -> Self {
+        Self { value, error: 0.0 }
+    }
+
+    /// Nothing known.
+    pub const UNKNOWN: Self = Self { value: 0.0, error: f64::INFINITY };
+
+    /// Below every number of the interval; exactly `value` when the error is zero.
+    pub fn lower(self) -> f64 {
+        if self.error == 0.0 { self.value } else { (self.value - self.error).next_down() }
+    }
+
+    /// Above every number of the interval; exactly `value` when the error is zero.
+    pub fn upper(self) -> f64 {
+        if self.error == 0.0 { self.value } else { (self.value + self.error).next_up() }
+    }
+
+    /// The sign of the exact number, where the bound allows to tell.
+    pub fn sign(self) -> Option<Sign> {
+        if self.value.abs() > self.error || self.error == 0.0 { Some(Sign::of(self.value)) } else { None }
+    }
+
+    /// The quotient; [`Approx::UNKNOWN`] when the divisor may be zero.
+    #[must_use]
+    pub fn divided_by(self, divisor: Self) -> Self {
+        let least = divisor.value.abs() - divisor.error;
+        if least.is_nan() || least <= 0.0 || !self.error.is_finite() {
+            return Self::UNKNOWN;
+        }
+        let value = self.value / divisor.value;
+        let error = (self.error + value.abs() * divisor.error) / least * (1.0 + 8.0 * f64::EPSILON);
+        Self { value, error: (error + value.abs() * UNIT_ROUNDOFF * 2.0) * ERROR_PADDING }
+    }
+}
+
+impl Add for Approx {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        let value = self.value + other.value;
+        Self { value, error: (self.error + other.error + value.abs() * UNIT_ROUNDOFF) * ERROR_PADDING }
+    }
+}
+
+impl Sub for Approx {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Mul for Approx {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        let value = self.value * other.value;
+        let carried = self.value.abs() * other.error + other.value.abs() * self.error + self.error * other.error;
+        Self { value, error: (carried + value.abs() * UNIT_ROUNDOFF) * ERROR_PADDING }
+    }
+}
+
+impl Neg for Approx {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { value: -self.value, error: self.error }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Dyadic, Ring};
+    use proptest::prelude::*;
+
+    fn inside(approx: Approx, exact: &Dyadic) -> bool {
+        let below = exact.clone() - Dyadic::new(approx.lower());
+        let above = Dyadic::new(approx.upper()) - exact.clone();
+        below.sign() != Sign::Negative && above.sign() != Sign::Negative
+    }
+
+    proptest! {
+        #[test]
+        fn the_exact_result_stays_inside(a in -1e3..1e3, b in -1e3..1e3, c in -1e3..1e3, shift in 0i32..60) {
+            let b = a + b * 2f64.powi(-shift);
+            let (x, y, z) = (Approx::exact(a), Approx::exact(b), Approx::exact(c));
+            let (p, q, r) = (Dyadic::new(a), Dyadic::new(b), Dyadic::new(c));
+            let approx = (x - y) * z * (x * z - y * z);
+            let exact = (p.clone() - q.clone()) * r.clone() * (p * r.clone() - q * r);
+            prop_assert!(inside(approx, &exact), "{approx:?}");
+        }
+
+        #[test]
+        fn quotients_hold_too(a in -1e3..1e3, b in 1e-3..1e3, ea in 0.0..1e-3, eb in 0.0..1e-4, s in -1.0..1.0, t in -1.0..1.0) {
+            let quotient = Approx { value: a, error: ea }.divided_by(Approx { value: b, error: eb });
+            let truth = (a + s * ea) / (b + t * eb);
+            prop_assert!(quotient.lower() <= truth && truth <= quotient.upper());
+        }
+    }
+
+    #[test]
+    fn no_error_means_exact() {
+        let zero = Approx::exact(1.0) - Approx::exact(1.0);
+        assert_eq!(zero.sign(), Some(Sign::Zero), "1 - 1 is zero without rounding");
+        assert_eq!(Approx::UNKNOWN.sign(), None);
+    }
+}

@@ -1,0 +1,40 @@
+//! Bodies, placements, lights and exact geometric decisions.
+//!
+//! Everything here answers questions of *sign*: on which side of a plane a point lies, whether a segment meets a
+//! face. Signs are decided on the input numbers: a filter in floating point with a running error bound first
+//! ([`Approx`]), big dyadic numbers where the filter is in doubt ([`Dyadic`]). No epsilon, no tessellation.
+//!
+//! The layer is useful alone: no files, no threads, no dependency on the rest of umbriel.
+
+mod aabb;
+mod approx;
+mod brep;
+mod dyadic;
+mod facets;
+mod light;
+mod mesh;
+mod number;
+mod placement;
+mod point;
+pub mod predicates;
+mod rectangle;
+mod ring;
+mod sphere;
+mod surd;
+mod topology;
+
+pub use aabb::Aabb;
+pub use approx::Approx;
+pub use brep::{Brep, BrepDefect, Cuboid};
+pub use dyadic::Dyadic;
+pub use facets::{Facet, Facets};
+pub use light::{LightDefect, LightSource};
+pub use mesh::{Mesh, MeshDefect};
+pub use number::{MAX_MAGNITUDE, MIN_MAGNITUDE, NumberDefect, accept, accept_point};
+pub use placement::{Placement, PlacementDefect};
+pub use point::{ExactPoint, Point};
+pub use rectangle::Rectangle;
+pub use ring::{Ring, Sign};
+pub use sphere::{Sphere, SphereForm};
+pub use surd::Surd;
+pub use topology::{Component, Topology};

@@ -1,0 +1,84 @@
+//! Triangle meshes as read: positions and triangles, nothing welded, nothing dropped.
+
+use glam::DVec3;
+
+use crate::{
+    aabb::Aabb,
+    number::{NumberDefect, accept_point},
+};
+
+/// Why a mesh is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshDefect {
+    /// A coordinate outside the accepted range.
+    #[error("vertex {vertex}: coordinate {axis} {defect}")]
+    Coordinate {
+        /// Which vertex.
+        vertex: usize,
+        /// 0, 1 or 2.
+        axis: usize,
+        /// What is wrong with it.
+        defect: NumberDefect,
+    },
+    /// A triangle that names a vertex that is not there.
+    #[error("triangle {triangle}: vertex {index} of {vertices}")]
+    Index {
+        /// Which triangle.
+        triangle: usize,
+        /// The index it holds.
+        index: u32,
+        /// How many vertices there are.
+        vertices: usize,
+    },
+    /// More vertices or triangles than 32-bit indices can name.
+    #[error("more than 2^32 - 2 vertices or triangles")]
+    TooMany,
+}
+
+/// A triangle mesh in its local coordinates. Counter-clockwise triangles face the viewer (right-hand rule).
+///
+/// Every position is accepted ([`crate::accept`]) and every index is in range: nothing left to fail.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// Checks and takes positions (metres, local coordinates) and triangles (indices into them).
+    ///
+    /// # Errors
+    /// The first [`MeshDefect`].
+    pub fn new(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshDefect> {
+        if positions.len() >= u32::MAX as usize || triangles.len() >= u32::MAX as usize {
+            return Err(MeshDefect::TooMany);
+        }
+        let accepted = positions.iter().enumerate().map(|(vertex, &position)| {
+            accept_point(position).map_err(|(axis, defect)| MeshDefect::Coordinate { vertex, axis, defect })
+        });
+        let positions = accepted.collect::<Result<Vec<_>, _>>()?;
+        let vertices = positions.len();
+        for (triangle, corners) in triangles.iter().enumerate() {
+            if let Some(&index) = corners.iter().find(|&&index| index as usize >= vertices) {
+                return Err(MeshDefect::Index { triangle, index, vertices });
+            }
+        }
+        Ok(Self { positions, triangles })
+    }
+
+    /// Vertex positions, local coordinates, metres.
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+
+    /// Triangles, three indices into [`Mesh::positions`] each.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The bounding box of the vertices that triangles use, local coordinates.
+    pub fn bounds(&self) -> Aabb {
+        Aabb::of(self.triangles.iter().flatten().map(|&index| self.positions[index as usize]))
+    }
+}

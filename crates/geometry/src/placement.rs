@@ -1,0 +1,230 @@
+//! Placements: regular affine maps from local to world coordinates.
+//!
+//! A placed mesh vertex is the correctly rounded M·v + t, and that float point *is* the vertex. Corners of rectangles
+//! and boxes are the exact image instead. Sums are formed in double-double; where that leaves the rounding in doubt,
+//! in exact dyadics.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::{
+    aabb::Aabb,
+    approx::Approx,
+    dyadic::Dyadic,
+    number::{NumberDefect, accept},
+    point::ExactPoint,
+    ring::{Ring, Sign, determinant},
+};
+
+/// Why a placement is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlacementDefect {
+    /// An entry of the matrix outside the accepted range: column 0..=3, row 0..=2.
+    #[error("the entry in column {column}, row {row} of the matrix {defect}")]
+    Entry {
+        /// Column; 3 is the translation.
+        column: usize,
+        /// Row.
+        row: usize,
+        /// What is wrong with it.
+        defect: NumberDefect,
+    },
+    /// The determinant is exactly zero.
+    #[error("the matrix is singular: it flattens the object")]
+    Singular,
+}
+
+/// A regular affine map, local to world: x ↦ M·x + t.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    map: DAffine3,
+    mirrored: bool,
+}
+
+impl Placement {
+    /// Leaves everything where it is.
+    pub const IDENTITY: Self = Self { map: DAffine3::IDENTITY, mirrored: false };
+
+    /// Checks and takes a matrix. Singularity is decided exactly.
+    ///
+    /// # Errors
+    /// [`PlacementDefect`].
+    pub fn new(map: DAffine3) -> Result<Self, PlacementDefect> {
+        let mut entries = map.to_cols_array();
+        for (index, entry) in entries.iter_mut().enumerate() {
+            let place = |defect| PlacementDefect::Entry { column: index / 3, row: index % 3, defect };
+            *entry = accept(*entry).map_err(place)?;
+        }
+        let map = DAffine3::from_cols_array(&entries);
+        let rows: [[Dyadic; 3]; 3] = exact_matrix(&map.matrix3);
+        match determinant(&rows).sign() {
+            Sign::Zero => Err(PlacementDefect::Singular),
+            sign => Ok(Self { map, mirrored: sign == Sign::Negative }),
+        }
+    }
+
+    /// The map itself.
+    pub fn map(&self) -> &DAffine3 {
+        &self.map
+    }
+
+    /// Whether the map turns left into right, which reverses windings.
+    pub fn is_mirrored(&self) -> bool {
+        self.mirrored
+    }
+
+    /// The correctly rounded image of a point (ties to even); −0 becomes 0. Not checked against the accepted range.
+    pub fn round(&self, local: DVec3) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|axis| {
+            let row = self.row(axis);
+            let sum = DoubleDouble::of(&row, local.to_array());
+            sum.rounded().unwrap_or_else(|| exact_coordinate::<Dyadic>(&row, local).to_nearest()) + 0.0
+        }))
+    }
+
+    /// The exact image of a point.
+    pub fn exact(&self, local: DVec3) -> ExactPoint {
+        let xyz = std::array::from_fn(|axis| exact_coordinate(&self.row(axis), local));
+        ExactPoint { xyz, w: Dyadic::new(1.0) }
+    }
+
+    /// The image of a box, rounded outward.
+    pub fn bounds(&self, local: &Aabb) -> Aabb {
+        let corner = |i: usize| {
+            let pick = |bit: usize, min: f64, max: f64| if i >> bit & 1 == 0 { min } else { max };
+            let (a, b) = (local.min, local.max);
+            DVec3::new(pick(0, a.x, b.x), pick(1, a.y, b.y), pick(2, a.z, b.z))
+        };
+        let rounded = Aabb::of((0..8).map(|i| self.round(corner(i))));
+        let (a, b) = (rounded.min, rounded.max);
+        Aabb {
+            min: DVec3::new(a.x.next_down(), a.y.next_down(), a.z.next_down()),
+            max: DVec3::new(b.x.next_up(), b.y.next_up(), b.z.next_up()),
+        }
+    }
+
+    /// The coefficients of one world coordinate: m·x, m·y, m·z, t.
+    fn row(&self, axis: usize) -> [f64; 4] {
+        let m = &self.map.matrix3;
+        [m.x_axis[axis], m.y_axis[axis], m.z_axis[axis], self.map.translation[axis]]
+    }
+
+    /// The adjugate of the linear part (the inverse times the determinant), by rows, with bounds.
+    pub(crate) fn adjugate(&self) -> [[Approx; 3]; 3] {
+        cofactors_transposed(&approx_matrix(&self.map.matrix3))
+    }
+
+    /// The adjugate of the linear part and its determinant, exact.
+    pub(crate) fn exact_adjugate<R: Ring>(&self) -> ([[R; 3]; 3], R) {
+        let rows = exact_matrix(&self.map.matrix3);
+        (cofactors_transposed(&rows), determinant(&rows))
+    }
+}
+
+fn approx_matrix(m: &DMat3) -> [[Approx; 3]; 3] {
+    std::array::from_fn(|row| std::array::from_fn(|column| Approx::exact(m.col(column)[row])))
+}
+
+fn exact_matrix<R: Ring>(m: &DMat3) -> [[R; 3]; 3] {
+    std::array::from_fn(|row| std::array::from_fn(|column| R::from_f64(m.col(column)[row])))
+}
+
+/// The adjugate: entry (i, j) is the cofactor of entry (j, i).
+fn cofactors_transposed<T>(m: &[[T; 3]; 3]) -> [[T; 3]; 3]
+where
+    T: Clone + std::ops::Mul<Output = T> + std::ops::Sub<Output = T>,
+{
+    let at = |i: usize, j: usize| m[i % 3][j % 3].clone();
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| at(j + 1, i + 1) * at(j + 2, i + 2) - at(j + 1, i + 2) * at(j + 2, i + 1))
+    })
+}
+
+fn exact_coordinate<R: Ring>(row: &[f64; 4], local: DVec3) -> R {
+    let product = |i: usize| R::from_f64(row[i]) * R::from_f64(local[i]);
+    product(0) + product(1) + product(2) + R::from_f64(row[3])
+}
+
+/// An unevaluated sum of two floats with a bound on what it misses.
+struct DoubleDouble {
+    high: f64,
+    low: f64,
+    error: f64,
+}
+
+impl DoubleDouble {
+    /// row·(local, 1), by Dekker's two-sums and fused products.
+    fn of(row: &[f64; 4], local: [f64; 3]) -> Self {
+        let (mut high, mut low, mut magnitude) = (row[3], 0.0_f64, row[3].abs());
+        for i in 0..3 {
+            let product = row[i] * local[i];
+            let product_error = row[i].mul_add(local[i], -product);
+            let (sum, sum_error) = two_sum(high, product);
+            high = sum;
+            low += sum_error + product_error;
+            magnitude += product.abs() + sum.abs();
+        }
+        let (high, low) = two_sum(high, low);
+        // `low` sums six terms, each at most u·magnitude, with at most six roundings: 36u² ≤ 2^-100·magnitude.
+        Self { high, low, error: magnitude * f64::EPSILON * f64::EPSILON * 16.0 }
+    }
+
+    /// The correctly rounded sum, unless a rounding boundary lies within the error.
+    fn rounded(&self) -> Option<f64> {
+        if self.low == 0.0 && self.error == 0.0 {
+            return Some(self.high);
+        }
+        // The products may underflow where the result is tiny; let the exact path decide there.
+        if self.high.abs() < f64::from_bits((1023 - 900) << 52) {
+            return None;
+        }
+        let (down, up) = (self.high + (self.low - self.error), self.high + (self.low + self.error));
+        (down == up).then_some(up)
+    }
+}
+
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let b_part = sum - a;
+    (sum, (a - (sum - b_part)) + (b - b_part))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn placed_vertices_are_correctly_rounded(
+            entries in proptest::array::uniform12(-2.0..2.0f64), far in -1e9..1e9f64, v in proptest::array::uniform3(-1e3..1e3f64),
+        ) {
+            let mut entries = entries;
+            entries[9] = far;
+            let Ok(placement) = Placement::new(DAffine3::from_cols_array(&entries)) else { return Ok(()) };
+            let local = DVec3::from_array(v);
+            let exact = placement.exact(local);
+            for axis in 0..3 {
+                prop_assert_eq!(placement.round(local)[axis], exact.xyz[axis].to_nearest());
+            }
+        }
+    }
+
+    #[test]
+    fn a_tie_goes_to_even() {
+        // 1 + 2^-53 lies exactly between 1 and the next float.
+        let map = DAffine3::from_translation(DVec3::new(1.0, 0.0, 0.0));
+        let placement = Placement::new(map).expect("regular");
+        let half_ulp = f64::EPSILON / 2.0;
+        assert_eq!(placement.round(DVec3::new(half_ulp, 0.0, 0.0)).x, 1.0);
+        assert_eq!(placement.round(DVec3::new(3.0 * half_ulp, 0.0, 0.0)).x, 1.0 + 2.0 * f64::EPSILON);
+    }
+
+    #[test]
+    fn a_flattening_matrix_is_refused() {
+        let flat = DAffine3::from_cols_array(&[1.0, 2.0, 3.0, 2.0, 4.0, 6.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(Placement::new(flat), Err(PlacementDefect::Singular));
+        let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+        assert!(Placement::new(mirror).expect("regular").is_mirrored());
+    }
+}

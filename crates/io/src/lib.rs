@@ -1,0 +1,1 @@
+//! Scenes in (glTF, OBJ, scene files), tables, meshes and pictures out

@@ -1,0 +1,1 @@
+//! Morton codes and a pointerless, sorted octree

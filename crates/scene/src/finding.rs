@@ -1,0 +1,65 @@
+//! Findings: what was taken otherwise than the file says, told once with a count.
+
+/// What kind of thing was found. The snake-case name is part of the JSON contract.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum FindingKind {
+    /// Edges whose directed uses do not cancel: the component is open and counts as two-sided.
+    OpenEdges,
+    /// Triangles without area.
+    ZeroAreaFaces,
+    /// Triangles with the same corners as another one.
+    DuplicateFaces,
+    /// A MASK material taken as opaque.
+    MaskAsOpaque,
+    /// A BLEND material taken as opaque.
+    BlendAsOpaque,
+    /// A spot light taken as a point light.
+    SpotAsPoint,
+    /// An area light (a sphere, a rectangle, a sun with a diameter) taken as its centre.
+    AreaLightAsPoint,
+    /// An optional extension of the file that is not read.
+    UnknownExtension,
+    /// Points or lines, which have no surface.
+    NotTriangles,
+    /// Skins or morph targets taken as they stand.
+    Deformation,
+    /// A material library that is not there.
+    MissingMaterials,
+    /// An OBJ whose extents look z-up.
+    LooksZUp,
+    /// A polygon whose corners do not lie in a plane; it was triangulated all the same.
+    NonPlanarPolygons,
+}
+
+impl FindingKind {
+    /// The name used in JSON output.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::OpenEdges => "open_edges",
+            Self::ZeroAreaFaces => "zero_area_faces",
+            Self::DuplicateFaces => "duplicate_faces",
+            Self::MaskAsOpaque => "mask_as_opaque",
+            Self::BlendAsOpaque => "blend_as_opaque",
+            Self::SpotAsPoint => "spot_as_point",
+            Self::AreaLightAsPoint => "area_light_as_point",
+            Self::UnknownExtension => "unknown_extension",
+            Self::NotTriangles => "not_triangles",
+            Self::Deformation => "deformation",
+            Self::MissingMaterials => "missing_materials",
+            Self::LooksZUp => "looks_z_up",
+            Self::NonPlanarPolygons => "non_planar_polygons",
+        }
+    }
+}
+
+/// Something a user should know about how the scene was read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// What was found.
+    pub kind: FindingKind,
+    /// The object, light or extension it concerns; empty for the whole scene.
+    pub subject: String,
+    /// How many times.
+    pub count: usize,
+}

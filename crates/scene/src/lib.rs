@@ -1,0 +1,40 @@
+//! What a scene is: objects with their placements, families of objects, lights, a camera.
+//!
+//! A scene is plain data, ready to use: every number in it has been accepted, every placement is regular, every
+//! index is in range. Readers (`umbriel-io`) and programs build it; the layers above only look at it.
+
+mod camera;
+mod family;
+mod finding;
+mod object;
+
+use umbriel_geometry::LightSource;
+
+pub use camera::{Camera, Projection};
+pub use family::{Family, FamilyTree, Member};
+pub use finding::{Finding, FindingKind};
+pub use object::{Object, ObjectDefect, Shape, Sides};
+
+/// A named light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// Unique within the scene.
+    pub name: String,
+    /// Where its light comes from.
+    pub source: LightSource,
+}
+
+/// Objects, lights, and what a file said besides.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The bodies, each placed; names are unique.
+    pub objects: Vec<Object>,
+    /// How the objects group into families; names objects by their index.
+    pub families: FamilyTree,
+    /// The lights; names are unique.
+    pub lights: Vec<Light>,
+    /// The camera of the file, if it has one.
+    pub camera: Option<Camera>,
+    /// What was taken otherwise than the file says.
+    pub findings: Vec<Finding>,
+}

@@ -1,0 +1,144 @@
+//! Objects: a shape, where it stands, and which of its sides count.
+
+use std::sync::Arc;
+
+use umbriel_geometry::{Aabb, Cuboid, Facets, Mesh, NumberDefect, Placement, Rectangle, Sphere, accept, accept_point};
+
+/// The local shape of an object.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Shape {
+    /// A triangle mesh; instances share it.
+    Mesh(Arc<Mesh>),
+    /// A flat rectangle.
+    Rectangle(Rectangle),
+    /// A box.
+    Cuboid(Cuboid),
+    /// A sphere.
+    Sphere(Sphere),
+}
+
+/// Which sides of an object's faces can be lit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Sides {
+    /// One side for closed components and closed bodies, both for everything else.
+    #[default]
+    Auto,
+    /// One side: where the winding (right-hand rule) says.
+    One,
+    /// The side that is turned to the light.
+    Two,
+}
+
+/// A body of the scene.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// Unique within the scene.
+    pub name: String,
+    /// What it is, in local coordinates.
+    pub shape: Shape,
+    /// Where it stands: local to world.
+    pub placement: Placement,
+    /// Which sides can be lit.
+    pub sides: Sides,
+}
+
+/// Why an object is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ObjectDefect {
+    /// A size or radius that is not positive or not accepted.
+    #[error("its size is not a positive number between 2^-200 and 2^200")]
+    Size,
+    /// A vertex or corner that the placement moves out of the accepted range.
+    #[error("vertex {vertex}, once placed: coordinate {axis} {defect}")]
+    Placed {
+        /// Which vertex or corner.
+        vertex: usize,
+        /// 0, 1 or 2.
+        axis: usize,
+        /// What is wrong with it.
+        defect: NumberDefect,
+    },
+}
+
+impl Object {
+    /// Checks and takes a body: sizes are positive, and what the placement makes of it is accepted.
+    ///
+    /// # Errors
+    /// [`ObjectDefect`].
+    pub fn new(name: String, shape: Shape, placement: Placement, sides: Sides) -> Result<Self, ObjectDefect> {
+        let sizes: Vec<f64> = match &shape {
+            Shape::Mesh(_) => Vec::new(),
+            Shape::Rectangle(rectangle) => rectangle.size.to_vec(),
+            Shape::Cuboid(cuboid) => cuboid.size.to_vec(),
+            Shape::Sphere(sphere) => vec![sphere.radius],
+        };
+        if sizes.iter().any(|&size| accept(size).is_err() || size <= 0.0) {
+            return Err(ObjectDefect::Size);
+        }
+        let object = Self { name, shape, placement, sides };
+        for (vertex, local) in object.defining_points().into_iter().enumerate() {
+            let placed = object.placement.round(local).to_array();
+            accept_point(placed).map_err(|(axis, defect)| ObjectDefect::Placed { vertex, axis, defect })?;
+        }
+        Ok(object)
+    }
+
+    /// The local points whose images bound the body.
+    fn defining_points(&self) -> Vec<glam::DVec3> {
+        match &self.shape {
+            Shape::Mesh(mesh) => mesh.positions().to_vec(),
+            Shape::Rectangle(rectangle) => rectangle.corners().to_vec(),
+            Shape::Cuboid(cuboid) => cuboid.corners().to_vec(),
+            Shape::Sphere(sphere) => Cuboid { size: [2.0 * sphere.radius; 3] }.corners().to_vec(),
+        }
+    }
+
+    /// The placed planar faces; `None` for a curved body. Costs a sort of the vertices: keep the result.
+    pub fn facets(&self) -> Option<Facets> {
+        match &self.shape {
+            Shape::Mesh(mesh) => Some(Facets::of_mesh(mesh, &self.placement)),
+            Shape::Rectangle(rectangle) => Some(Facets::of_rectangle(rectangle, &self.placement)),
+            Shape::Cuboid(cuboid) => Some(Facets::of_cuboid(cuboid, &self.placement)),
+            Shape::Sphere(_) => None,
+        }
+    }
+
+    /// The world box, rounded outward; empty for a mesh without triangles.
+    pub fn bounds(&self) -> Aabb {
+        match &self.shape {
+            Shape::Mesh(mesh) => {
+                let used = mesh.triangles().iter().flatten().map(|&corner| mesh.positions()[corner as usize]);
+                Aabb::of(used.map(|position| self.placement.round(position)))
+            }
+            Shape::Sphere(sphere) => sphere.bounds(&self.placement),
+            Shape::Rectangle(rectangle) => self.corner_bounds(&rectangle.corners()),
+            Shape::Cuboid(cuboid) => self.corner_bounds(&cuboid.corners()),
+        }
+    }
+
+    fn corner_bounds(&self, corners: &[glam::DVec3]) -> Aabb {
+        let rounded = Aabb::of(corners.iter().map(|&corner| self.placement.round(corner)));
+        let next = |v: glam::DVec3, step: fn(f64) -> f64| glam::DVec3::new(step(v.x), step(v.y), step(v.z));
+        Aabb { min: next(rounded.min, f64::next_down), max: next(rounded.max, f64::next_up) }
+    }
+
+    /// Whether a face of a closed (or open) component has one side only.
+    pub fn is_one_sided(&self, component_is_closed: bool) -> bool {
+        match self.sides {
+            Sides::Auto => component_is_closed,
+            Sides::One => true,
+            Sides::Two => false,
+        }
+    }
+
+    /// Number of faces that a query can name: triangles, 1 for a rectangle, 6 for a box and for a sphere's patches.
+    pub fn face_count(&self) -> usize {
+        match &self.shape {
+            Shape::Mesh(mesh) => mesh.triangles().len(),
+            Shape::Rectangle(_) => 1,
+            Shape::Cuboid(_) | Shape::Sphere(_) => 6,
+        }
+    }
+}

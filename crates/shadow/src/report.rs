@@ -1,0 +1,119 @@
+//! What a bake answers.
+
+/// What is known of all points of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum Verdict {
+    /// Proved: every point is lit.
+    Lit,
+    /// Proved: no point is lit.
+    Shadowed,
+    /// Neither proved at the detail that was asked for.
+    Undecided,
+}
+
+/// A part of one face: the square [i, i+1] × [j, j+1] / 2^level of the face's parameters (u, v). On a triangle the square
+/// is cut by u + v ≤ 1, which leaves the lower half where i + j + 1 = 2^level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Cell {
+    /// Face of the object: a triangle, a side of a box, a patch of a sphere.
+    pub face: u32,
+    /// How often the face's parameter square was halved.
+    pub level: u8,
+    /// Along u.
+    pub i: u32,
+    /// Along v.
+    pub j: u32,
+    /// What is known.
+    pub verdict: Verdict,
+}
+
+/// Lit area, square metres: the truth lies in `lower..=upper`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LitArea {
+    /// Proved lit, rounded down.
+    pub lower: f64,
+    /// Not proved shadowed, rounded up.
+    pub upper: f64,
+    /// The lower area plus the lit share of 16 points in every undecided cell.
+    pub estimate: f64,
+}
+
+/// Exact answers on the lattice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SampleCount {
+    /// How many samples.
+    pub samples: u64,
+    /// How many of them are lit.
+    pub lit: u64,
+}
+
+/// One object under one light.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ObjectReport {
+    /// Index into the scene's objects.
+    pub object: usize,
+    /// Surface area, square metres, each face once.
+    pub area: f64,
+    /// How much of it is lit.
+    pub lit: LitArea,
+    /// The stored cells if they were asked for, in the order of faces and, within a face, of Morton codes.
+    pub cells: Vec<Cell>,
+    /// The samples, if asked for.
+    pub samples: Option<SampleCount>,
+}
+
+impl ObjectReport {
+    /// Area that is neither proved lit nor proved shadowed, square metres.
+    pub fn undecided(&self) -> f64 {
+        self.lit.upper - self.lit.lower
+    }
+}
+
+/// All asked objects under one light.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightReport {
+    /// Index into the scene's lights.
+    pub light: usize,
+    /// One report a receiver, in the order of the request.
+    pub objects: Vec<ObjectReport>,
+}
+
+/// What was done; the names are those of the JSON contract.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Pairs of boxes tested for influence.
+    pub pairs_tested: u64,
+    /// Pairs of objects that may shadow one another.
+    pub pairs_registered: u64,
+    /// Pairs left out because the opposite direction is proved to exclude them.
+    pub pairs_excluded: u64,
+    /// Receivers whose surface was divided into cells.
+    pub octrees_built: u64,
+    /// Cells examined.
+    pub cells: u64,
+    /// Points decided one by one.
+    pub rays: u64,
+    /// Decisions that went to exact arithmetic.
+    pub exact_fallbacks: u64,
+}
+
+/// Wall time of the phases, seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Time {
+    /// The coarse step.
+    pub coarse: f64,
+    /// The fine step.
+    pub fine: f64,
+}
+
+/// The whole answer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// One report a light, in the order of the request.
+    pub lights: Vec<LightReport>,
+    /// Counters.
+    pub work: Work,
+    /// Wall times.
+    pub time: Time,
+}

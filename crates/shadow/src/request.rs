@@ -1,0 +1,71 @@
+//! What is asked of a bake.
+
+use umbriel_scene::Scene;
+
+/// How far undecided cells are divided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Detail {
+    /// Depths in the octree of an object's bounding cube (Xie et al. 2001): at depth d no cell is larger than the
+    /// cube's edge / 2^d.
+    Depth {
+        /// The finest depth at which decided cells are stored; finer ones only count in the sums.
+        interior: u8,
+        /// Where a cell stays undecided; 21 at most.
+        boundary: u8,
+    },
+    /// The edge of the smallest cell, metres.
+    Cell {
+        /// Metres; positive.
+        edge: f64,
+    },
+    /// Divide until at most this share of the asked surface is undecided, or the boundary depth is 21.
+    MaxUndecided {
+        /// 0 to 1.
+        share: f64,
+    },
+}
+
+impl Default for Detail {
+    /// The source's typical depths, 4 and 8.
+    fn default() -> Self {
+        Self::Depth { interior: 4, boundary: 8 }
+    }
+}
+
+/// Exact answers on a lattice over the surface, besides the cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sampling {
+    /// About this many samples over all asked receivers, spread by area; at least one a face.
+    Count(u64),
+    /// At most this far apart along both parameters of a face, metres.
+    Spacing(f64),
+}
+
+/// What to compute.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// How fine.
+    pub detail: Detail,
+    /// Samples, if asked for.
+    pub sampling: Option<Sampling>,
+    /// Which lights of the scene.
+    pub lights: Vec<usize>,
+    /// Which objects as receivers; all objects are occluders.
+    pub receivers: Vec<usize>,
+    /// Whether the report keeps the cells, or sums only.
+    pub keep_cells: bool,
+}
+
+impl Request {
+    /// All lights, all receivers, sums only.
+    pub fn everything(scene: &Scene, detail: Detail) -> Self {
+        Self {
+            detail,
+            sampling: None,
+            lights: (0..scene.lights.len()).collect(),
+            receivers: (0..scene.objects.len()).collect(),
+            keep_cells: false,
+        }
+    }
+}

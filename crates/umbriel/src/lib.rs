@@ -1,0 +1,1 @@
+//! Shadows in object space with a known error
