@@ -5,11 +5,7 @@
 
 use glam::DVec3;
 
-use crate::{
-    point::Point,
-    predicates::side,
-    ring::Sign,
-};
+use crate::{point::Point, predicates::side, ring::Sign};
 
 /// Why a boundary representation is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -79,8 +79,11 @@ impl Facets {
 
     fn of_parallelograms(corners: &[DVec3], faces: &[[u32; 4]], placement: &Placement) -> Self {
         let positions: Vec<DVec3> = corners.iter().map(|&corner| placement.round(corner)).collect();
-        let inexact: Vec<Inexact> =
-            corners.iter().zip(&positions).map(|(&corner, &position)| Inexact::new(placement, corner, position)).collect();
+        let inexact: Vec<Inexact> = corners
+            .iter()
+            .zip(&positions)
+            .map(|(&corner, &position)| Inexact::new(placement, corner, position))
+            .collect();
         let exact = inexact.iter().all(|point| point.slack == DVec3::ZERO);
         let halves = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect::<Vec<_>>();
         let mut topology = Topology::of(halves.iter().copied());

@@ -63,10 +63,6 @@ impl Point<'_> {
     /// The coordinates as the filters see them.
     pub fn coordinates(&self) -> [Approx; 3] {
         let (p, s) = (self.position, self.slack);
-        [
-            Approx { value: p.x, error: s.x },
-            Approx { value: p.y, error: s.y },
-            Approx { value: p.z, error: s.z },
-        ]
+        [Approx { value: p.x, error: s.x }, Approx { value: p.y, error: s.y }, Approx { value: p.z, error: s.z }]
     }
 }

@@ -162,7 +162,9 @@ mod tests {
         let placement = Placement::new(DAffine3::from_translation(DVec3::new(3.0, 4.0, 5.0))).expect("regular");
         let sphere = Sphere { radius: 2.0 };
         let (form, exact) = (sphere.form(&placement), sphere.exact_form::<Dyadic>(&placement));
-        for (point, sign) in [([3.0, 4.0, 7.0], Sign::Zero), ([3.0, 4.0, 7.1], Sign::Positive), ([3.0, 4.0, 6.9], Sign::Negative)] {
+        for (point, sign) in
+            [([3.0, 4.0, 7.0], Sign::Zero), ([3.0, 4.0, 7.1], Sign::Positive), ([3.0, 4.0, 6.9], Sign::Negative)]
+        {
             let w = Dyadic::new(1.0);
             let x = exact.pull_back(&point.map(Dyadic::new), &w);
             assert_eq!(exact.value((&x, &w), (&x, &w)).sign(), sign);

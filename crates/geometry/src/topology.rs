@@ -74,9 +74,8 @@ impl Topology {
 /// Names each distinct position once: the distinct positions in lexicographic order, and each input's place there.
 pub(crate) fn unify(positions: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
     let key = |index: u32| positions[index as usize].to_array();
-    let compare = |a: [f64; 3], b: [f64; 3]| {
-        a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]))
-    };
+    let compare =
+        |a: [f64; 3], b: [f64; 3]| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])).then(a[2].total_cmp(&b[2]));
     let mut order: Vec<u32> = (0..positions.len() as u32).collect();
     order.sort_unstable_by(|&a, &b| compare(key(a), key(b)));
     let mut distinct: Vec<DVec3> = Vec::new();
