@@ -47,6 +47,18 @@ impl Approx {
         if self.value.abs() > self.error || self.error == 0.0 { Some(Sign::of(self.value)) } else { None }
     }
 
+    /// The square root of a number that is known not to be negative.
+    #[must_use]
+    pub fn square_root(self) -> Self {
+        let value = self.value.max(0.0).sqrt();
+        if self.error == 0.0 && value * value == self.value && value.to_bits().trailing_zeros() >= 26 {
+            return Self::exact(value); // few enough digits for the square to be exact
+        }
+        // |√x − √y| ≤ |x − y|/√x, and never more than √|x − y|.
+        let carried = if self.value > self.error { self.error / value } else { self.error.sqrt() * 2.0 };
+        Self { value, error: (carried + value * UNIT_ROUNDOFF * 2.0) * ERROR_PADDING }
+    }
+
     /// The quotient; [`Approx::UNKNOWN`] when the divisor may be zero.
     #[must_use]
     pub fn divided_by(self, divisor: Self) -> Self {

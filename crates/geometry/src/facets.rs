@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use crate::{
     aabb::Aabb,
+    approx::Approx,
     brep::Cuboid,
     light::LightSource,
     mesh::Mesh,
@@ -164,6 +165,27 @@ impl Facets {
         let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| self.point(corner));
         let sign = Sign::of(side_value(&a, &b, &c, Target::Light(light)).value);
         if self.mirrored { sign.flipped() } else { sign }
+    }
+
+    /// The facet's area in square metres, with its bound: half the length of a cross product (twice that for a
+    /// parallelogram). The squares are added smallest first, so the axes may change places without changing the sum.
+    ///
+    /// # Panics
+    /// If there is no such facet.
+    pub fn area(&self, facet: usize) -> Approx {
+        let corners = self.facets[facet].corners();
+        let [a, b, d] =
+            [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| self.point(corner).coordinates());
+        let (u, v): ([Approx; 3], [Approx; 3]) =
+            (std::array::from_fn(|i| b[i] - a[i]), std::array::from_fn(|i| d[i] - a[i]));
+        let mut squares = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
+            let component = u[i] * v[j] - u[j] * v[i];
+            component * component
+        });
+        squares.sort_by(|x, y| x.value.total_cmp(&y.value));
+        let doubled = (squares[0] + squares[1] + squares[2]).square_root();
+        let half = if matches!(self.facets[facet], Facet::Triangle(_)) { 0.5 } else { 1.0 };
+        Approx { value: doubled.value * half, error: doubled.error * half }
     }
 
     /// The box of a facet, rounded outward.

@@ -8,6 +8,7 @@
 
 mod aabb;
 mod approx;
+pub mod blocking;
 mod brep;
 mod dyadic;
 mod facets;

@@ -48,7 +48,7 @@ pub fn light_side(a: &Point, b: &Point, c: &Point, light: &LightSource) -> Sign 
 /// The determinant |a − c, b − c, x − w·c| with a bound that never straddles zero: its sign is exact, and an exact
 /// zero has no error. Twice the area of (a, b, c) times the distance of x for a point; degree 3.
 pub fn side_value(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
-    let filtered = determinant_of(&[minus(a, c), minus(b, c), row_of(x, c)]);
+    let filtered = side_filter(a, b, c, x);
     if filtered.sign().is_some() {
         return filtered;
     }
@@ -58,6 +58,11 @@ pub fn side_value(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
         Target::Light(l) => ExactPoint::from_light(l),
     };
     exact_side::<Dyadic>(&a.to_exact(), &b.to_exact(), &c.to_exact(), &exact).to_approx()
+}
+
+/// The filter of [`side_value`] alone: the bound may straddle zero. Exact points are not looked at, only slacks.
+pub fn side_filter(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
+    determinant_of(&[minus(a, c), minus(b, c), row_of(x, c)])
 }
 
 /// The exact determinant behind [`side_value`], times the positive weights w_a·w_b·w_c (for weights 1 it is equal).
