@@ -1,0 +1,154 @@
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+use proptest::prelude::*;
+use umbriel_geometry::{Aabb, LightSource};
+
+use super::*;
+
+fn number() -> impl Strategy<Value = f64> {
+    // A coarse grid beside continuous numbers, so that boxes touch, coincide and are flat.
+    prop_oneof![(-8i32..=8).prop_map(|n| f64::from(n) * 0.25), -2.0..2.0f64]
+}
+
+fn point() -> impl Strategy<Value = DVec3> {
+    [number(), number(), number()].prop_map(DVec3::from_array)
+}
+
+fn a_box() -> impl Strategy<Value = Aabb> {
+    let extent = prop_oneof![Just(DVec3::ZERO), point().prop_map(|p| p.abs() * 0.2)];
+    let filled = (point(), extent).prop_map(|(min, size)| Aabb { min, max: min + size });
+    prop_oneof![19 => filled, 1 => Just(Aabb::EMPTY)]
+}
+
+fn boxes() -> impl Strategy<Value = Vec<Aabb>> {
+    proptest::collection::vec(a_box(), 0..200)
+}
+
+fn light() -> impl Strategy<Value = LightSource> {
+    (point(), any::<bool>()).prop_map(|(p, sun)| {
+        let made = if sun { LightSource::sun(p.to_array()) } else { LightSource::point(p.to_array()) };
+        made.unwrap_or_else(|_| LightSource::sun([0.0, -1.0, 0.0]).expect("a sun overhead"))
+    })
+}
+
+fn sorted(mut ids: Vec<u32>) -> Vec<u32> {
+    ids.sort_unstable();
+    ids
+}
+
+fn brute_force(boxes: &[Aabb], accept: impl Fn(&Aabb) -> bool) -> Vec<u32> {
+    (0u32..).zip(boxes).filter(|(_, bounds)| !bounds.is_empty() && accept(bounds)).map(|(id, _)| id).collect()
+}
+
+proptest! {
+    #[test]
+    fn a_tree_is_sound(boxes in boxes()) {
+        let tree = BoxTree::build(&boxes);
+        prop_assert_eq!(tree.check(&boxes), Ok(()));
+        prop_assert_eq!(tree.bounds(), boxes.iter().fold(Aabb::EMPTY, |sum, b| sum.union(*b)));
+        prop_assert_eq!(tree.len(), boxes.len());
+    }
+
+    #[test]
+    fn meetings_are_those_of_a_loop(boxes in boxes(), query in a_box()) {
+        let mut found = Vec::new();
+        BoxTree::build(&boxes).for_each_meeting(&query, |id| found.push(id));
+        prop_assert_eq!(sorted(found), brute_force(&boxes, |b| b.meets(&query)));
+    }
+
+    #[test]
+    fn segments_find_what_a_loop_finds(boxes in boxes(), origin in point(), light in light()) {
+        let segment = Segment::new(origin, light);
+        let mut found = Vec::new();
+        let end = BoxTree::build(&boxes).for_each_along(&segment, |id| {
+            found.push(id);
+            ControlFlow::Continue(())
+        });
+        prop_assert_eq!(end, ControlFlow::Continue(()));
+        prop_assert_eq!(sorted(found), brute_force(&boxes, |b| segment.shaft().may_meet(b)));
+    }
+
+    #[test]
+    fn rays_find_what_a_loop_finds(boxes in boxes(), origin in point(), direction in point(), t_max in 0.0..4.0f64) {
+        let ray = Ray::new(origin, direction);
+        let mut found = Vec::new();
+        BoxTree::build(&boxes).for_each_near(&ray, t_max, |id, _, t_max| {
+            found.push(id);
+            t_max
+        });
+        let expected = brute_force(&boxes, |b| ray.span(b).is_some_and(|(enter, _)| enter <= t_max));
+        prop_assert_eq!(sorted(found), expected);
+    }
+
+    #[test]
+    fn a_shrinking_ray_keeps_the_nearest_box(boxes in boxes(), origin in point(), direction in point()) {
+        let ray = Ray::new(origin, direction);
+        let mut nearest = f64::INFINITY;
+        BoxTree::build(&boxes).for_each_near(&ray, nearest, |_, (enter, _), t_max| {
+            nearest = nearest.min(enter);
+            t_max.min(enter)
+        });
+        let spans = boxes.iter().filter(|b| !b.is_empty()).filter_map(|b| ray.span(b));
+        prop_assert_eq!(nearest, spans.fold(f64::INFINITY, |least, (enter, _)| least.min(enter)));
+    }
+
+    #[test]
+    fn the_order_of_the_boxes_does_not_matter(boxes in boxes(), query in a_box()) {
+        let reversed: Vec<Aabb> = boxes.iter().rev().copied().collect();
+        let visits = |boxes: &[Aabb]| {
+            let mut count = 0;
+            let _ = BoxTree::build(boxes).for_each_where(
+                |b| {
+                    count += 1;
+                    b.meets(&query)
+                },
+                |_| ControlFlow::Continue(()),
+            );
+            count
+        };
+        prop_assert_eq!(visits(&boxes), visits(&reversed));
+    }
+}
+
+#[test]
+fn hostile_boxes_keep_the_tree_shallow() {
+    let point = |x: f64| Aabb { min: DVec3::splat(x), max: DVec3::splat(x) };
+    let geometric: Vec<Aabb> = (-2000..2000).map(|n| point(2f64.powf(f64::from(n) / 10.0))).collect();
+    let equal = vec![point(1.0); 10_000];
+    let everywhere = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
+    let half = Aabb { min: DVec3::ZERO, max: DVec3::INFINITY };
+    let endless: Vec<Aabb> = (0..300).map(|n| [everywhere, half, point(f64::from(n))][n as usize % 3]).collect();
+    let huge: Vec<Aabb> = (0..100).map(|n| point(f64::MAX * (f64::from(n) / 50.0 - 1.0))).collect();
+    for boxes in [geometric, equal, endless, huge] {
+        assert_eq!(BoxTree::build(&boxes).check(&boxes), Ok(()));
+    }
+}
+
+#[test]
+fn a_foreign_tree_is_told() {
+    let boxes = [Aabb::of([DVec3::ZERO]), Aabb::of([DVec3::ONE])];
+    let tree = BoxTree::build(&boxes);
+    assert_eq!(tree.check(&boxes[..1]), Err(TreeDefect::Length { tree: 2, given: 1 }));
+    assert_eq!(tree.check(&[boxes[0], boxes[0]]), Err(TreeDefect::Item { item: 1 }));
+    assert_eq!(tree.check(&[boxes[0], Aabb::EMPTY]), Err(TreeDefect::Item { item: 1 }));
+}
+
+#[test]
+fn a_visit_can_end_the_walk() {
+    let boxes = vec![Aabb::of([DVec3::ZERO, DVec3::ONE]); 50];
+    let segment = Segment::new(DVec3::splat(-1.0), LightSource::point([2.0; 3]).expect("a light"));
+    let mut visits = 0;
+    let end = BoxTree::build(&boxes).for_each_along(&segment, |_| {
+        visits += 1;
+        if visits == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert_eq!((end, visits), (ControlFlow::Break(()), 3));
+}
+
+#[test]
+fn a_tree_over_nothing_answers_nothing() {
+    let tree = BoxTree::build(&[]);
+    assert!(tree.is_empty() && tree.bounds().is_empty());
+    tree.for_each_meeting(&Aabb::of([DVec3::ZERO]), |_| unreachable!("there is no item"));
+}
