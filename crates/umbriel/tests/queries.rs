@@ -1,0 +1,163 @@
+//! Queries answer what the definition says: `Queries::lit` against the oracle.
+//!
+//! Random points of small scenes under random and adversarial lights: segments through corners, along edges, within
+//! faces, tangent to spheres, and the same moved by an ulp or two. `UMBRIEL_CASES` sets the number of surface points.
+
+mod oracle;
+
+use oracle::{Oracle, cases, dice::Dice, fixtures};
+use umbriel_geometry::LightSource;
+use umbriel_scene::{Scene, Shape};
+use umbriel_shadow::{Answer, Place, Precision, Queries};
+
+/// A fixture with everything that is asked about it.
+struct Court<'a> {
+    name: &'a str,
+    scene: &'a Scene,
+    oracle: Oracle,
+    queries: Queries<'a>,
+    features: Vec<[f64; 3]>,
+}
+
+impl<'a> Court<'a> {
+    fn new(name: &'a str, scene: &'a Scene) -> Self {
+        let (oracle, features) = (Oracle::new(scene), fixtures::features(scene));
+        Self { name, scene, oracle, queries: Queries::new(scene), features }
+    }
+
+    /// A point of a face: object, face, (u, v).
+    fn surface_point(&self, dice: &mut Dice) -> (usize, usize, [f64; 2]) {
+        let object = dice.index(self.scene.objects.len());
+        let is_mesh = matches!(self.scene.objects[object].shape, Shape::Mesh(_));
+        (object, dice.index(self.scene.objects[object].face_count()), dice.parameters(is_mesh))
+    }
+
+    fn answer(&self, place: &Place, light: &LightSource) -> Result<Answer, String> {
+        self.queries.lit(place, light).map_err(|defect| format!("{}: {place:?} refused: {defect}", self.name))
+    }
+
+    fn disagreement(&self, place: &Place, light: &LightSource, expected: &str, answer: Answer) -> String {
+        let objects: Vec<String> = match place {
+            Place::Surface { object, .. } => vec![format!("{:?}", self.scene.objects[*object])],
+            _ => self.scene.objects.iter().map(|object| object.name.clone()).collect(),
+        };
+        let name = self.name;
+        format!("fixture {name}: {place:?} under {light:?}: {answer:?}, by definition {expected}; {objects:?}")
+    }
+
+    fn judge_surface(&self, dice: &mut Dice) -> Result<(), String> {
+        let (object, face, [u, v]) = self.surface_point(dice);
+        let x = self.oracle.point(object, face, [u, v]).approximate();
+        let light = fixtures::tricky_light(dice, x, &self.features);
+        let place = Place::Surface { object, face, u, v };
+        let expected = Answer { lit: self.oracle.lit(object, face, [u, v], &light), in_space: false };
+        let answer = self.answer(&place, &light)?;
+        if answer == expected {
+            Ok(())
+        } else {
+            Err(self.disagreement(&place, &light, &format!("{expected:?}"), answer))
+        }
+    }
+
+    fn judge_space(&self, dice: &mut Dice) -> Result<(), String> {
+        let position = match dice.below(3) {
+            0 => dice.grid_point(16, 0.25),
+            1 => dice.pick(&self.features),
+            _ => std::array::from_fn(|_| dice.float(-4.0, 4.0)),
+        };
+        let light = fixtures::tricky_light(dice, position, &self.features);
+        let place = Place::Free { position };
+        let expected = self.oracle.lit_in_space(position, &light);
+        let answer = self.answer(&place, &light)?;
+        if answer.lit == expected {
+            Ok(())
+        } else {
+            Err(self.disagreement(&place, &light, &format!("lit: {expected}"), answer))
+        }
+    }
+
+    /// Whether the oracle could tell, or what is wrong.
+    fn judge_oriented(&self, dice: &mut Dice) -> Result<bool, String> {
+        let (object, face, parameters) = self.surface_point(dice);
+        let single = dice.one_in(2);
+        let exact = self.oracle.point(object, face, parameters).approximate();
+        let narrowed = exact.map(|coordinate| if single { f64::from(coordinate as f32) } else { coordinate });
+        let away = if dice.one_in(8) { dice.grid_point(2, 0.0625) } else { [0.0; 3] };
+        let position: [f64; 3] = std::array::from_fn(|i| narrowed[i] + away[i]);
+        let normal = match self.oracle.front(object, face, parameters) {
+            front if front == [0.0; 3] => [0.0, 1.0, 0.0],
+            front if dice.one_in(2) => front,
+            front => front.map(|coordinate| -coordinate),
+        };
+        let light = fixtures::tricky_light(dice, exact, &self.features);
+        let precision = if single { Precision::Single } else { Precision::Double };
+        let place = Place::Oriented { position, normal, precision };
+        let expected = self.oracle.expected(position, normal, single, &light);
+        let answer = self.answer(&place, &light)?;
+        let agrees = expected.lit.is_none_or(|lit| lit == answer.lit)
+            && expected.in_space.is_none_or(|in_space| in_space == answer.in_space);
+        if agrees {
+            Ok(expected.lit.is_some())
+        } else {
+            Err(self.disagreement(&place, &light, &format!("{expected:?}"), answer))
+        }
+    }
+}
+
+/// Judges `count` cases spread over all fixtures; tells how many the oracle decided.
+fn judge(
+    judge: &str,
+    count: u64,
+    case: impl Fn(&Court, &mut Dice) -> Result<bool, String> + Sync,
+) -> u64 {
+    let fixtures = fixtures::all();
+    let share = count.div_ceil(fixtures.len() as u64);
+    let (mut decided, mut wrong) = (0, Vec::new());
+    for (name, scene) in &fixtures {
+        let court = Court::new(name, scene);
+        for number in 0..share {
+            let mut dice = Dice::new(judge, number);
+            match case(&court, &mut dice) {
+                Ok(known) => decided += u64::from(known),
+                Err(complaint) => wrong.push(format!("case {number}, {complaint}")),
+            }
+        }
+    }
+    let shown = wrong.iter().take(5).cloned().collect::<Vec<_>>().join("\n");
+    assert!(wrong.is_empty(), "{} of {} cases are wrong:\n{shown}", wrong.len(), share * fixtures.len() as u64);
+    decided
+}
+
+#[test]
+fn surface_points_agree_with_the_definition() {
+    judge("surface", cases(100_000), |court, dice| court.judge_surface(dice).map(|()| true));
+}
+
+#[test]
+fn points_in_space_agree_with_the_definition() {
+    judge("space", cases(100_000) / 10, |court, dice| court.judge_space(dice).map(|()| true));
+}
+
+#[test]
+fn positions_with_normals_agree_with_their_slack_box() {
+    let count = cases(100_000) / 20;
+    let decided = judge("oriented", count, Court::judge_oriented);
+    assert!(3 * decided > count, "the oracle decided only {decided} of {count} cases");
+}
+
+#[test]
+fn both_answers_occur_in_every_fixture() {
+    for (name, scene) in &fixtures::all() {
+        let court = Court::new(name, scene);
+        let mut counts = [0; 2];
+        for number in 0..300 {
+            let mut dice = Dice::new("surface", number);
+            let (object, face, parameters) = court.surface_point(&mut dice);
+            let x = court.oracle.point(object, face, parameters).approximate();
+            let light = fixtures::tricky_light(&mut dice, x, &court.features);
+            counts[usize::from(court.oracle.lit(object, face, parameters, &light))] += 1;
+        }
+        let rare = if *name == "closed room" { 1 } else { 15 };
+        assert!(counts[0] >= rare && counts[1] >= rare, "{name}: {counts:?} of 300 shadowed and lit");
+    }
+}
