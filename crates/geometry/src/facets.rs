@@ -161,10 +161,19 @@ impl Facets {
     /// # Panics
     /// If there is no such facet.
     pub fn light_side(&self, facet: usize, light: &LightSource) -> Sign {
+        let turn = self.turn(facet, light);
+        if self.mirrored { turn.flipped() } else { turn }
+    }
+
+    /// Which way the placed corners turn as seen from the light: positive counter-clockwise. The same as
+    /// [`Facets::light_side`] unless the placement mirrors.
+    ///
+    /// # Panics
+    /// If there is no such facet.
+    pub fn turn(&self, facet: usize, light: &LightSource) -> Sign {
         let corners = self.facets[facet].corners();
         let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| self.point(corner));
-        let sign = Sign::of(side_value(&a, &b, &c, Target::Light(light)).value);
-        if self.mirrored { sign.flipped() } else { sign }
+        Sign::of(side_value(&a, &b, &c, Target::Light(light)).value)
     }
 
     /// The facet's area in square metres, with its bound: half the length of a cross product (twice that for a

@@ -48,6 +48,14 @@ pub fn light_side(a: &Point, b: &Point, c: &Point, light: &LightSource) -> Sign 
 /// The determinant |a − c, b − c, x − w·c| with a bound that never straddles zero: its sign is exact, and an exact
 /// zero has no error. Twice the area of (a, b, c) times the distance of x for a point; degree 3.
 pub fn side_value(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
+    if coincide(a, b) || coincide(b, c) || coincide(c, a) {
+        return Approx::exact(0.0);
+    }
+    if let Target::Point(p) = x
+        && (coincide(p, a) || coincide(p, b) || coincide(p, c))
+    {
+        return Approx::exact(0.0);
+    }
     let filtered = side_filter(a, b, c, x);
     if filtered.sign().is_some() {
         return filtered;
@@ -72,6 +80,11 @@ pub fn exact_side<R: Ring>(a: &ExactPoint<R>, b: &ExactPoint<R>, c: &ExactPoint<
         std::array::from_fn(|i| p.xyz[i].clone() * c.w.clone() - c.xyz[i].clone() * p.w.clone())
     };
     determinant(&[row(a), row(b), row(x)])
+}
+
+/// Whether two points are the same by their floats alone: neighbours on a surface share corners all the time.
+fn coincide(a: &Point, b: &Point) -> bool {
+    a.position == b.position && a.slack == DVec3::ZERO && b.slack == DVec3::ZERO
 }
 
 fn minus(a: &Point, c: &Point) -> [Approx; 3] {

@@ -11,7 +11,7 @@ use crate::{
     dyadic::Dyadic,
     placement::Placement,
     point::ExactPoint,
-    ring::{Ring, dot},
+    ring::{Ring, Sign, dot},
     surd::Surd,
 };
 
@@ -50,16 +50,40 @@ impl Sphere {
         direction[axis] = Dyadic::new(if positive { 1.0 } else { -1.0 });
         direction[(axis + 1) % 3] = centred(first);
         direction[(axis + 2) % 3] = centred(second);
+        self.exact_point_along(placement, &direction)
+    }
+
+    /// The exact world point in a local direction (not zero) from the centre.
+    fn exact_point_along(&self, placement: &Placement, direction: &[Dyadic; 3]) -> ExactPoint<Surd> {
         // x = t + (r/√(d·d))·M·d, over the common denominator d·d.
-        let norm_squared = dot(&direction, &direction);
+        let norm_squared = dot(direction, direction);
         let map = placement.map();
         let xyz = std::array::from_fn(|i| {
             let row = [map.matrix3.x_axis[i], map.matrix3.y_axis[i], map.matrix3.z_axis[i]].map(Dyadic::new);
-            let factor = dot(&row, &direction) * Dyadic::new(self.radius);
+            let factor = dot(&row, direction) * Dyadic::new(self.radius);
             let center = Dyadic::new(map.translation[i]) * norm_squared.clone();
             Surd::from(center) + Surd::root(factor, norm_squared.clone())
         });
         ExactPoint { xyz, w: Surd::from(norm_squared) }
+    }
+
+    /// The point of the surface that lies (in local coordinates) straight from the centre through a world point; `None`
+    /// for the centre.
+    pub fn radial_point(&self, placement: &Placement, through: &[Dyadic; 3]) -> Option<ExactPoint<Surd>> {
+        let (adjugate, determinant) = placement.exact_adjugate::<Dyadic>();
+        let translation = placement.map().translation;
+        let away: [Dyadic; 3] = std::array::from_fn(|i| through[i].clone() - Dyadic::new(translation[i]));
+        let inward = determinant.sign() == Sign::Negative;
+        let direction = adjugate.map(|row| if inward { -dot(&row, &away) } else { dot(&row, &away) });
+        let is_center = direction.iter().all(|coordinate| coordinate.sign() == Sign::Zero);
+        (!is_center).then(|| self.exact_point_along(placement, &direction))
+    }
+
+    /// A vector along the outer normal at a point of the surface: half the gradient of q.
+    pub fn outward(&self, placement: &Placement, x: &ExactPoint<Surd>) -> [Surd; 3] {
+        let form = self.exact_form::<Surd>(placement);
+        let local = form.pull_back(&x.xyz, &x.w);
+        std::array::from_fn(|k| dot(&std::array::from_fn(|i| form.adjugate[i][k].clone()), &local))
     }
 
     /// The tight world box, rounded outward: t ± r·|row of M|.
@@ -84,17 +108,19 @@ impl Sphere {
         SphereForm {
             adjugate,
             translation: placement.map().translation.to_array().map(Approx::exact),
+            determinant,
             radius_squared: scaled_radius * scaled_radius,
         }
     }
 
     /// The quadratic form of the placed sphere, exact.
     pub fn exact_form<R: Ring>(&self, placement: &Placement) -> SphereForm<R> {
-        let (adjugate, determinant) = placement.exact_adjugate();
-        let scaled_radius = R::from_f64(self.radius) * determinant;
+        let (adjugate, determinant) = placement.exact_adjugate::<R>();
+        let scaled_radius = R::from_f64(self.radius) * determinant.clone();
         SphereForm {
             adjugate,
             translation: placement.map().translation.to_array().map(R::from_f64),
+            determinant,
             radius_squared: scaled_radius.clone() * scaled_radius,
         }
     }
@@ -105,7 +131,15 @@ impl Sphere {
 pub struct SphereForm<T> {
     adjugate: [[T; 3]; 3],
     translation: [T; 3],
+    determinant: T,
     radius_squared: T,
+}
+
+impl SphereForm<Approx> {
+    /// The pulled-back point of a local point: itself, times the determinant of the placement.
+    pub fn lift(&self, local: &[Approx; 3]) -> [Approx; 3] {
+        local.map(|coordinate| coordinate * self.determinant)
+    }
 }
 
 impl<T> SphereForm<T>
@@ -131,7 +165,6 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Sign;
     use glam::{DAffine3, DQuat};
 
     #[test]

@@ -1,0 +1,186 @@
+//! The rules that prove a cell lit or shadowed (design: "What an answer means", "Cells").
+//!
+//! *Lit*: no blocker is left over the closed cell. *Shadowed*: one blocker covers it; or the winding of all polygons
+//! together stays at least one: let W be the number of polygons (each turned counter-clockwise in the projection, and
+//! cut off where it is not strictly nearer) that hold a probe point inside, and D the multiplicity of those border edges
+//! and cuts that cross the cell and do not have the probe outside. On the straight way from the probe to any other
+//! point of the cell each border is crossed at most once, and only those counted in D can take a polygon away. So
+//! W − D ≥ 1 proves that polygons cover the cell. Edges inside a sheet cancel and are no borders. (A sharper form of
+//! the cancelling rule; NUMERICS.md, "Winding".)
+
+use super::{
+    borders::mark_borders,
+    field::Weights,
+    outline::ParamBox,
+    polygon_blocker::{NEARER, PolygonBlocker},
+    sphere_blocker::{Influence, SphereBlocker},
+};
+use crate::report::Verdict;
+
+/// Everything that may block some point of a receiver.
+pub(crate) struct Blockers<const N: usize> {
+    pub(crate) polygons: Vec<PolygonBlocker<N>>,
+    pub(crate) spheres: Vec<SphereBlocker<N>>,
+}
+
+/// A blocker that is still in question over a cell; what is known of it holds for all parts of the cell.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry {
+    index: u32,
+    is_sphere: bool,
+    /// Bit f: function f of the polygon is proved on the blocking side over the whole cell.
+    known: u8,
+}
+
+/// Where an entry's blocker stands in [`Blockers`].
+pub(crate) enum Blocker {
+    Polygon(usize),
+    Sphere(usize),
+}
+
+impl Entry {
+    pub(crate) fn blocker(self) -> Blocker {
+        if self.is_sphere { Blocker::Sphere(self.index as usize) } else { Blocker::Polygon(self.index as usize) }
+    }
+}
+
+/// A cell as the hull of its corners, given by weights of the receiver's corners.
+pub(crate) struct Hull<const N: usize> {
+    pub(crate) corners: Vec<Weights<N>>,
+    pub(crate) center: Weights<N>,
+    /// Bounds on the parameters, on a flat face.
+    pub(crate) parameters: Option<ParamBox>,
+}
+
+impl<const N: usize> Blockers<N> {
+    /// Marks the border edges among the polygons and starts with everything in question.
+    pub(crate) fn new(
+        polygons: Vec<PolygonBlocker<N>>,
+        spheres: Vec<SphereBlocker<N>>,
+        edges: &[super::borders::DirectedEdge],
+    ) -> Self {
+        let mut polygons = polygons;
+        mark_borders(&mut polygons, edges);
+        Self { polygons, spheres }
+    }
+
+    /// All blockers as entries.
+    pub(crate) fn entries(&self) -> Vec<Entry> {
+        let polygons = (0..self.polygons.len() as u32).map(|index| Entry { index, is_sphere: false, known: 0 });
+        let spheres = (0..self.spheres.len() as u32).map(|index| Entry { index, is_sphere: true, known: 0 });
+        polygons.chain(spheres).collect()
+    }
+
+    /// What is proved of a cell, given the blockers in question over a cell that holds it. Those still in question are
+    /// pushed on `left`; that list is complete when the answer is `Undecided`.
+    pub(crate) fn classify(&self, hull: &Hull<N>, parent: &[Entry], left: &mut Vec<Entry>) -> Verdict {
+        let first = left.len();
+        for &entry in parent {
+            match self.influence(entry, hull) {
+                (Influence::None, _) => {}
+                (Influence::All, _) => return Verdict::Shadowed,
+                (Influence::Unknown, entry) => left.push(entry),
+            }
+        }
+        if left.len() == first {
+            Verdict::Lit
+        } else if self.winding_covers(hull, &left[first..]) {
+            Verdict::Shadowed
+        } else {
+            Verdict::Undecided
+        }
+    }
+
+    /// Whether a blocker blocks the point with these (rounded) weights; `None` where the bounds cannot tell.
+    pub(crate) fn blocks(&self, entry: Entry, weights: &Weights<N>) -> Option<bool> {
+        match entry.blocker() {
+            Blocker::Polygon(index) => self.polygons[index].blocks(weights),
+            Blocker::Sphere(index) => self.spheres[index].blocks(weights),
+        }
+    }
+
+    /// The likely answer, for estimates.
+    pub(crate) fn probably_blocks(&self, entry: Entry, weights: &Weights<N>) -> bool {
+        match entry.blocker() {
+            Blocker::Polygon(index) => self.polygons[index].probably_blocks(weights),
+            Blocker::Sphere(index) => self.spheres[index].probably_blocks(weights),
+        }
+    }
+
+    fn influence(&self, entry: Entry, hull: &Hull<N>) -> (Influence, Entry) {
+        if entry.is_sphere {
+            return (self.spheres[entry.index as usize].influence(&hull.corners), entry);
+        }
+        let polygon = &self.polygons[entry.index as usize];
+        if hull.parameters.as_ref().is_some_and(|parameters| parameters.misses(polygon.reach())) {
+            return (Influence::None, entry);
+        }
+        if polygon.edge_on {
+            return (edge_on_influence(polygon, hull), entry);
+        }
+        let mut known = entry.known;
+        let mut covers = true;
+        for index in polygon.function_indices() {
+            if known & (1 << index) != 0 {
+                continue;
+            }
+            let range = polygon.function(index).range(&hull.corners);
+            if range.max < 0.0 || (index == NEARER && range.max <= 0.0) {
+                return (Influence::None, entry);
+            }
+            if range.min > 0.0 || (index != NEARER && range.min >= 0.0) {
+                known |= 1 << index;
+            } else {
+                covers = false;
+            }
+        }
+        let influence = if covers { Influence::All } else { Influence::Unknown };
+        (influence, Entry { known, ..entry })
+    }
+
+    /// Whether the winding at some probe survives all borders that cross the cell.
+    fn winding_covers(&self, hull: &Hull<N>, entries: &[Entry]) -> bool {
+        let polygons =
+            || entries.iter().filter(|entry| !entry.is_sphere && !self.polygons[entry.index as usize].edge_on);
+        let crossing: Vec<(&PolygonBlocker<N>, usize, u32)> = polygons()
+            .flat_map(|entry| {
+                let polygon = &self.polygons[entry.index as usize];
+                let open = polygon.function_indices().filter(|index| entry.known & (1 << index) == 0);
+                open.filter_map(move |index| {
+                    let lost = if index == NEARER { 1 } else { polygon.border[index] };
+                    let beside = || {
+                        index != NEARER
+                            && hull.parameters.as_ref().is_some_and(|p| p.misses_inside(&polygon.edge_reach(index)))
+                    };
+                    (lost > 0 && !beside()).then_some((polygon, index, lost))
+                })
+            })
+            .collect();
+        let survives = |probe: &Weights<N>| {
+            let holds = |entry: &&Entry| {
+                let polygon = &self.polygons[entry.index as usize];
+                let mut open = polygon.function_indices().filter(|index| entry.known & (1 << index) == 0);
+                open.all(|index| {
+                    let value = polygon.function(index).at(probe);
+                    value.value > value.error
+                })
+            };
+            let winding = polygons().filter(holds).count() as u64;
+            let may_lose = |(polygon, index, _): &&(&PolygonBlocker<N>, usize, u32)| {
+                let value = polygon.function(*index).at(probe);
+                -value.value <= value.error
+            };
+            winding > 0 && winding > crossing.iter().filter(may_lose).map(|&(_, _, lost)| u64::from(lost)).sum()
+        };
+        survives(&hull.center) || (!crossing.is_empty() && hull.corners.iter().any(survives))
+    }
+}
+
+/// A polygon seen edge-on touches a cell only along a line; it never covers.
+fn edge_on_influence<const N: usize>(polygon: &PolygonBlocker<N>, hull: &Hull<N>) -> Influence {
+    let misses = polygon.function_indices().any(|index| {
+        let range = polygon.function(index).range(&hull.corners);
+        range.min > 0.0 || range.max < 0.0
+    });
+    if misses { Influence::None } else { Influence::Unknown }
+}

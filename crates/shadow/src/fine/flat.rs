@@ -1,0 +1,226 @@
+//! The fine step on one flat face: its parameter square, divided where blockers are still in question.
+//!
+//! A quadtree over (u, v); each part inherits the blockers that its parent could not settle. Cost: proportional to the
+//! length of the shadow borders in cells, times the blockers that meet there.
+
+use umbriel_geometry::{Dyadic, ExactPoint, Point, Ring, blocking::Probe};
+
+use super::{
+    classify::{Blockers, Entry, Hull},
+    field::Weights,
+    lattice::Lattice,
+    outline::ParamBox,
+    pattern,
+    tally::{Tally, Units, cell_units},
+};
+use crate::report::{Cell, Verdict};
+
+/// Corners of a flat receiver: first, second, (third or a repeat), last.
+pub(crate) const FLAT: usize = 4;
+
+/// From this many blockers in question, the parts of a cell are divided on several threads.
+const PARALLEL_ENTRIES: usize = 256;
+
+/// How deep to go on one face, and what to keep.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Levels {
+    /// Where cells stay undecided.
+    pub(crate) finest: u8,
+    /// The finest level at which decided cells are stored; `None` stores nothing.
+    pub(crate) stored: Option<u8>,
+}
+
+/// One face and all that may shadow it.
+pub(crate) struct FlatFace<'a> {
+    pub(crate) face: u32,
+    pub(crate) is_triangle: bool,
+    pub(crate) corners: [Point<'a>; FLAT],
+    pub(crate) blockers: Blockers<FLAT>,
+    pub(crate) levels: Levels,
+    pub(crate) lattice: Option<Lattice>,
+    /// The exact answer for one point: whether blocker `entry` blocks it.
+    pub(crate) blocks_exactly: &'a (dyn Fn(&Blockers<FLAT>, Entry, &Probe) -> bool + Sync),
+    pub(crate) is_cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// A part of the parameter square.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub(crate) level: u8,
+    pub(crate) i: u32,
+    pub(crate) j: u32,
+}
+
+impl Place {
+    /// The whole square.
+    pub(crate) const WHOLE: Self = Self { level: 0, i: 0, j: 0 };
+
+    /// The four parts, in Morton order (u first).
+    pub(crate) fn parts(self) -> [Self; 4] {
+        let part = |du, dv| Self { level: self.level + 1, i: 2 * self.i + du, j: 2 * self.j + dv };
+        [part(0, 0), part(1, 0), part(0, 1), part(1, 1)]
+    }
+
+    /// Least (u, v), and the edge.
+    fn extent(self) -> ([f64; 2], f64) {
+        let edge = 1.0 / f64::from(1u32 << self.level);
+        ([f64::from(self.i) * edge, f64::from(self.j) * edge], edge)
+    }
+
+    /// Whether a triangle's long side cuts the cell in half, or leaves nothing of it.
+    fn on_triangle(self) -> (bool, bool) {
+        let (reach, end) = (u64::from(self.i) + u64::from(self.j) + 1, 1u64 << self.level);
+        (reach == end, reach > end)
+    }
+}
+
+impl FlatFace<'_> {
+    /// Classifies the whole face.
+    pub(crate) fn run(&self) -> Tally<Units> {
+        let mut tally = Tally::new();
+        self.divide(Place::WHOLE, &self.blockers.entries(), &mut tally);
+        tally
+    }
+
+    /// A face that is decided as a whole without looking at any blocker.
+    pub(crate) fn decided(
+        face: u32,
+        is_triangle: bool,
+        verdict: Verdict,
+        levels: Levels,
+        lattice: Option<Lattice>,
+    ) -> Tally<Units> {
+        let mut tally = Tally::new();
+        count(&mut tally, face, Place::WHOLE, is_triangle, verdict, levels);
+        count_samples(&mut tally, lattice, Place::WHOLE, verdict);
+        tally
+    }
+
+    fn divide(&self, place: Place, parent: &[Entry], tally: &mut Tally<Units>) {
+        if self.is_triangle && place.on_triangle().1 || (self.is_cancelled)() {
+            return;
+        }
+        tally.examined += 1;
+        let mut entries = Vec::new();
+        let verdict = self.blockers.classify(&self.hull(place), parent, &mut entries);
+        if verdict != Verdict::Undecided {
+            count(tally, self.face, place, self.is_triangle, verdict, self.levels);
+            count_samples(tally, self.lattice, place, verdict);
+        } else if place.level == self.levels.finest {
+            count(tally, self.face, place, self.is_triangle, verdict, self.levels);
+            self.estimate(place, &entries, tally);
+            self.decide_samples(place, &entries, tally);
+        } else if entries.len() >= PARALLEL_ENTRIES {
+            self.divide_in_parallel(place, &entries, tally);
+        } else {
+            for part in place.parts() {
+                self.divide(part, &entries, tally);
+            }
+        }
+    }
+
+    fn divide_in_parallel(&self, place: Place, entries: &[Entry], tally: &mut Tally<Units>) {
+        use rayon::prelude::*;
+        let parts: Vec<Tally<Units>> = place
+            .parts()
+            .into_par_iter()
+            .map(|part| {
+                let mut tally = Tally::new();
+                self.divide(part, entries, &mut tally);
+                tally
+            })
+            .collect();
+        parts.into_iter().for_each(|part| tally.append(part));
+    }
+
+    fn hull(&self, place: Place) -> Hull<FLAT> {
+        let ([u, v], edge) = place.extent();
+        let is_half = self.is_triangle && place.on_triangle().0;
+        let mut corners = vec![self.weights(u, v), self.weights(u + edge, v), self.weights(u, v + edge)];
+        let mut far = u + v + edge;
+        let mut center = edge / 4.0; // a dyadic, so that weights stay exact
+        if !is_half {
+            corners.push(self.weights(u + edge, v + edge));
+            far += edge;
+            center = edge / 2.0;
+        }
+        let parameters = ParamBox { min: [u, v, u + v], max: [u + edge, v + edge, far] };
+        Hull { corners, center: self.weights(u + center, v + center), parameters: Some(parameters) }
+    }
+
+    /// The weights of the corners at (u, v).
+    fn weights(&self, u: f64, v: f64) -> Weights<FLAT> {
+        if self.is_triangle {
+            [1.0 - u - v, u, 0.0, v]
+        } else {
+            [(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v]
+        }
+    }
+
+    fn estimate(&self, place: Place, entries: &[Entry], tally: &mut Tally<Units>) {
+        let ([u, v], edge) = place.extent();
+        let is_half = self.is_triangle && place.on_triangle().0;
+        let lit = pattern::points(self.face, place.level, place.i, place.j).filter(|&[s, t]| {
+            // On a half cell, points beyond the long side are turned back into it.
+            let [s, t] = if is_half && s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] };
+            let weights = self.weights(u + s * edge, v + t * edge);
+            !entries.iter().any(|&entry| self.blockers.probably_blocks(entry, &weights))
+        });
+        let lit = lit.count() as u64;
+        tally.points += 16;
+        tally.likely += cell_units(place.level, is_half) / 16 * lit;
+    }
+
+    fn decide_samples(&self, place: Place, entries: &[Entry], tally: &mut Tally<Units>) {
+        let Some(lattice) = &self.lattice else { return };
+        for [u, v] in lattice.points(place.level, place.i, place.j) {
+            let blocked = entries.iter().any(|&entry| self.blocks(entry, u, v));
+            tally.samples.samples += 1;
+            tally.samples.lit += u64::from(!blocked);
+            tally.points += 1;
+        }
+    }
+
+    fn blocks(&self, entry: Entry, u: f64, v: f64) -> bool {
+        self.blockers.blocks(entry, &self.weights(u, v)).unwrap_or_else(|| {
+            let probe = flat_probe(&self.corners, u, v);
+            (self.blocks_exactly)(&self.blockers, entry, &probe)
+        })
+    }
+}
+
+/// The exact point A + u·(B − A) + v·(D − A) of a face with corners A, B, …, D, and floats round it.
+pub(crate) fn flat_probe(corners: &[Point], u: f64, v: f64) -> Probe {
+    let [a, b, d] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
+    let exact = [a, b, d].map(Point::to_exact::<Dyadic>);
+    let (u_exact, v_exact) = (Dyadic::new(u), Dyadic::new(v));
+    let xyz: [Dyadic; 3] = std::array::from_fn(|k| {
+        let [a, b, d] = [0, 1, 2].map(|i| exact[i].xyz[k].clone());
+        a.clone() + u_exact.clone() * (b - a.clone()) + v_exact.clone() * (d - a)
+    });
+    let bounds = [0, 1, 2].map(|k| xyz[k].to_approx());
+    Probe {
+        bounds: Point { position: bounds.map(|b| b.value).into(), slack: bounds.map(|b| b.error).into(), exact: None },
+        exact: ExactPoint { xyz, w: Dyadic::from_f64(1.0) },
+    }
+}
+
+fn count(tally: &mut Tally<Units>, face: u32, place: Place, is_triangle: bool, verdict: Verdict, levels: Levels) {
+    let units = cell_units(place.level, is_triangle && place.on_triangle().0);
+    match verdict {
+        Verdict::Lit => tally.lit += units,
+        Verdict::Shadowed => tally.shadowed += units,
+        Verdict::Undecided => tally.undecided += units,
+    }
+    let kept = levels.stored.is_some_and(|stored| place.level <= stored || verdict == Verdict::Undecided);
+    if kept {
+        tally.cells.push(Cell { face, level: place.level, i: place.i, j: place.j, verdict });
+    }
+}
+
+fn count_samples(tally: &mut Tally<Units>, lattice: Option<Lattice>, place: Place, verdict: Verdict) {
+    let Some(lattice) = lattice else { return };
+    let samples = lattice.points(place.level, place.i, place.j).count() as u64;
+    tally.samples.samples += samples;
+    tally.samples.lit += if verdict == Verdict::Lit { samples } else { 0 };
+}

@@ -1,0 +1,26 @@
+//! The fine step, in the light's own space.
+//!
+//! [`Occluders`] finds what may block a face by its place in light space; what is found is measured against the face by
+//! exact signs ([`polygon_blocker`], [`sphere_blocker`]); [`flat`] and [`patch`] divide the face and [`classify`]
+//! proves its cells.
+
+mod borders;
+mod classify;
+mod field;
+pub(crate) mod flat;
+pub(crate) mod lattice;
+mod light_frame;
+pub(crate) mod occluders;
+mod outline;
+pub(crate) mod patch;
+mod pattern;
+mod polygon_blocker;
+mod receiver;
+pub(crate) mod solid_angle;
+mod sphere_blocker;
+pub(crate) mod tally;
+
+pub(crate) use classify::{Blocker, Blockers, Entry};
+pub(crate) use occluders::{Candidates, Occluders};
+pub(crate) use polygon_blocker::FacetId;
+pub(crate) use receiver::Receiver;

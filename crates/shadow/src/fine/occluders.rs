@@ -1,0 +1,160 @@
+//! Finding what may block a receiver: every occluder's faces in a tree over their light-space boxes.
+//!
+//! A tree is built when a receiver first asks for its object. A face is handed out when its rectangle in light space
+//! overlaps the receiver's and its least depth is not beyond the receiver's greatest; nothing that could block is left
+//! out, since boxes are rounded outward.
+
+use std::sync::OnceLock;
+
+use umbriel_bvh::BoxTree;
+use umbriel_geometry::{Aabb, Facet, Facets, LightSource, Point, Sign};
+
+use super::{
+    borders::DirectedEdge,
+    classify::Blockers,
+    light_frame::LightFrame,
+    polygon_blocker::{FacetId, PolygonBlocker},
+    receiver::Receiver,
+    sphere_blocker::SphereBlocker,
+};
+use crate::bodies::{Bodies, Body};
+
+/// What may block a receiver, by name.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Candidates {
+    /// Facets, sorted.
+    pub(crate) facets: Vec<FacetId>,
+    /// Objects that are spheres.
+    pub(crate) spheres: Vec<u32>,
+}
+
+/// All occluders of one light.
+pub(crate) struct Occluders<'a> {
+    pub(crate) bodies: &'a Bodies<'a>,
+    pub(crate) light: &'a LightSource,
+    frames: Vec<LightFrame>,
+    indices: Vec<OnceLock<ObjectIndex>>,
+}
+
+/// One object in light space.
+struct ObjectIndex {
+    /// Which way each facet turns, seen from the light.
+    turns: Vec<Sign>,
+    /// For each frame, a tree and the facets that its items stand for (a sphere is item 0 of its own).
+    trees: Vec<(BoxTree, Vec<u32>)>,
+}
+
+impl<'a> Occluders<'a> {
+    /// Nothing is built yet.
+    pub(crate) fn new(bodies: &'a Bodies<'a>, light: &'a LightSource) -> Self {
+        let indices = bodies.boxes.iter().map(|_| OnceLock::new()).collect();
+        Self { bodies, light, frames: LightFrame::all(light), indices }
+    }
+
+    /// Which way a facet turns, seen from the light.
+    pub(crate) fn turn(&self, id: FacetId) -> Sign {
+        self.index(id.object).turns[id.facet as usize]
+    }
+
+    /// What among `objects` may block some point of the hull of `points`.
+    pub(crate) fn candidates(&self, objects: &[u32], points: &[Point]) -> Candidates {
+        let mut found = Candidates::default();
+        for (frame, view) in self.frames.iter().enumerate() {
+            let Some(mut query) = view.bounds(points) else { continue };
+            query.min.z = f64::NEG_INFINITY;
+            for &object in objects {
+                let (tree, items) = &self.index(object).trees[frame];
+                let is_round = matches!(self.bodies.get(object as usize), Body::Round(_));
+                tree.for_each_meeting(&query, |item| {
+                    if is_round {
+                        found.spheres.push(object);
+                    } else {
+                        found.facets.push(FacetId { object, facet: items[item as usize] });
+                    }
+                });
+            }
+        }
+        found.facets.sort_unstable();
+        found.facets.dedup();
+        found.spheres.sort_unstable();
+        found.spheres.dedup();
+        found
+    }
+
+    /// The candidates measured against a receiver; those that cannot block it after all are left out.
+    pub(crate) fn blockers<const N: usize>(&self, candidates: &Candidates, receiver: &Receiver<N>) -> Blockers<N> {
+        let mut polygons = Vec::new();
+        let mut edges = Vec::new();
+        for &id in &candidates.facets {
+            let Body::Flat(facets) = self.bodies.get(id.object as usize) else { continue };
+            let facet = facets.facet(id.facet as usize);
+            let mut corners = [facets.point(facet.corners()[0]); 4];
+            let count = facet.corners().len();
+            for (point, &corner) in corners.iter_mut().zip(facet.corners()) {
+                *point = facets.point(corner);
+            }
+            let turn = self.turn(id);
+            let Some(blocker) = PolygonBlocker::new(id, &corners[..count], turn, receiver) else { continue };
+            if !blocker.edge_on {
+                push_edges(&mut edges, id, facet, turn == Sign::Negative, polygons.len() as u32);
+            }
+            polygons.push(blocker);
+        }
+        let spheres = candidates.spheres.iter().filter_map(|&object| match self.bodies.get(object as usize) {
+            Body::Round(round) => Some(SphereBlocker::new(object, &round.form, &receiver.points, self.light)),
+            Body::Flat(_) => None,
+        });
+        Blockers::new(polygons, spheres.collect(), &edges)
+    }
+
+    fn index(&self, object: u32) -> &ObjectIndex {
+        self.indices[object as usize].get_or_init(|| match self.bodies.get(object as usize) {
+            Body::Flat(facets) => self.index_facets(facets),
+            Body::Round(_) => self.index_sphere(&self.bodies.boxes[object as usize]),
+        })
+    }
+
+    fn index_facets(&self, facets: &Facets) -> ObjectIndex {
+        let turns = (0..facets.len()).map(|facet| facets.turn(facet, self.light)).collect();
+        let trees = self.frames.iter().map(|frame| {
+            let mut boxes = Vec::new();
+            let mut items = Vec::new();
+            for (facet, corners) in facets.iter().map(Facet::corners).enumerate() {
+                let mut points = [facets.point(corners[0]); 4];
+                for (point, &corner) in points.iter_mut().zip(corners) {
+                    *point = facets.point(corner);
+                }
+                if let Some(bounds) = frame.bounds(&points[..corners.len()]) {
+                    boxes.push(bounds);
+                    items.push(facet as u32);
+                }
+            }
+            (BoxTree::build(&boxes), items)
+        });
+        ObjectIndex { turns, trees: trees.collect() }
+    }
+
+    fn index_sphere(&self, world: &Aabb) -> ObjectIndex {
+        let corners = box_corners(world);
+        let trees = self.frames.iter().map(|frame| {
+            let boxes: Vec<Aabb> = frame.bounds(&corners).into_iter().collect();
+            (BoxTree::build(&boxes), vec![0])
+        });
+        ObjectIndex { turns: Vec::new(), trees: trees.collect() }
+    }
+}
+
+fn box_corners(bounds: &Aabb) -> [Point<'static>; 8] {
+    std::array::from_fn(|i| {
+        let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+        Point::exact([pick(0), pick(1), pick(2)].into())
+    })
+}
+
+fn push_edges(edges: &mut Vec<DirectedEdge>, id: FacetId, facet: &Facet, flipped: bool, polygon: u32) {
+    let corners = facet.corners();
+    for (side, &from) in corners.iter().enumerate() {
+        let to = corners[(side + 1) % corners.len()];
+        edges.push(DirectedEdge::new(id.object, [from, to], flipped, polygon, side as u8));
+    }
+}

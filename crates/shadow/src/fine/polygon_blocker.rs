@@ -1,0 +1,131 @@
+//! A planar convex occluder seen from one receiver: its shadow there, without projecting anything.
+//!
+//! For a polygon (a_0 … a_n) with the light strictly on one side of its plane, a point p is blocked exactly when p lies
+//! on the inner side of every shadow plane (a_i, a_{i+1}, light), borders included, and strictly beyond the polygon's
+//! own plane. All of these are affine in p. Turning every polygon counter-clockwise *in the projection* is the sign of
+//! its plane at the light (NUMERICS.md, "Blocking as signs").
+
+use umbriel_geometry::{Approx, Point, Sign};
+
+use super::{
+    field::{Field, Weights},
+    outline::{Outline, ParamBox},
+    receiver::Receiver,
+};
+
+/// A facet of the scene: which object, which face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct FacetId {
+    pub(crate) object: u32,
+    pub(crate) facet: u32,
+}
+
+/// The functions `sides` use numbers 0..4; this one is "strictly beyond the polygon's plane".
+pub(crate) const NEARER: usize = 4;
+
+/// A polygon as an occluder of one receiver with N corners.
+#[derive(Clone, Debug)]
+pub(crate) struct PolygonBlocker<const N: usize> {
+    pub(crate) id: FacetId,
+    /// Inner side of each shadow plane ≥ 0; number 4 is > 0 where the polygon is strictly nearer to the light.
+    functions: [Field<N>; 5],
+    side_count: usize,
+    /// The light lies in the polygon's plane: it blocks no area, but no cell that it touches is proved lit.
+    pub(crate) edge_on: bool,
+    /// For each edge, how many more polygons lie inside than outside of it: 0 inside a sheet.
+    pub(crate) border: [u32; 4],
+    outline: Outline,
+}
+
+impl<const N: usize> PolygonBlocker<N> {
+    /// `None` when the polygon cannot block any point of the receiver. `light_side` is the side of the polygon's plane
+    /// on which the light lies.
+    pub(crate) fn new(id: FacetId, corners: &[Point], light_side: Sign, receiver: &Receiver<N>) -> Option<Self> {
+        let sign = if light_side == Sign::Negative { -1.0 } else { 1.0 };
+        let plane = [&corners[0], &corners[1], &corners[corners.len() - 1]];
+        let edge_on = light_side == Sign::Zero;
+        let nearer = Field::new(receiver.sides_of_plane(plane, -sign));
+        let beyond_reach = if edge_on { has_one_sign(&nearer) } else { everywhere(&nearer, |v| v <= 0.0) };
+        if beyond_reach || receiver.is_before(corners) {
+            return None;
+        }
+        let mut functions = [nearer; 5];
+        for (i, from) in corners.iter().enumerate() {
+            let to = &corners[(i + 1) % corners.len()];
+            let side = Field::new(receiver.sides_of_shadow_plane([from, to], sign));
+            let misses = if edge_on { has_one_sign(&side) } else { everywhere(&side, |v| v < 0.0) };
+            if misses {
+                return None;
+            }
+            functions[i] = side;
+        }
+        let side_count = corners.len();
+        let outline = match (receiver.facing, edge_on) {
+            (None, _) => Outline::UNBOUNDED,
+            (_, true) => Outline::of_images(corners, receiver),
+            (_, false) => Outline::new(&functions[..side_count]),
+        };
+        Some(Self { id, functions, side_count, edge_on, border: [0; 4], outline })
+    }
+
+    /// Function `index`: a side's, or [`NEARER`].
+    pub(crate) fn function(&self, index: usize) -> &Field<N> {
+        &self.functions[index]
+    }
+
+    /// The numbers of all functions.
+    pub(crate) fn function_indices(&self) -> impl Iterator<Item = usize> + use<N> {
+        (0..self.side_count).chain([NEARER])
+    }
+
+
+    /// A bound on the shadow in the face's parameters.
+    pub(crate) fn reach(&self) -> &ParamBox {
+        &self.outline.reach
+    }
+
+    /// A bound on an edge's shadow in the face's parameters.
+    pub(crate) fn edge_reach(&self, side: usize) -> ParamBox {
+        self.outline.edge(side, self.side_count)
+    }
+
+    /// Whether the polygon blocks the point with these weights; `None` where the bounds cannot tell.
+    pub(crate) fn blocks(&self, weights: &Weights<N>) -> Option<bool> {
+        if self.edge_on {
+            return None;
+        }
+        let mut certain = true;
+        for index in self.function_indices() {
+            match self.functions[index].near(weights).sign() {
+                Some(Sign::Negative) => return Some(false),
+                Some(Sign::Zero) if index == NEARER => return Some(false),
+                Some(_) => {}
+                None => certain = false,
+            }
+        }
+        certain.then_some(true)
+    }
+
+    /// The likely answer, for estimates.
+    pub(crate) fn probably_blocks(&self, weights: &Weights<N>) -> bool {
+        !self.edge_on
+            && self.function_indices().all(|index| {
+                let value = self.functions[index].at(weights).value;
+                value > 0.0 || (value == 0.0 && index != NEARER)
+            })
+    }
+}
+
+fn corners<const N: usize>(field: &Field<N>) -> impl Iterator<Item = Approx> + '_ {
+    (0..N).map(|k| field.corner(k))
+}
+
+/// Whether an upper bound of the function fulfils `test` at all corners, and so everywhere.
+fn everywhere<const N: usize>(field: &Field<N>, test: impl Fn(f64) -> bool) -> bool {
+    corners(field).all(|corner| test(corner.value + corner.error))
+}
+
+/// Whether the function is strictly positive everywhere, or strictly negative everywhere.
+fn has_one_sign<const N: usize>(field: &Field<N>) -> bool {
+    corners(field).all(|c| c.value > c.error) || corners(field).all(|c| -c.value > c.error)
+}

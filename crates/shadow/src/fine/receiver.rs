@@ -1,0 +1,43 @@
+//! What a blocker is measured against: the corners of a flat face, or of a hull round a part of a curved one.
+
+use umbriel_geometry::{
+    Approx, LightSource, Point, Sign,
+    predicates::{Target, side_filter, side_value},
+};
+
+/// Up to N points whose convex hull holds the receiver. Unused corners repeat the first one.
+pub(crate) struct Receiver<'a, const N: usize> {
+    pub(crate) points: [Point<'a>; N],
+    pub(crate) light: &'a LightSource,
+    /// For a flat face: on which side of (first, second, last corner) the light lies. `None` for a hull, whose
+    /// points are only bounds: signs are then never settled by exact arithmetic.
+    pub(crate) facing: Option<Sign>,
+}
+
+impl<const N: usize> Receiver<'_, N> {
+    /// The side of the plane (a, b, c) on which each corner lies, times `sign`.
+    pub(crate) fn sides_of_plane(&self, [a, b, c]: [&Point; 3], sign: f64) -> [Approx; N] {
+        self.points.map(|point| self.evaluate(a, b, c, Target::Point(&point), sign))
+    }
+
+    /// The side of the shadow plane through the edge (a, b) on which each corner lies, times `sign`.
+    pub(crate) fn sides_of_shadow_plane(&self, [a, b]: [&Point; 2], sign: f64) -> [Approx; N] {
+        self.points.map(|point| self.evaluate(a, b, &point, Target::Light(self.light), sign))
+    }
+
+    fn evaluate(&self, a: &Point, b: &Point, c: &Point, target: Target, sign: f64) -> Approx {
+        let value = if self.facing.is_some() { side_value(a, b, c, target) } else { side_filter(a, b, c, target) };
+        Approx { value: value.value * sign, error: value.error }
+    }
+
+    /// Whether all of the polygon lies in the face's plane or behind it, seen from the light: it cannot block. Exact;
+    /// `false` for a hull.
+    pub(crate) fn is_before(&self, corners: &[Point]) -> bool {
+        let Some(facing) = self.facing else { return false };
+        let [a, b, c] = [&self.points[0], &self.points[1], &self.points[N - 1]];
+        corners.iter().all(|corner| {
+            let side = Sign::of(side_value(a, b, c, Target::Point(corner)).value);
+            side.times(facing) != Sign::Positive
+        })
+    }
+}

@@ -1,0 +1,98 @@
+//! What the cells of one face add up to, in whole numbers where a face is flat.
+//!
+//! A flat face's cells are fractions 4^-level of its parameter square, so shares are counted exactly in units of
+//! 4^-[`UNIT_LEVEL`]; the area enters once, with its bound. Curved cells carry areas of their own.
+
+use umbriel_geometry::Approx;
+
+use crate::report::{Cell, SampleCount};
+
+/// The level of the unit; finer cells do not occur (21 levels of the octree, faces no larger than its root).
+const UNIT_LEVEL: u32 = 29;
+
+/// A measure of surface: whole units for flat faces, square metres for curved ones.
+pub(crate) trait Measure: Clone + Send {
+    /// Nothing.
+    fn zero() -> Self;
+    /// Adds another measure.
+    fn add(&mut self, other: &Self);
+    /// `sixteenths` of 16 parts.
+    fn part(&self, sixteenths: u64) -> Self;
+}
+
+/// Units of 4^-UNIT_LEVEL of a parameter square.
+pub(crate) type Units = u64;
+
+/// The units of a square cell, or of the half cell at a triangle's long side.
+pub(crate) fn cell_units(level: u8, is_half: bool) -> Units {
+    (1 << (2 * (UNIT_LEVEL - u32::from(level)))) >> u32::from(is_half)
+}
+
+impl Measure for Units {
+    fn zero() -> Self {
+        0
+    }
+    fn add(&mut self, other: &Self) {
+        *self += other;
+    }
+    fn part(&self, sixteenths: u64) -> Self {
+        self / 16 * sixteenths
+    }
+}
+
+impl Measure for Approx {
+    fn zero() -> Self {
+        Approx::exact(0.0)
+    }
+    fn add(&mut self, other: &Self) {
+        *self = *self + *other;
+    }
+    fn part(&self, sixteenths: u64) -> Self {
+        *self * Approx::exact(sixteenths as f64 / 16.0)
+    }
+}
+
+/// The sums over a face, and its stored cells.
+#[derive(Clone, Debug)]
+pub(crate) struct Tally<M> {
+    pub(crate) lit: M,
+    pub(crate) shadowed: M,
+    pub(crate) undecided: M,
+    /// The part of `undecided` that is lit by the estimate.
+    pub(crate) likely: M,
+    pub(crate) cells: Vec<Cell>,
+    pub(crate) samples: SampleCount,
+    /// Cells examined.
+    pub(crate) examined: u64,
+    /// Points decided one by one.
+    pub(crate) points: u64,
+}
+
+impl<M: Measure> Tally<M> {
+    /// Nothing counted yet.
+    pub(crate) fn new() -> Self {
+        Self {
+            lit: M::zero(),
+            shadowed: M::zero(),
+            undecided: M::zero(),
+            likely: M::zero(),
+            cells: Vec::new(),
+            samples: SampleCount::default(),
+            examined: 0,
+            points: 0,
+        }
+    }
+
+    /// Appends what another tally counted after this one.
+    pub(crate) fn append(&mut self, mut other: Self) {
+        self.lit.add(&other.lit);
+        self.shadowed.add(&other.shadowed);
+        self.undecided.add(&other.undecided);
+        self.likely.add(&other.likely);
+        self.cells.append(&mut other.cells);
+        self.samples.samples += other.samples.samples;
+        self.samples.lit += other.samples.lit;
+        self.examined += other.examined;
+        self.points += other.points;
+    }
+}

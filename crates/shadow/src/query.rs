@@ -1,0 +1,226 @@
+//! Single points, exactly.
+
+use std::{ops::ControlFlow, sync::OnceLock};
+
+use glam::DVec3;
+use umbriel_bvh::{BoxTree, Shaft};
+use umbriel_geometry::{
+    Aabb, Dyadic, ExactPoint, Facets, LightSource, Point, Ring, Sign, accept_point, blocking::Probe,
+};
+use umbriel_scene::{Scene, Shape};
+
+use crate::{
+    bodies::{Bodies, Body},
+    exact::{face_blocks, flat_face_is_turned_to, sphere_is_turned_to},
+    fine::{flat::flat_probe, patch::patch_probe},
+    receivers::flat_corners,
+    slack::SlackBox,
+};
+
+/// A place to ask about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// The point (u, v) of a face: triangle (or side, or patch) `face` of object `object`, its corners in input order.
+    Surface {
+        /// Index into the scene's objects.
+        object: usize,
+        /// Face of the object.
+        face: usize,
+        /// First parameter.
+        u: f64,
+        /// Second parameter.
+        v: f64,
+    },
+    /// World coordinates with a normal; stands for the slack box (half an ulp of `precision` a coordinate).
+    Oriented {
+        /// World coordinates, metres.
+        position: [f64; 3],
+        /// Which side is meant; any length but zero.
+        normal: [f64; 3],
+        /// The type the coordinates came in.
+        precision: Precision,
+    },
+    /// A point in space.
+    Free {
+        /// World coordinates, metres.
+        position: [f64; 3],
+    },
+}
+
+/// The float type that a point's coordinates came in; sets the size of its slack box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// 32-bit floats.
+    Single,
+    /// 64-bit floats.
+    Double,
+}
+
+/// The answer to a query.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Answer {
+    /// Whether the light reaches the place.
+    pub lit: bool,
+    /// Whether no surface was found at a place with a normal, so that it counted as a point in space.
+    pub in_space: bool,
+}
+
+/// Why a query is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum QueryDefect {
+    /// No such object.
+    #[error("there is no such object")]
+    NoObject,
+    /// No such face.
+    #[error("the object has no such face")]
+    NoFace,
+    /// (u, v) is not finite or outside the face.
+    #[error("(u, v) lies outside the face")]
+    OutsideFace,
+    /// A coordinate outside the accepted range, or a normal of length zero.
+    #[error("a coordinate is not an accepted number, or the normal is zero")]
+    BadNumber,
+}
+
+/// Exact answers to single points of a scene; builds what it needs on first use, so keep it for many points.
+#[derive(Debug)]
+pub struct Queries<'a> {
+    bodies: Bodies<'a>,
+    objects: BoxTree,
+    faces: Vec<OnceLock<BoxTree>>,
+}
+
+impl<'a> Queries<'a> {
+    /// Ready to answer about `scene`; builds a tree over the objects' boxes.
+    pub fn new(scene: &'a Scene) -> Self {
+        let bodies = Bodies::new(scene);
+        let objects = BoxTree::build(&bodies.boxes);
+        Self { faces: bodies.boxes.iter().map(|_| OnceLock::new()).collect(), bodies, objects }
+    }
+
+    /// Whether `place` is lit by `light`. Exact.
+    ///
+    /// # Errors
+    /// [`QueryDefect`].
+    pub fn lit(&self, place: &Place, light: &LightSource) -> Result<Answer, QueryDefect> {
+        match *place {
+            Place::Surface { object, face, u, v } => {
+                let lit = self.surface_point_is_lit(object, face, [u, v], light)?;
+                Ok(Answer { lit, in_space: false })
+            }
+            Place::Free { position } => {
+                let position = accept_point(position).map_err(|_| QueryDefect::BadNumber)?;
+                Ok(Answer { lit: !self.is_blocked(&float_probe(position), light), in_space: false })
+            }
+            Place::Oriented { position, normal, precision } => {
+                let position = accept_point(position).map_err(|_| QueryDefect::BadNumber)?;
+                let normal = accept_point(normal).map_err(|_| QueryDefect::BadNumber)?;
+                if normal == DVec3::ZERO {
+                    return Err(QueryDefect::BadNumber);
+                }
+                Ok(self.oriented_is_lit(position, normal, precision, light))
+            }
+        }
+    }
+
+    fn surface_point_is_lit(
+        &self,
+        object: usize,
+        face: usize,
+        [u, v]: [f64; 2],
+        light: &LightSource,
+    ) -> Result<bool, QueryDefect> {
+        let body = self.bodies.scene.objects.get(object).ok_or(QueryDefect::NoObject)?;
+        if face >= body.face_count() {
+            return Err(QueryDefect::NoFace);
+        }
+        let square = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
+        let is_triangle = matches!(body.shape, Shape::Mesh(_));
+        // u ≤ 1 − v, decided exactly.
+        let beyond = is_triangle && (Dyadic::new(1.0) - Dyadic::new(v) - Dyadic::new(u)).sign() == Sign::Negative;
+        if !square || beyond {
+            return Err(QueryDefect::OutsideFace);
+        }
+        Ok(match self.bodies.get(object) {
+            Body::Flat(facets) => {
+                let probe = flat_probe(&flat_corners(facets, face), u, v);
+                self.flat_point_is_lit(object, face, &probe, light)
+            }
+            Body::Round(round) => {
+                let probe = patch_probe(round, face, u, v);
+                sphere_is_turned_to(&self.bodies, object, &probe.exact, light) && !self.is_blocked(&probe, light)
+            }
+        })
+    }
+
+    fn flat_point_is_lit(&self, object: usize, face: usize, probe: &Probe, light: &LightSource) -> bool {
+        flat_face_is_turned_to(&self.bodies, object, face, light) && !self.is_blocked(probe, light)
+    }
+
+    /// Whether any face meets the open segment from the point to the light. A point's own face never does: seen from
+    /// its lit side it is in contact only.
+    fn is_blocked<R: Ring>(&self, probe: &Probe<R>, light: &LightSource) -> bool {
+        let bounds = Aabb::of([probe.bounds.position]).widened(probe.bounds.slack);
+        let shaft = Shaft::new(&bounds, light);
+        let walk = self.objects.for_each_in_shaft(&shaft, |object| {
+            let object = object as usize;
+            let blocks = |face: usize| face_blocks(&self.bodies, object, face, probe, light);
+            match self.bodies.get(object) {
+                Body::Round(_) if blocks(0) => ControlFlow::Break(()),
+                Body::Round(_) => ControlFlow::Continue(()),
+                Body::Flat(facets) => self.face_tree(object, facets).for_each_in_shaft(&shaft, |face| {
+                    if blocks(face as usize) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                }),
+            }
+        });
+        walk.is_break()
+    }
+
+    fn face_tree(&self, object: usize, facets: &Facets) -> &BoxTree {
+        self.faces[object].get_or_init(|| {
+            let boxes: Vec<Aabb> = (0..facets.len()).map(|face| facets.facet_bounds(face)).collect();
+            BoxTree::build(&boxes)
+        })
+    }
+
+    /// Any surface point of the slack box that is turned the right way has a right answer: if all agree it is theirs,
+    /// and otherwise either answer is right.
+    fn oriented_is_lit(&self, position: DVec3, normal: DVec3, precision: Precision, light: &LightSource) -> Answer {
+        let slack = SlackBox::new(position, precision);
+        let mut objects = Vec::new();
+        self.objects.for_each_meeting(&slack.bounds, |object| objects.push(object as usize));
+        objects.sort_unstable();
+        let mut is_on_surface = false;
+        for object in objects {
+            let found = match self.bodies.get(object) {
+                Body::Flat(facets) => {
+                    let mut faces = Vec::new();
+                    self.face_tree(object, facets).for_each_meeting(&slack.bounds, |face| faces.push(face as usize));
+                    faces.sort_unstable();
+                    faces.into_iter().find_map(|face| {
+                        let point = slack.point_on_face(facets, face)?;
+                        is_on_surface = true;
+                        let is_one_sided = self.bodies.is_one_sided(object, face);
+                        let is_meant = slack.is_meant(facets, face, normal, is_one_sided, light);
+                        is_meant.then(|| self.flat_point_is_lit(object, face, &point, light))
+                    })
+                }
+                Body::Round(round) => slack.point_on_sphere(round, normal).map(|probe| {
+                    sphere_is_turned_to(&self.bodies, object, &probe.exact, light) && !self.is_blocked(&probe, light)
+                }),
+            };
+            if let Some(lit) = found {
+                return Answer { lit, in_space: false };
+            }
+        }
+        // On a surface whose lit side looks the other way, the side that is meant gets no light.
+        let lit = !is_on_surface && !self.is_blocked(&float_probe(position), light);
+        Answer { lit, in_space: !is_on_surface }
+    }
+}
+
+/// A point given by floats.
+fn float_probe(position: DVec3) -> Probe {
+    Probe { bounds: Point::exact(position), exact: ExactPoint::from_position(position) }
+}

@@ -1,0 +1,249 @@
+//! The asked receivers under one light, cut into jobs of some faces each.
+
+use std::ops::Range;
+
+use umbriel_geometry::{Approx, Facet, Facets, LightSource, Point, Surd, blocking::Probe};
+
+use crate::{
+    bodies::{Bodies, Body, Round},
+    exact::{face_blocks, flat_face_is_turned_to, sphere_is_turned_to},
+    fine::{
+        Blocker, Blockers, Entry, FacetId, Occluders, Receiver,
+        flat::{FLAT, FlatFace},
+        lattice::Lattice,
+        patch::{Patch, patch_probe},
+        solid_angle::PatchArea,
+        tally::{Tally, Units, cell_units},
+    },
+    levels,
+    report::{Cell, SampleCount, Verdict},
+    request::{Detail, Request, Sampling},
+};
+
+/// Faces that one job takes.
+const FACES_PER_JOB: usize = 64;
+
+/// Some faces of one receiver.
+#[derive(Clone, Debug)]
+pub(crate) struct Job {
+    /// Index into the request's receivers.
+    pub(crate) receiver: usize,
+    faces: Range<usize>,
+}
+
+/// What a job found out.
+#[derive(Debug, Default)]
+pub(crate) struct FaceSums {
+    /// For each face, square metres: the area, what is proved lit, what may be lit, what is lit by the estimate.
+    pub(crate) areas: Vec<(Approx, Approx, Approx, Approx)>,
+    pub(crate) cells: Vec<Cell>,
+    pub(crate) samples: SampleCount,
+    pub(crate) examined: u64,
+    pub(crate) points: u64,
+    /// Whether any face had to be divided.
+    pub(crate) divided: bool,
+}
+
+/// All receivers of a request under one light.
+pub(crate) struct Receivers<'a> {
+    bodies: &'a Bodies<'a>,
+    light: &'a LightSource,
+    pub(crate) request: &'a Request,
+    detail: Detail,
+    /// For each receiver of the request, the objects that may shadow it.
+    occluders_of: &'a [Vec<u32>],
+    occluders: Occluders<'a>,
+    /// Metres between samples.
+    spacing: Option<f64>,
+}
+
+impl<'a> Receivers<'a> {
+    /// Builds nothing yet but the sample spacing.
+    pub(crate) fn new(
+        bodies: &'a Bodies<'a>,
+        light: &'a LightSource,
+        request: &'a Request,
+        detail: Detail,
+        occluders_of: &'a [Vec<u32>],
+    ) -> Self {
+        let spacing = request.sampling.map(|sampling| match sampling {
+            Sampling::Spacing(spacing) => spacing,
+            Sampling::Count(count) => (total_area(bodies, request) / count.max(1) as f64).sqrt(),
+        });
+        Self { bodies, light, request, detail, occluders_of, occluders: Occluders::new(bodies, light), spacing }
+    }
+
+    /// All jobs, in the order of receivers and faces.
+    pub(crate) fn jobs(&self) -> Vec<Job> {
+        let mut jobs = Vec::new();
+        for (receiver, &object) in self.request.receivers.iter().enumerate() {
+            let (faces, step) = match self.bodies.get(object) {
+                Body::Flat(facets) => (facets.len(), FACES_PER_JOB),
+                Body::Round(_) => (6, 1),
+            };
+            let starts = (0..faces).step_by(step);
+            jobs.extend(starts.map(|first| Job { receiver, faces: first..(first + step).min(faces) }));
+        }
+        jobs
+    }
+
+    /// Classifies the faces of a job.
+    pub(crate) fn run(&self, job: &Job, is_cancelled: &(dyn Fn() -> bool + Sync)) -> FaceSums {
+        let mut sums = FaceSums::default();
+        for face in job.faces.clone() {
+            match self.bodies.get(self.request.receivers[job.receiver]) {
+                Body::Flat(facets) => self.run_flat(job, facets, face, is_cancelled, &mut sums),
+                Body::Round(round) => self.run_patch(job, round, face, is_cancelled, &mut sums),
+            }
+        }
+        sums
+    }
+
+    fn run_flat(
+        &self,
+        job: &Job,
+        facets: &Facets,
+        face: usize,
+        is_cancelled: &(dyn Fn() -> bool + Sync),
+        sums: &mut FaceSums,
+    ) {
+        let object = self.request.receivers[job.receiver];
+        let area = facets.area(face);
+        if area.value == 0.0 {
+            return;
+        }
+        let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
+        let (along, longest) = levels::edges(facets, face);
+        let levels = levels::of_face(self.detail, self.request.keep_cells, &self.bodies.boxes[object], longest);
+        let lattice = self.spacing.map(|spacing| Lattice::new(along, spacing, is_triangle));
+        let whole = |verdict| FlatFace::decided(face as u32, is_triangle, verdict, levels, lattice);
+        let tally = if flat_face_is_turned_to(self.bodies, object, face, self.light) {
+            let corners = flat_corners(facets, face);
+            let id = FacetId { object: object as u32, facet: face as u32 };
+            let receiver = Receiver { points: corners, light: self.light, facing: Some(self.occluders.turn(id)) };
+            let mut candidates = self.occluders.candidates(&self.occluders_of[job.receiver], &corners);
+            candidates.facets.retain(|&candidate| candidate != id);
+            let blockers = self.occluders.blockers(&candidates, &receiver);
+            let blocks_exactly = |blockers: &Blockers<FLAT>, entry: Entry, probe: &Probe| {
+                let (object, facet) = match entry.blocker() {
+                    Blocker::Polygon(index) => (blockers.polygons[index].id.object, blockers.polygons[index].id.facet),
+                    Blocker::Sphere(index) => (blockers.spheres[index].object, 0),
+                };
+                face_blocks(self.bodies, object as usize, facet as usize, probe, self.light)
+            };
+            let flat = FlatFace {
+                face: face as u32,
+                is_triangle,
+                corners,
+                blockers,
+                levels,
+                lattice,
+                blocks_exactly: &blocks_exactly,
+                is_cancelled,
+            };
+            flat.run()
+        } else {
+            whole(Verdict::Shadowed)
+        };
+        let all = cell_units(0, is_triangle);
+        let share = |units: Units| scaled(area, units, all);
+        sums.areas.push((
+            area,
+            share(tally.lit),
+            share(all - tally.shadowed.min(all)),
+            share(tally.lit + tally.likely),
+        ));
+        sums.take(tally);
+    }
+
+    fn run_patch(
+        &self,
+        job: &Job,
+        round: &Round,
+        face: usize,
+        is_cancelled: &(dyn Fn() -> bool + Sync),
+        sums: &mut FaceSums,
+    ) {
+        let object = self.request.receivers[job.receiver];
+        let area = PatchArea::new(&round.sphere, &round.placement);
+        let bounds = &self.bodies.boxes[object];
+        // A patch's cell (level, i, j) is no longer than the bounding cube's edge / 2^level.
+        let levels = levels::of_face(self.detail, self.request.keep_cells, bounds, bounds.size().max_element());
+        let quarter = bounds.size() * std::f64::consts::FRAC_PI_4;
+        let along = [1, 2].map(|k| quarter[(face / 2 + k) % 3]);
+        let along = if face % 2 == 1 { along } else { [along[1], along[0]] };
+        let is_lit_exactly = |u: f64, v: f64| {
+            let probe: Probe<Surd> = patch_probe(round, face, u, v);
+            sphere_is_turned_to(self.bodies, object, &probe.exact, self.light)
+                && !self.point_is_blocked(&self.occluders_of[job.receiver], &probe)
+        };
+        let patch = Patch {
+            face: face as u32,
+            object: object as u32,
+            round,
+            is_one_sided: self.bodies.is_one_sided(object, face),
+            area: &area,
+            occluders: &self.occluders,
+            objects: &self.occluders_of[job.receiver],
+            levels,
+            lattice: self.spacing.map(|spacing| Lattice::new(along, spacing, false)),
+            is_lit_exactly: &is_lit_exactly,
+            is_cancelled,
+        };
+        let tally = patch.run();
+        let possible = tally.lit + tally.undecided;
+        let all = possible + tally.shadowed;
+        sums.areas.push((all, tally.lit, possible, tally.lit + tally.likely));
+        sums.take(tally);
+    }
+
+    /// Whether anything among `objects` blocks the way from the point to the light. Exact.
+    fn point_is_blocked(&self, objects: &[u32], probe: &Probe<Surd>) -> bool {
+        let candidates = self.occluders.candidates(objects, &[probe.bounds]);
+        let facets = candidates.facets.iter().map(|id| (id.object, id.facet));
+        let spheres = candidates.spheres.iter().map(|&object| (object, 0));
+        facets
+            .chain(spheres)
+            .any(|(object, face)| face_blocks(self.bodies, object as usize, face as usize, probe, self.light))
+    }
+}
+
+impl FaceSums {
+    fn take<M>(&mut self, mut tally: Tally<M>) {
+        self.cells.append(&mut tally.cells);
+        self.samples.samples += tally.samples.samples;
+        self.samples.lit += tally.samples.lit;
+        self.examined += tally.examined;
+        self.points += tally.points;
+        self.divided |= tally.examined > 1;
+    }
+}
+
+/// The corners of a flat face: first, second, third (or the first again), last.
+pub(crate) fn flat_corners(facets: &Facets, face: usize) -> [Point<'_>; FLAT] {
+    let point = |corner: u32| facets.point(corner);
+    match *facets.facet(face) {
+        Facet::Triangle([a, b, c]) => [point(a), point(b), point(a), point(c)],
+        Facet::Parallelogram(corners) => corners.map(point),
+    }
+}
+
+/// The area of `units` out of `all`; nothing and everything are exact shares.
+fn scaled(area: Approx, units: Units, all: Units) -> Approx {
+    if units == all {
+        return area;
+    }
+    let share = units as f64 / all as f64;
+    if units == 0 { Approx::exact(0.0) } else { area * Approx { value: share, error: share * f64::EPSILON } }
+}
+
+fn total_area(bodies: &Bodies, request: &Request) -> f64 {
+    let area = |&object: &usize| match bodies.get(object) {
+        Body::Flat(facets) => (0..facets.len()).map(|face| facets.area(face).value).sum::<f64>(),
+        Body::Round(_) => {
+            let size = bodies.boxes[object].size();
+            std::f64::consts::PI * (size.x * size.y + size.y * size.z + size.z * size.x) / 3.0
+        }
+    };
+    request.receivers.iter().map(area).sum()
+}
