@@ -1,0 +1,53 @@
+//! Pictures as PNG: eight bits a channel, sRGB, no alpha.
+
+use std::io::{self, Write};
+
+use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+
+/// An RGB picture, row by row from the upper left corner.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width` × `height` pixels; red, green, blue, sRGB.
+    pub pixels: Vec<[u8; 3]>,
+}
+
+/// Writes a picture as PNG.
+///
+/// # Errors
+/// What the system says, or `InvalidInput` when the number of pixels is not width × height, or one of them is zero.
+pub fn write_png(picture: &Picture, out: &mut impl Write) -> io::Result<()> {
+    let expected = u64::from(picture.width) * u64::from(picture.height);
+    if picture.pixels.len() as u64 != expected || expected == 0 {
+        let text = format!("{} pixels for a picture of {} x {}", picture.pixels.len(), picture.width, picture.height);
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
+    }
+    PngEncoder::new(out)
+        .write_image(picture.pixels.as_flattened(), picture.width, picture.height, ExtendedColorType::Rgb8)
+        .map_err(io::Error::other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_comes_back_as_it_was() {
+        let picture = Picture { width: 2, height: 1, pixels: vec![[255, 0, 7], [1, 2, 3]] };
+        let mut bytes = Vec::new();
+        write_png(&picture, &mut bytes).expect("written");
+        let read = image::load_from_memory(&bytes).expect("a picture").into_rgb8();
+        assert_eq!((read.width(), read.height()), (2, 1));
+        assert_eq!(read.into_raw(), picture.pixels.as_flattened());
+    }
+
+    #[test]
+    fn a_wrong_size_is_refused() {
+        let picture = Picture { width: 2, height: 2, pixels: vec![[0; 3]; 3] };
+        assert!(write_png(&picture, &mut Vec::new()).is_err());
+        assert!(write_png(&Picture { width: 0, height: 0, pixels: Vec::new() }, &mut Vec::new()).is_err());
+    }
+}

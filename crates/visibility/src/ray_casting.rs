@@ -1,0 +1,260 @@
+//! Visible surface by ray casting (Appel, "Some techniques for shading machine renderings of solids", AFIPS 1968).
+//!
+//! Two levels: a tree over the objects' world boxes, and one BVH a mesh, which all instances of the mesh share; rays are
+//! pulled into local coordinates. Rectangles, boxes and spheres are hit as they are, not tessellated. O(log n) a ray in
+//! practice. Double precision, rounded: for pictures, not for proofs. Equal distances go to the lower object and face.
+
+use std::{collections::HashMap, sync::Arc};
+
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+use umbriel_bvh::{BoxTree, Ray, TriangleBvh};
+use umbriel_geometry::{Aabb, Cuboid, Mesh, Rectangle, Sphere};
+use umbriel_scene::{Object, Scene, Shape};
+
+use crate::{
+    local::{self, LocalHit},
+    view::View,
+};
+
+/// A point of a surface that a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceHit {
+    /// Index into the scene's objects.
+    pub object: usize,
+    /// Face of the object: a triangle, a side of a box, a patch of a sphere.
+    pub face: usize,
+    /// First parameter of the face.
+    pub u: f64,
+    /// Second parameter of the face.
+    pub v: f64,
+    /// How far along the ray, in lengths of its direction.
+    pub distance: f64,
+    /// Unit normal on the side where the face's winding says its front is, world coordinates.
+    pub normal: DVec3,
+}
+
+/// A scene made ready for rays.
+#[derive(Debug)]
+pub struct RayCaster {
+    tree: BoxTree,
+    boxes: Vec<Aabb>,
+    bodies: Vec<Body>,
+}
+
+/// An object pulled into local coordinates.
+#[derive(Debug)]
+struct Body {
+    shape: LocalShape,
+    to_local: DAffine3,
+}
+
+#[derive(Debug)]
+enum LocalShape {
+    Mesh(Arc<TriangleBvh>),
+    Rectangle(Rectangle),
+    Cuboid(Cuboid),
+    Sphere(Sphere),
+    /// A shape that this layer does not know; no ray meets it.
+    Unknown,
+}
+
+impl RayCaster {
+    /// Builds the trees; meshes shared by several objects are built once. O(n log n) in the number of objects and of
+    /// distinct triangles.
+    pub fn new(scene: &Scene) -> Self {
+        let mut meshes = HashMap::new();
+        let bodies = scene.objects.iter().map(|object| Body::new(object, &mut meshes)).collect();
+        let boxes: Vec<Aabb> = scene.objects.iter().map(Object::bounds).collect();
+        Self { tree: BoxTree::build(&boxes), boxes, bodies }
+    }
+
+    /// The world boxes of the objects; empty for an object without surface.
+    pub fn boxes(&self) -> &[Aabb] {
+        &self.boxes
+    }
+
+    /// The first surface that `ray` meets.
+    pub fn nearest(&self, ray: &Ray) -> Option<SurfaceHit> {
+        let mut best: Option<(usize, LocalHit)> = None;
+        self.tree.for_each_near(ray, f64::INFINITY, |object, _, t_max| {
+            let object = object as usize;
+            let Some(hit) = self.bodies[object].nearest(ray, t_max) else { return t_max };
+            let wins = best.is_none_or(|(winner, so_far)| {
+                hit.distance < so_far.distance || (hit.distance == so_far.distance && object < winner)
+            });
+            if wins {
+                best = Some((object, hit));
+            }
+            t_max.min(hit.distance)
+        });
+        best.map(|(object, hit)| {
+            let normal = self.bodies[object].world_normal(hit.normal);
+            SurfaceHit { object, face: hit.face, u: hit.u, v: hit.v, distance: hit.distance, normal }
+        })
+    }
+
+    /// What is seen at the middle of every pixel, row by row from the upper left; rows are cast in parallel.
+    pub fn picture(&self, view: &View) -> Vec<Option<SurfaceHit>> {
+        let row = |y: u32| {
+            let middle = move |x: u32| view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            (0..view.width).map(move |x| self.nearest(&middle(x)))
+        };
+        (0..view.height).into_par_iter().flat_map_iter(row).collect()
+    }
+}
+
+impl Body {
+    fn new(object: &Object, meshes: &mut HashMap<*const Mesh, Arc<TriangleBvh>>) -> Self {
+        let shape = match &object.shape {
+            Shape::Mesh(mesh) => mesh_tree(mesh, meshes).map_or(LocalShape::Unknown, LocalShape::Mesh),
+            Shape::Rectangle(rectangle) => LocalShape::Rectangle(*rectangle),
+            Shape::Cuboid(cuboid) => LocalShape::Cuboid(*cuboid),
+            Shape::Sphere(sphere) => LocalShape::Sphere(*sphere),
+            _ => LocalShape::Unknown,
+        };
+        Self { shape, to_local: object.placement.map().inverse() }
+    }
+
+    fn nearest(&self, ray: &Ray, t_max: f64) -> Option<LocalHit> {
+        let local = Ray::new(
+            self.to_local.transform_point3(ray.origin),
+            // Not normalised: distances stay those of the world.
+            self.to_local.transform_vector3(ray.direction),
+        );
+        let hit = match &self.shape {
+            LocalShape::Mesh(bvh) => mesh_hit(bvh, &local, t_max),
+            LocalShape::Rectangle(rectangle) => local::rectangle(rectangle, &local),
+            LocalShape::Cuboid(cuboid) => local::cuboid(cuboid, &local),
+            LocalShape::Sphere(sphere) => local::sphere(sphere, &local),
+            LocalShape::Unknown => None,
+        };
+        hit.filter(|hit| hit.distance <= t_max)
+    }
+
+    /// Normals go by the transposed inverse. Under a mirroring map that also keeps the front at the front.
+    fn world_normal(&self, local: DVec3) -> DVec3 {
+        (self.to_local.matrix3.transpose() * local).normalize_or_zero()
+    }
+}
+
+/// The tree of a mesh, built at its first use. `None` never comes of a mesh that was accepted.
+fn mesh_tree(mesh: &Arc<Mesh>, trees: &mut HashMap<*const Mesh, Arc<TriangleBvh>>) -> Option<Arc<TriangleBvh>> {
+    if let Some(tree) = trees.get(&Arc::as_ptr(mesh)) {
+        return Some(tree.clone());
+    }
+    let tree = TriangleBvh::build(mesh.positions().to_vec(), mesh.triangles().to_vec()).ok().map(Arc::new)?;
+    trees.insert(Arc::as_ptr(mesh), tree.clone());
+    Some(tree)
+}
+
+fn mesh_hit(bvh: &TriangleBvh, ray: &Ray, t_max: f64) -> Option<LocalHit> {
+    let hit = bvh.nearest_hit(ray.origin, ray.direction, t_max)?;
+    let [a, b, c] = bvh.corners(hit.triangle);
+    let normal = (b - a).cross(c - a);
+    Some(LocalHit { distance: hit.t, face: hit.triangle as usize, u: hit.u, v: hit.v, normal })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DQuat;
+    use umbriel_geometry::Placement;
+    use umbriel_scene::{Camera, Projection, Sides};
+
+    fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
+        let placement = Placement::new(map).expect("regular");
+        Object::new(name.into(), shape, placement, Sides::Auto).expect("a body")
+    }
+
+    fn scene(objects: Vec<Object>) -> Scene {
+        Scene { objects, ..Default::default() }
+    }
+
+    /// A unit square of two triangles in the plane z = 0, seen from +z.
+    fn square() -> Shape {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        Shape::Mesh(Arc::new(Mesh::new(positions, vec![[0, 1, 2], [0, 2, 3]]).expect("a mesh")))
+    }
+
+    #[test]
+    fn a_sphere_and_a_box_are_seen_where_they_are() {
+        let sphere = Shape::Sphere(Sphere { radius: 1.0 });
+        let cuboid = Shape::Cuboid(Cuboid { size: [2.0, 2.0, 2.0] });
+        let caster = RayCaster::new(&scene(vec![
+            object("sphere", sphere, DAffine3::from_translation(DVec3::new(-2.0, 0.0, 0.0))),
+            object("box", cuboid, DAffine3::from_translation(DVec3::new(2.0, 0.0, 0.0))),
+        ]));
+        let camera = Camera {
+            eye: DVec3::new(0.0, 0.0, 10.0),
+            target: DVec3::ZERO,
+            up: DVec3::Y,
+            projection: Projection::Orthographic { height: 4.0 },
+        };
+        let (width, height) = (80, 40);
+        let picture = caster.picture(&View { camera, width, height });
+        for (index, hit) in picture.iter().enumerate() {
+            let at = |pixel: usize, pixels: u32| (pixel as f64 + 0.5 - 0.5 * f64::from(pixels)) / 10.0;
+            let (x, y) = (at(index % width as usize, width), -at(index / width as usize, height));
+            let expected = if (x + 2.0).hypot(y) < 1.0 {
+                Some((0, 10.0 - (1.0 - (x + 2.0).powi(2) - y * y).sqrt()))
+            } else if (x - 2.0).abs() < 1.0 && y.abs() < 1.0 {
+                Some((1, 9.0))
+            } else {
+                None
+            };
+            assert_eq!(hit.map(|hit| hit.object), expected.map(|(object, _)| object), "at ({x}, {y})");
+            if let (Some(hit), Some((_, distance))) = (hit, expected) {
+                assert!((hit.distance - distance).abs() < 1e-12);
+                assert!(hit.normal.z > 0.0 && (hit.normal.length() - 1.0).abs() < 1e-12);
+            }
+        }
+        let middle = picture[20 * width as usize + 60].expect("the box");
+        assert_eq!((middle.face, middle.normal), (5, DVec3::Z));
+    }
+
+    #[test]
+    fn instances_share_a_mesh_and_keep_their_own_place() {
+        let shape = square();
+        let turned = DAffine3::from_rotation_translation(
+            DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2),
+            DVec3::new(0.0, 0.0, 5.0),
+        );
+        let mirrored = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
+        let objects = [DAffine3::from_scale(DVec3::new(2.0, 4.0, 1.0)), turned, mirrored];
+        let caster = RayCaster::new(&scene(objects.map(|map| object("o", shape.clone(), map)).to_vec()));
+        let shared = |body: &Body| match &body.shape {
+            LocalShape::Mesh(bvh) => Arc::as_ptr(bvh),
+            _ => std::ptr::null(),
+        };
+        assert!(caster.bodies.iter().all(|body| shared(body) == shared(&caster.bodies[0])));
+        let ray = Ray::new(DVec3::new(1.5, 1.0, 3.0), DVec3::NEG_Z);
+        let hit = caster.nearest(&ray).expect("the stretched one");
+        assert_eq!((hit.object, hit.face, hit.distance, hit.u, hit.v), (0, 0, 3.0, 0.5, 0.25));
+        let hit = caster.nearest(&Ray::new(DVec3::new(3.0, 0.75, 4.5), DVec3::NEG_X)).expect("the turned one");
+        assert_eq!((hit.object, hit.face, hit.distance), (1, 1, 3.0));
+        assert!((hit.normal - DVec3::X).length() < 1e-12);
+        let hit = caster.nearest(&Ray::new(DVec3::new(-0.75, 0.5, 3.0), DVec3::NEG_Z)).expect("the mirrored one");
+        assert_eq!((hit.object, hit.normal), (2, DVec3::Z), "a mirrored front stays in front");
+        assert_eq!(caster.nearest(&Ray::new(DVec3::new(-1.5, 0.5, 3.0), DVec3::NEG_Z)), None);
+    }
+
+    #[test]
+    fn the_nearer_body_hides_the_farther_one_at_any_scale() {
+        for scale in [2.0f64.powi(-40), 1.0, 2.0f64.powi(40)] {
+            let sphere = Shape::Sphere(Sphere { radius: scale });
+            let floor = Shape::Rectangle(Rectangle { size: [8.0 * scale; 2] });
+            let above = DAffine3::from_translation(DVec3::new(0.0, 2.0 * scale, 0.0));
+            let caster = RayCaster::new(&scene(vec![
+                object("floor", floor, DAffine3::IDENTITY),
+                object("sphere", sphere, above),
+            ]));
+            let down =
+                |x: f64| caster.nearest(&Ray::new(DVec3::new(x, 9.0, 0.0) * scale, DVec3::NEG_Y)).expect("a hit");
+            assert_eq!((down(0.5).object, down(2.0).object), (1, 0));
+            assert_eq!((down(2.0).u, down(2.0).v, down(2.0).distance), (0.75, 0.5, 9.0 * scale));
+            let up = caster.nearest(&Ray::new(DVec3::new(0.0, 2.0, 0.0) * scale, DVec3::Y)).expect("from inside");
+            assert_eq!((up.object, up.face, up.distance), (1, 3, scale));
+        }
+    }
+}
