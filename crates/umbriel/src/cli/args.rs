@@ -1,0 +1,262 @@
+//! What was typed; nothing here opens a file.
+
+use std::path::PathBuf;
+
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+
+/// Shadows in object space with a known error.
+///
+/// For every object and light of a scene (.toml, .obj, .gltf, .glb): which parts of its surface are lit, which are in
+/// shadow, and exactly how much is still undecided.
+#[derive(Debug, Parser)]
+#[command(
+    name = "umbriel",
+    version,
+    after_help = "Conventions: right-handed, y up, metres. Azimuth counts clockwise from north (-Z), east is +X.\n\
+                  Exit codes: 0 done; 1 the files were read and their content is refused; 2 usage, a missing or \
+                  unreadable file, a failed write; 130 interrupted."
+)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Tell what a scene holds: objects, lights, extents, and what is odd about it
+    Info(InfoArgs),
+    /// Compute the shadows: lit area of every object with bounds
+    Bake(BakeArgs),
+    /// Answer points exactly: lit or not
+    Query(QueryArgs),
+    /// Draw the scene with its computed shadows
+    Render(RenderArgs),
+}
+
+/// Which scene, and how to read it.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct SceneArgs {
+    /// Scene file (.toml) or model (.obj, .gltf, .glb)
+    pub(crate) scene: PathBuf,
+    /// Which axis points up; z: +Y becomes north [default: as the scene file says, else y]
+    #[arg(long, value_name = "AXIS")]
+    pub(crate) up: Option<Up>,
+    /// Where north lies, degrees clockwise from -Z [default: as the scene file says, else 0]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = finite)]
+    pub(crate) north: Option<f64>,
+    /// Which sides of faces can be lit [default: as the scene file says, else auto]
+    #[arg(long, value_name = "SIDES")]
+    pub(crate) sides: Option<SidesChoice>,
+    /// Let the scene name files outside its own folder
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
+    /// Threads to compute with [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) threads: Option<u16>,
+    /// No progress bar
+    #[arg(long)]
+    pub(crate) quiet: bool,
+}
+
+/// Which lights.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct LightArgs {
+    /// Add a sun: azimuth and elevation in degrees
+    #[arg(long, value_name = "AZ,EL", allow_hyphen_values = true, value_parser = numbers::<2>)]
+    pub(crate) sun: Vec<[f64; 2]>,
+    /// Add a point light, metres
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
+    pub(crate) point: Vec<[f64; 3]>,
+    /// Use this light only (repeatable); added ones are called sun, sun_2, ..., point, point_2, ...
+    #[arg(long, value_name = "NAME")]
+    pub(crate) light: Vec<String>,
+}
+
+/// How fine.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct DetailArgs {
+    /// Depth in an object's octree at which cells stay undecided, 0 to 21 [default: 8]
+    #[arg(long, value_name = "N", value_parser = depth(), conflicts_with_all = ["cell", "max_undecided"])]
+    pub(crate) boundary_depth: Option<u8>,
+    /// Finest depth at which decided cells are stored [default: 4]
+    #[arg(long, value_name = "N", value_parser = depth(), requires = "boundary_depth")]
+    pub(crate) interior_depth: Option<u8>,
+    /// Edge of the smallest cell, metres
+    #[arg(long, value_name = "METRES", value_parser = positive, conflicts_with = "max_undecided")]
+    pub(crate) cell: Option<f64>,
+    /// Divide until at most this share (0 to 1) of the surface is undecided
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pub(crate) max_undecided: Option<f64>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct InfoArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct BakeArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+    #[command(flatten)]
+    pub(crate) detail: DetailArgs,
+    /// Also sample about this many points, spread by area
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), conflicts_with = "spacing")]
+    pub(crate) samples: Option<u64>,
+    /// Also sample points at most this far apart, metres
+    #[arg(long, value_name = "METRES", value_parser = positive)]
+    pub(crate) spacing: Option<f64>,
+    /// Only objects whose name matches, with * and ? (repeatable); all objects cast shadows
+    #[arg(long, value_name = "GLOB")]
+    pub(crate) receiver: Vec<String>,
+    /// Write results to a .json, .csv or .glb file (repeatable)
+    #[arg(short, long = "output", value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+    /// Write results as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct QueryArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+    /// Points: CSV with a header x,y,z or x,y,z,nx,ny,nz or object,face,u,v
+    #[arg(long, value_name = "FILE")]
+    pub(crate) points: PathBuf,
+    /// Write the answers to a .csv file (repeatable) [default: standard output]
+    #[arg(short, long = "output", value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+    #[command(flatten)]
+    pub(crate) detail: DetailArgs,
+    /// Width and height of the picture in pixels
+    #[arg(long, value_name = "WxH", default_value = "1200x800", value_parser = size)]
+    pub(crate) size: [u32; 2],
+    /// Show undecided cells in this colour instead of deciding their pixels exactly
+    #[arg(long, value_name = "RRGGBB", num_args = 0..=1, require_equals = true, default_missing_value = "ff8c1a", value_parser = color)]
+    pub(crate) undecided: Option<[u8; 3]>,
+    /// Write the picture to a .png file (repeatable)
+    #[arg(short, long = "output", value_name = "FILE", required = true)]
+    pub(crate) output: Vec<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Up {
+    Y,
+    Z,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum SidesChoice {
+    /// One side for closed surfaces, both for everything else
+    Auto,
+    /// The side the winding says
+    One,
+    /// The side turned to the light
+    Two,
+}
+
+fn depth() -> impl clap::builder::TypedValueParser<Value = u8> {
+    clap::value_parser!(u8).range(0..=21)
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    text.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| "not a finite number".to_owned())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("not above zero".to_owned()) })
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let inside =
+        |value: f64| if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("not between 0 and 1".to_owned()) };
+    finite(text).and_then(inside)
+}
+
+/// N numbers with commas between them.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let parts = text.split(',').map(finite).collect::<Result<Vec<f64>, String>>()?;
+    parts.try_into().map_err(|parts: Vec<f64>| format!("{} numbers where {N} are needed", parts.len()))
+}
+
+/// Largest edge of a picture, pixels.
+const LARGEST_EDGE: u32 = 16_384;
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let edge = |part: &str| part.parse().ok().filter(|edge| (1..=LARGEST_EDGE).contains(edge));
+    text.split_once('x')
+        .and_then(|(width, height)| Some([edge(width)?, edge(height)?]))
+        .ok_or_else(|| format!("not a size like 1200x800, with edges from 1 to {LARGEST_EDGE}"))
+}
+
+fn color(text: &str) -> Result<[u8; 3], String> {
+    let digits = text.trim_start_matches('#');
+    let value = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6 && !digits.starts_with('+'));
+    let [_, red, green, blue] = value.ok_or("not a colour like ff8c1a: six hexadecimal digits")?.to_be_bytes();
+    Ok([red, green, blue])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_sound() {
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn values_may_begin_with_a_minus() {
+        let args = ["umbriel", "bake", "a.obj", "--sun", "-90,30", "--point", "-1,-2.5,3e1", "--north", "-12"];
+        let Command::Bake(bake) = Args::try_parse_from(args).expect("parsed").command else { panic!("not a bake") };
+        assert_eq!((bake.lights.sun, bake.lights.point), (vec![[-90.0, 30.0]], vec![[-1.0, -2.5, 30.0]]));
+        assert_eq!(bake.scene.north, Some(-12.0));
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        for wrong in [
+            "--sun 1",
+            "--sun 1,2,3",
+            "--point 1,2,nan",
+            "--cell 0",
+            "--cell 1 --boundary-depth 3",
+            "--interior-depth 3",
+            "--boundary-depth 22",
+            "--max-undecided 1.5",
+            "--samples 0",
+            "--samples 5 --spacing 1",
+            "--threads 0",
+            "--up x",
+        ] {
+            let args = ["umbriel", "bake", "a.obj"].into_iter().chain(wrong.split(' '));
+            assert_eq!(Args::try_parse_from(args).expect_err(wrong).exit_code(), 2);
+        }
+    }
+
+    #[test]
+    fn sizes_and_colours() {
+        assert_eq!(size("640x480"), Ok([640, 480]));
+        assert!(["640", "0x3", "3x-1", "20000x1", "3x4x5"].iter().all(|wrong| size(wrong).is_err()));
+        assert_eq!(color("#0a0B0c"), Ok([10, 11, 12]));
+        assert!(["12345", "orange", "+12345"].iter().all(|wrong| color(wrong).is_err()));
+        let plain = Args::try_parse_from(["umbriel", "render", "a.obj", "-o", "a.png", "--undecided"]).expect("parsed");
+        let Command::Render(render) = plain.command else { panic!("not a render") };
+        assert_eq!(render.undecided, Some([0xff, 0x8c, 0x1a]));
+    }
+}

@@ -1,0 +1,54 @@
+//! From the command line to an exit code; one command a file.
+
+mod args;
+mod bake;
+mod failure;
+mod glob;
+mod info;
+mod plan;
+mod query;
+mod render;
+
+use std::{
+    io::{self, Write},
+    process::ExitCode,
+};
+
+use clap::Parser;
+
+pub(crate) use failure::Failure;
+
+use crate::progress::Interrupt;
+
+/// Parses, runs, reports. clap's own complaints exit with 2, `--help` with 0.
+pub(crate) fn main() -> ExitCode {
+    let args = match args::Args::try_parse() {
+        Ok(args) => args,
+        Err(error) => {
+            // Nothing sensible is left to do when even this cannot be printed.
+            let _ = error.print();
+            return ExitCode::from(error.exit_code().clamp(0, 255) as u8);
+        }
+    };
+    match run(&args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => report(&failure),
+    }
+}
+
+fn run(args: &args::Args) -> Result<(), Failure> {
+    let interrupt = Interrupt::install();
+    match &args.command {
+        args::Command::Info(args) => info::run(args),
+        args::Command::Bake(args) => bake::run(args, &interrupt),
+        args::Command::Query(args) => query::run(args, &interrupt),
+        args::Command::Render(args) => render::run(args, &interrupt),
+    }
+}
+
+fn report(failure: &Failure) -> ExitCode {
+    if let Some(message) = failure.message() {
+        let _ = writeln!(io::stderr(), "umbriel: {message}");
+    }
+    ExitCode::from(failure.exit_code())
+}

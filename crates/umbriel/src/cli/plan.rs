@@ -1,0 +1,185 @@
+//! From what was typed to ready objects: the scene, its lights, receivers, detail, threads.
+
+use std::{path::Path, time::Instant};
+
+use umbriel_geometry::{LightDefect, LightSource};
+use umbriel_io::{DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
+use umbriel_scene::{Light, Scene, Sides};
+use umbriel_shadow::Detail;
+
+use crate::{
+    cli::{
+        Failure,
+        args::{DetailArgs, LightArgs, SceneArgs, SidesChoice, Up},
+        glob,
+    },
+    output::{self, findings},
+};
+
+/// The source's depth at which decided cells are still stored.
+const INTERIOR_DEPTH: u8 = 4;
+
+/// A scene that was read, and how long that took.
+#[derive(Debug)]
+pub(crate) struct Loaded {
+    pub(crate) file: LoadedScene,
+    pub(crate) seconds: f64,
+}
+
+/// Sets up the threads and reads the scene.
+pub(crate) fn load(args: &SceneArgs) -> Result<Loaded, Failure> {
+    if let Some(threads) = args.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
+        pool.map_err(|error| Failure::Unusable(format!("--threads {threads}: {error}")))?;
+    }
+    let begun = Instant::now();
+    let options = LoadOptions {
+        up: args.up.map(|up| match up {
+            Up::Y => UpAxis::Y,
+            Up::Z => UpAxis::Z,
+        }),
+        north_degrees: args.north,
+        outside: if args.allow_outside { Outside::Allowed } else { Outside::Refused },
+        sides: args.sides.map(|sides| match sides {
+            SidesChoice::Auto => Sides::Auto,
+            SidesChoice::One => Sides::One,
+            SidesChoice::Two => Sides::Two,
+        }),
+    };
+    let file = umbriel_io::load(&args.scene, &options)?;
+    Ok(Loaded { file, seconds: begun.elapsed().as_secs_f64() })
+}
+
+/// Adds the lights that were typed to the scene and chooses: the named ones, else all. Some light there must be.
+pub(crate) fn choose_lights(loaded: &mut LoadedScene, args: &LightArgs, file: &Path) -> Result<Vec<usize>, Failure> {
+    for &[azimuth, elevation] in &args.sun {
+        let source = LightSource::sun(loaded.sun_from_angles(azimuth, elevation));
+        let typed = || format!("--sun {azimuth},{elevation}");
+        add_light(&mut loaded.scene, "sun", source, typed)?;
+    }
+    for &[x, y, z] in &args.point {
+        add_light(&mut loaded.scene, "point", LightSource::point([x, y, z]), || format!("--point {x},{y},{z}"))?;
+    }
+    let lights = &loaded.scene.lights;
+    if lights.is_empty() {
+        return Err(Failure::Refused(format!(
+            "{}: the scene has no light; give one with --sun AZIMUTH,ELEVATION (degrees) or --point X,Y,Z (metres)",
+            file.display()
+        )));
+    }
+    if args.light.is_empty() {
+        return Ok((0..lights.len()).collect());
+    }
+    let mut chosen = args.light.iter().map(|name| find_light(lights, name)).collect::<Result<Vec<usize>, _>>()?;
+    chosen.sort_unstable();
+    chosen.dedup();
+    Ok(chosen)
+}
+
+fn add_light(
+    scene: &mut Scene,
+    name: &str,
+    source: Result<LightSource, LightDefect>,
+    typed: impl Fn() -> String,
+) -> Result<(), Failure> {
+    let source = source.map_err(|defect| Failure::Unusable(format!("{}: {defect}", typed())))?;
+    let taken = |name: &str| scene.lights.iter().any(|light| light.name == name);
+    let mut unique = name.to_owned();
+    for number in 2.. {
+        if !taken(&unique) {
+            break;
+        }
+        unique = format!("{name}_{number}");
+    }
+    scene.lights.push(Light { name: unique, source });
+    Ok(())
+}
+
+fn find_light(lights: &[Light], name: &str) -> Result<usize, Failure> {
+    lights.iter().position(|light| light.name == name).ok_or_else(|| {
+        let names: Vec<&str> = lights.iter().map(|light| light.name.as_str()).collect();
+        Failure::Unusable(format!("--light {name}: there is no such light; there is {}", names.join(", ")))
+    })
+}
+
+/// The objects whose names match one of the patterns; all without patterns. A pattern without a match is a mistake.
+pub(crate) fn choose_receivers(scene: &Scene, patterns: &[String]) -> Result<Vec<usize>, Failure> {
+    let matching = |pattern: &String| scene.objects.iter().any(|object| glob::matches(pattern, &object.name));
+    if let Some(pattern) = patterns.iter().find(|pattern| !matching(pattern)) {
+        let text = format!("--receiver {pattern}: no object has such a name; `umbriel info` lists the names");
+        return Err(Failure::Unusable(text));
+    }
+    let chosen = |name: &str| patterns.is_empty() || patterns.iter().any(|pattern| glob::matches(pattern, name));
+    Ok((0..scene.objects.len()).filter(|&object| chosen(&scene.objects[object].name)).collect())
+}
+
+/// Tells what was taken otherwise than the file says.
+pub(crate) fn tell_findings(scene: &Scene, quiet: bool) {
+    if !quiet {
+        findings::lines(&scene.findings).iter().for_each(|line| output::tell(&format!("note: {line}")));
+    }
+}
+
+/// Whether somebody looks at the single cells, or only at sums.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CellUse {
+    Sums,
+    Cells,
+}
+
+/// The detail: as typed, else as the scene file says, else the source's typical depths. Where single cells are looked
+/// at, decided ones are stored down to the boundary depth unless somebody said otherwise.
+pub(crate) fn choose_detail(args: &DetailArgs, file: Option<DetailSetting>, cells: CellUse) -> Result<Detail, Failure> {
+    let typed = if let Some(boundary) = args.boundary_depth {
+        Some(DetailSetting::Depth { interior: args.interior_depth, boundary })
+    } else if let Some(edge) = args.cell {
+        Some(DetailSetting::Cell { edge })
+    } else {
+        args.max_undecided.map(|share| DetailSetting::MaxUndecided { share })
+    };
+    let Detail::Depth { boundary: typical, .. } = Detail::default() else { return Ok(Detail::default()) };
+    match typed.or(file).unwrap_or(DetailSetting::Depth { interior: None, boundary: typical }) {
+        DetailSetting::Cell { edge } => Ok(Detail::Cell { edge }),
+        DetailSetting::MaxUndecided { share } => Ok(Detail::MaxUndecided { share }),
+        DetailSetting::Depth { interior: Some(interior), boundary } if interior > boundary => Err(Failure::Unusable(
+            format!("the interior depth {interior} is above the boundary depth {boundary}; lower it or leave it out"),
+        )),
+        DetailSetting::Depth { interior, boundary } => {
+            let coarse = if cells == CellUse::Cells { boundary } else { INTERIOR_DEPTH.min(boundary) };
+            Ok(Detail::Depth { interior: interior.unwrap_or(coarse), boundary })
+        }
+        _ => Ok(Detail::default()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn typed(boundary: Option<u8>, interior: Option<u8>) -> DetailArgs {
+        DetailArgs { boundary_depth: boundary, interior_depth: interior, cell: None, max_undecided: None }
+    }
+
+    #[test]
+    fn what_is_typed_wins_over_the_file() {
+        let file = Some(DetailSetting::Cell { edge: 0.5 });
+        let detail = |args: &DetailArgs, file, cells| choose_detail(args, file, cells).expect("a detail");
+        assert_eq!(detail(&typed(None, None), None, CellUse::Sums), Detail::Depth { interior: 4, boundary: 8 });
+        assert_eq!(detail(&typed(None, None), None, CellUse::Cells), Detail::Depth { interior: 8, boundary: 8 });
+        assert_eq!(detail(&typed(None, None), file, CellUse::Sums), Detail::Cell { edge: 0.5 });
+        assert_eq!(detail(&typed(Some(3), None), file, CellUse::Sums), Detail::Depth { interior: 3, boundary: 3 });
+        assert_eq!(detail(&typed(Some(9), Some(5)), None, CellUse::Cells), Detail::Depth { interior: 5, boundary: 9 });
+        assert!(choose_detail(&typed(Some(3), Some(4)), None, CellUse::Sums).is_err());
+    }
+
+    #[test]
+    fn added_lights_get_names_of_their_own() {
+        let mut scene = Scene::default();
+        for _ in 0..3 {
+            add_light(&mut scene, "sun", LightSource::sun([0.0, -1.0, 0.0]), String::new).expect("a light");
+        }
+        let names: Vec<&str> = scene.lights.iter().map(|light| light.name.as_str()).collect();
+        assert_eq!(names, ["sun", "sun_2", "sun_3"]);
+        assert!(find_light(&scene.lights, "moon").expect_err("no moon").message().is_some_and(|m| m.contains("sun_2")));
+    }
+}

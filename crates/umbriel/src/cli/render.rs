@@ -1,0 +1,60 @@
+//! `umbriel render`: the scene with its computed shadows, as a picture.
+
+use umbriel_io::write::{Staged, write_png};
+use umbriel_scene::Scene;
+use umbriel_shadow::{Progress, Request};
+use umbriel_visibility::{RayCaster, View};
+
+use crate::{
+    cli::{
+        Failure,
+        args::RenderArgs,
+        plan::{self, CellUse},
+    },
+    output::{
+        self, Format,
+        picture::{Studio, Undecided},
+    },
+    progress::{Bar, Interrupt},
+};
+
+pub(crate) fn run(args: &RenderArgs, interrupt: &Interrupt) -> Result<(), Failure> {
+    let files = output::targets(&args.output, &[Format::Png], &[&args.scene.scene])?;
+    let mut loaded = plan::load(&args.scene)?;
+    let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
+    let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
+    let scene = &loaded.file.scene;
+    plan::tell_findings(scene, args.scene.quiet);
+    let caster = RayCaster::new(scene);
+    let view = view(scene, &caster, args.size);
+    interrupt.check()?;
+    let receivers = seen(&caster, &view);
+    let bar = Bar::new(interrupt, args.scene.quiet);
+    let request = Request { detail, sampling: None, lights, receivers, keep_cells: true };
+    let report = umbriel_shadow::bake(scene, &request, &bar)?;
+    let undecided = args.undecided.map_or(Undecided::Decide, Undecided::Show);
+    let picture = Studio::new(scene, &caster, &report, undecided).picture(&view, &bar)?;
+    let stage = |file: &output::Target| Staged::new(&file.path, |out| write_png(&picture, out));
+    let staged = files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;
+    if bar.is_cancelled() {
+        return Err(Failure::Interrupted);
+    }
+    output::commit_all(staged)
+}
+
+/// The scene's camera, else one that frames it.
+fn view(scene: &Scene, caster: &RayCaster, [width, height]: [u32; 2]) -> View {
+    match scene.camera {
+        Some(camera) => View { camera, width, height },
+        None => View::framing(caster.boxes(), width, height),
+    }
+}
+
+/// The objects in the picture: only they need their shadows computed. One that shows in less than a pixel may be missed
+/// here; its points are then answered one by one.
+fn seen(caster: &RayCaster, view: &View) -> Vec<usize> {
+    let mut objects: Vec<usize> = caster.picture(view).into_iter().flatten().map(|hit| hit.object).collect();
+    objects.sort_unstable();
+    objects.dedup();
+    objects
+}

@@ -1,0 +1,108 @@
+//! Which stored cell holds a point (u, v) of a face: binary search in a list sorted by face and Morton code.
+
+use umbriel_shadow::{Cell, Verdict};
+
+/// Depth of the grid on which cells are compared; cells finer than that cannot be told apart.
+const DEPTH: u8 = 31;
+
+/// The stored cells of one object under one light.
+#[derive(Debug, Default)]
+pub(crate) struct CellMap {
+    cells: Vec<Entry>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    face: u32,
+    level: u8,
+    verdict: Verdict,
+    /// Morton code of the cell's first corner on the finest grid.
+    code: u64,
+}
+
+impl CellMap {
+    /// Cells must not overlap. O(n) for cells in Morton order, else O(n log n).
+    pub(crate) fn new(cells: &[Cell]) -> Self {
+        let entry = |cell: &Cell| {
+            let shift = DEPTH.saturating_sub(cell.level);
+            let code = interleave(cell.i << shift, cell.j << shift);
+            Entry { face: cell.face, level: cell.level.min(DEPTH), verdict: cell.verdict, code }
+        };
+        let mut cells: Vec<Entry> = cells.iter().map(entry).collect();
+        cells.sort_by_key(|entry| (entry.face, entry.code));
+        Self { cells }
+    }
+
+    /// The verdict of the stored cell that holds (u, v), if one does. O(log n).
+    pub(crate) fn verdict(&self, face: u32, u: f64, v: f64) -> Option<Verdict> {
+        let grid = f64::from(1u32 << DEPTH);
+        // Casting saturates, and the far edge belongs to the last cell.
+        let index = |t: f64| ((t * grid) as u32).min((1 << DEPTH) - 1);
+        let code = interleave(index(u), index(v));
+        let after = self.cells.partition_point(|entry| (entry.face, entry.code) <= (face, code));
+        let entry = self.cells[..after].last().filter(|entry| entry.face == face)?;
+        let covers = (code - entry.code) >> (2 * (DEPTH - entry.level)) == 0;
+        covers.then_some(entry.verdict)
+    }
+}
+
+/// The Morton code of (i, j): the bits of i at the even places, those of j at the odd ones.
+fn interleave(i: u32, j: u32) -> u64 {
+    let spread = |value: u32| {
+        let mut bits = u64::from(value);
+        for (shift, mask) in [
+            (16, 0x0000_ffff_0000_ffff_u64),
+            (8, 0x00ff_00ff_00ff_00ff),
+            (4, 0x0f0f_0f0f_0f0f_0f0f),
+            (2, 0x3333_3333_3333_3333),
+            (1, 0x5555_5555_5555_5555),
+        ] {
+            bits = (bits | bits << shift) & mask;
+        }
+        bits
+    };
+    spread(i) | spread(j) << 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(face: u32, level: u8, i: u32, j: u32, verdict: Verdict) -> Cell {
+        Cell { face, level, i, j, verdict }
+    }
+
+    #[test]
+    fn points_find_their_cells() {
+        use Verdict::{Lit, Shadowed, Undecided};
+        let map = CellMap::new(&[
+            cell(2, 0, 0, 0, Lit),
+            cell(1, 1, 0, 0, Lit),
+            cell(1, 1, 1, 0, Shadowed),
+            cell(1, 2, 0, 2, Undecided),
+            cell(1, 2, 1, 2, Lit),
+            // Nothing is stored for the rest of the upper half.
+        ]);
+        for (face, u, v, expected) in [
+            (1, 0.1, 0.1, Some(Lit)),
+            (1, 0.75, 0.0, Some(Shadowed)),
+            (1, 1.0, 0.25, Some(Shadowed)),
+            (1, 0.1, 0.6, Some(Undecided)),
+            (1, 0.3, 0.5, Some(Lit)),
+            (1, 0.3, 0.8, None),
+            (1, 0.9, 0.9, None),
+            (2, 1.0, 1.0, Some(Lit)),
+            (0, 0.5, 0.5, None),
+            (3, 0.5, 0.5, None),
+        ] {
+            assert_eq!(map.verdict(face, u, v), expected, "face {face} at ({u}, {v})");
+        }
+    }
+
+    #[test]
+    fn bits_interleave() {
+        assert_eq!(interleave(0b11, 0), 0b101);
+        assert_eq!(interleave(0, 0b101), 0b100010);
+        assert_eq!(interleave(u32::MAX, u32::MAX), u64::MAX);
+    }
+}

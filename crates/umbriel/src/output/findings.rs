@@ -1,0 +1,71 @@
+//! Findings in words.
+
+use std::fmt::Write;
+
+use umbriel_scene::{Finding, FindingKind};
+
+/// How many subjects of one kind are told by name.
+const NAMED: usize = 5;
+
+/// What a kind of finding means to a user.
+fn meaning(kind: FindingKind) -> &'static str {
+    match kind {
+        FindingKind::OpenEdges => "open edges: the surface has a border there, so it counts as two-sided",
+        FindingKind::ZeroAreaFaces => "triangles without area",
+        FindingKind::DuplicateFaces => "triangles that repeat another one",
+        FindingKind::MaskAsOpaque => "triangles of a MASK material, taken as opaque",
+        FindingKind::BlendAsOpaque => "triangles of a BLEND material, taken as opaque",
+        FindingKind::SpotAsPoint => "spot lights, taken as point lights",
+        FindingKind::AreaLightAsPoint => "lights with an extent, taken as their centres",
+        FindingKind::UnknownExtension => "extensions that are not read",
+        FindingKind::NotTriangles => "points or lines, which have no surface",
+        FindingKind::Deformation => "skins or morph targets, taken as they stand",
+        FindingKind::MissingMaterials => "material libraries that are not there",
+        FindingKind::LooksZUp => "the model looks z-up; read it with --up z if its +Z is up",
+        FindingKind::NonPlanarPolygons => "polygons whose corners lie in no plane, triangulated all the same",
+        _ => "see the documentation of this kind of finding",
+    }
+}
+
+/// One line a kind: how often, what, and where (the first few by name).
+pub(crate) fn lines(findings: &[Finding]) -> Vec<String> {
+    let mut kinds: Vec<FindingKind> = findings.iter().map(|finding| finding.kind).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    kinds.into_iter().map(|kind| line(kind, findings)).collect()
+}
+
+fn line(kind: FindingKind, findings: &[Finding]) -> String {
+    let of_kind = || findings.iter().filter(|finding| finding.kind == kind);
+    let count: usize = of_kind().map(|finding| finding.count).sum();
+    let subjects: Vec<&str> = of_kind().map(|finding| finding.subject.as_str()).filter(|s| !s.is_empty()).collect();
+    let mut line = match kind {
+        FindingKind::LooksZUp => meaning(kind).to_owned(),
+        _ => format!("{count} {}", meaning(kind)),
+    };
+    if !subjects.is_empty() {
+        let _ = write!(line, " ({}", subjects[..subjects.len().min(NAMED)].join(", "));
+        if subjects.len() > NAMED {
+            let _ = write!(line, " and {} more", subjects.len() - NAMED);
+        }
+        line.push(')');
+    }
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kind_is_told_once_with_its_count() {
+        let finding = |kind, subject: String, count| Finding { kind, subject, count };
+        let mut findings: Vec<Finding> =
+            (0..8).map(|i| finding(FindingKind::OpenEdges, format!("house{i}"), 3)).collect();
+        findings.push(finding(FindingKind::LooksZUp, String::new(), 1));
+        let lines = lines(&findings);
+        assert_eq!(lines.len(), 2);
+        assert!(lines[0].starts_with("24 open edges") && lines[0].ends_with("house4 and 3 more)"), "{}", lines[0]);
+        assert!(lines[1].contains("--up z"));
+    }
+}

@@ -1,0 +1,27 @@
+//! Results turned into what files and terminals take; one form a file.
+
+pub(crate) mod cells;
+pub(crate) mod csv;
+pub(crate) mod findings;
+pub(crate) mod glb;
+pub(crate) mod json;
+pub(crate) mod picture;
+pub(crate) mod table;
+mod target;
+
+use std::io::{self, Write};
+
+pub(crate) use target::{Format, Target, check_file, commit_all, targets};
+
+use crate::cli::Failure;
+
+/// Writes text to standard output.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| Failure::of_output(&error))
+}
+
+/// Writes a line to standard error. That it cannot be written is nobody's business any more.
+pub(crate) fn tell(text: &str) {
+    let _ = writeln!(io::stderr(), "umbriel: {text}");
+}

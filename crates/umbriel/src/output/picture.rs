@@ -1,0 +1,179 @@
+//! The picture: every pixel's surface in the light of the scene's lamps, with the computed shadows.
+//!
+//! Lambert's cosine law for the lights, a sky that is brighter above for everything else, neutral colours. Whether a
+//! point is lit comes from the cells of the bake; where these do not say, from an exact query.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use umbriel_geometry::LightSource;
+use umbriel_io::write::Picture;
+use umbriel_scene::Scene;
+use umbriel_shadow::{Cancelled, Place, Progress, Queries, Report, Verdict};
+use umbriel_visibility::{Ray, RayCaster, SurfaceHit, View};
+
+use crate::output::cells::CellMap;
+
+/// Rays a pixel along each of its edges.
+const SUBPIXELS: u32 = 2;
+
+/// Light of the lamps together, and of the sky at its zenith and below the horizon: linear, a white surface that faces
+/// the light squarely has about 1.
+const LAMPS: DVec3 = DVec3::new(0.86, 0.80, 0.68);
+const ZENITH: DVec3 = DVec3::new(0.24, 0.28, 0.36);
+const NADIR: DVec3 = DVec3::new(0.12, 0.115, 0.11);
+
+/// The background, from the upper edge of the picture to the lower one.
+const BACKGROUND: [DVec3; 2] = [DVec3::new(0.62, 0.66, 0.71), DVec3::new(0.90, 0.91, 0.91)];
+
+/// Surface colours by turns; neutral, just apart enough to tell neighbours.
+const SURFACES: [DVec3; 4] = [
+    DVec3::new(0.78, 0.77, 0.74),
+    DVec3::new(0.72, 0.72, 0.72),
+    DVec3::new(0.75, 0.71, 0.66),
+    DVec3::new(0.68, 0.70, 0.73),
+];
+
+/// What becomes of pixels in undecided cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Undecided {
+    /// They are decided by exact queries.
+    Decide,
+    /// They are shown in this colour (sRGB).
+    Show([u8; 3]),
+}
+
+/// All that a picture is made from.
+pub(crate) struct Studio<'a> {
+    caster: &'a RayCaster,
+    queries: Queries<'a>,
+    lamps: Vec<Lamp>,
+    undecided: Undecided,
+}
+
+/// A light, and for each object the cells it was baked into.
+struct Lamp {
+    source: LightSource,
+    cells: Vec<CellMap>,
+}
+
+/// What is known about a point in the light of a lamp.
+enum Exposure {
+    Known(bool),
+    Undecided,
+}
+
+impl<'a> Studio<'a> {
+    pub(crate) fn new(scene: &'a Scene, caster: &'a RayCaster, report: &Report, undecided: Undecided) -> Self {
+        let lamps = report.lights.iter().map(|light| {
+            let mut cells: Vec<CellMap> = Vec::new();
+            cells.resize_with(scene.objects.len(), CellMap::default);
+            for object in &light.objects {
+                cells[object.object] = CellMap::new(&object.cells);
+            }
+            Lamp { source: scene.lights[light.light].source, cells }
+        });
+        Self { caster, queries: Queries::new(scene), lamps: lamps.collect(), undecided }
+    }
+
+    /// Takes the picture, rows in parallel.
+    pub(crate) fn picture(&self, view: &View, progress: &dyn Progress) -> Result<Picture, Cancelled> {
+        let done = std::sync::atomic::AtomicU64::new(0);
+        let row = |y: u32| {
+            if progress.is_cancelled() {
+                return Err(Cancelled);
+            }
+            let pixels: Vec<[u8; 3]> = (0..view.width).map(|x| to_srgb(self.pixel(view, x, y))).collect();
+            let rows = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+            progress.advance("picture", rows, u64::from(view.height));
+            Ok(pixels)
+        };
+        let rows = (0..view.height).into_par_iter().map(row).collect::<Result<Vec<_>, Cancelled>>()?;
+        Ok(Picture { width: view.width, height: view.height, pixels: rows.concat() })
+    }
+
+    /// The mean over the pixel's rays, linear light.
+    fn pixel(&self, view: &View, x: u32, y: u32) -> DVec3 {
+        let at = |pixel: u32, part: u32| f64::from(pixel) + (f64::from(part) + 0.5) / f64::from(SUBPIXELS);
+        let parts = (0..SUBPIXELS).flat_map(|i| (0..SUBPIXELS).map(move |j| (i, j)));
+        let colors = parts.map(|(i, j)| {
+            let (x, y) = (at(x, i), at(y, j));
+            let ray = view.ray(x, y);
+            match self.caster.nearest(&ray) {
+                Some(hit) => self.surface(&hit, &ray),
+                None => BACKGROUND[0].lerp(BACKGROUND[1], y / f64::from(view.height)),
+            }
+        });
+        colors.sum::<DVec3>() / f64::from(SUBPIXELS * SUBPIXELS)
+    }
+
+    fn surface(&self, hit: &SurfaceHit, ray: &Ray) -> DVec3 {
+        let point = ray.origin + hit.distance * ray.direction;
+        let seen_from_front = hit.normal.dot(ray.direction) < 0.0;
+        let facing = if seen_from_front { hit.normal } else { -hit.normal };
+        let mut light = NADIR.lerp(ZENITH, 0.5 + 0.5 * facing.y);
+        let albedo = SURFACES[hit.object % SURFACES.len()];
+        for lamp in &self.lamps {
+            // The lit side is seen only by an eye on the same side of the surface.
+            let cosine = facing.dot(towards(&lamp.source, point));
+            if cosine <= 0.0 {
+                continue;
+            }
+            match (self.exposure(lamp, hit), self.undecided) {
+                (Exposure::Undecided, Undecided::Show(color)) => return from_srgb(color) * (0.4 + 0.6 * cosine),
+                (Exposure::Undecided, Undecided::Decide) | (Exposure::Known(false), _) => {}
+                (Exposure::Known(true), _) => light += cosine * LAMPS / self.lamps.len() as f64,
+            }
+        }
+        albedo * light
+    }
+
+    fn exposure(&self, lamp: &Lamp, hit: &SurfaceHit) -> Exposure {
+        match lamp.cells[hit.object].verdict(hit.face as u32, hit.u, hit.v) {
+            Some(Verdict::Lit) => Exposure::Known(true),
+            Some(Verdict::Shadowed) => Exposure::Known(false),
+            Some(Verdict::Undecided) if self.undecided != Undecided::Decide => Exposure::Undecided,
+            Some(Verdict::Undecided) | None => Exposure::Known(self.exact(lamp, hit)),
+        }
+    }
+
+    fn exact(&self, lamp: &Lamp, hit: &SurfaceHit) -> bool {
+        let place = Place::Surface { object: hit.object, face: hit.face, u: hit.u, v: hit.v };
+        // A place that is refused lies, by rounding, just outside its face; it stays dark.
+        self.queries.lit(&place, &lamp.source).is_ok_and(|answer| answer.lit)
+    }
+}
+
+/// The unit vector from a point towards a light.
+fn towards(source: &LightSource, point: DVec3) -> DVec3 {
+    let vector = if source.is_sun() { source.xyz() } else { source.xyz() - point };
+    vector.normalize_or_zero()
+}
+
+/// The transfer curve of sRGB (IEC 61966-2-1).
+fn to_srgb(linear: DVec3) -> [u8; 3] {
+    linear.to_array().map(|value| {
+        let value = value.clamp(0.0, 1.0);
+        let curved = if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };
+        (255.0 * curved).round() as u8
+    })
+}
+
+fn from_srgb(color: [u8; 3]) -> DVec3 {
+    DVec3::from_array(color.map(|byte| {
+        let value = f64::from(byte) / 255.0;
+        if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_survive_the_curve() {
+        for byte in 0..=255 {
+            assert_eq!(to_srgb(from_srgb([byte, 255 - byte, 7])), [byte, 255 - byte, 7]);
+        }
+        assert_eq!(to_srgb(DVec3::new(-1.0, 2.0, 0.0)), [0, 255, 0]);
+    }
+}

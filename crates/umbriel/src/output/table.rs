@@ -1,0 +1,102 @@
+//! A bake's sums for people: one block a light, columns aligned.
+
+use std::fmt::Write;
+
+use umbriel_scene::Scene;
+use umbriel_shadow::{LightReport, ObjectReport, Report};
+
+/// The readable table.
+pub(crate) fn text(scene: &Scene, report: &Report) -> String {
+    let mut text = String::new();
+    for (index, light) in report.lights.iter().enumerate() {
+        if index > 0 {
+            text.push('\n');
+        }
+        let _ = writeln!(text, "light {}", scene.lights[light.light].name);
+        text.push_str(&aligned(&rows(scene, light)));
+    }
+    text
+}
+
+fn rows(scene: &Scene, light: &LightReport) -> Vec<[String; 5]> {
+    let header = ["object", "area m²", "lit %", "between %", "undecided m²"].map(str::to_owned);
+    let mut rows = vec![header];
+    rows.extend(light.objects.iter().map(|object| row(&scene.objects[object.object].name, object)));
+    if light.objects.len() > 1 {
+        rows.push(row("total", &total(&light.objects)));
+    }
+    rows
+}
+
+fn row(name: &str, object: &ObjectReport) -> [String; 5] {
+    let percent = |area: f64| if object.area > 0.0 { 100.0 * area / object.area } else { 0.0 };
+    let lit = &object.lit;
+    [
+        name.to_owned(),
+        number(object.area),
+        format!("{:.2}", percent(lit.estimate)),
+        format!("{:.2} to {:.2}", percent(lit.lower), percent(lit.upper)),
+        number(object.undecided()),
+    ]
+}
+
+fn total(objects: &[ObjectReport]) -> ObjectReport {
+    let mut total = ObjectReport::default();
+    for object in objects {
+        total.area += object.area;
+        total.lit.lower += object.lit.lower;
+        total.lit.upper += object.lit.upper;
+        total.lit.estimate += object.lit.estimate;
+    }
+    total
+}
+
+/// Five significant digits; scenes may be millimetres or kilometres across.
+pub(crate) fn number(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let magnitude = value.abs().log10().floor();
+    if !(-4.0..9.0).contains(&magnitude) {
+        return format!("{value:.4e}");
+    }
+    format!("{value:.*}", (4.0 - magnitude).clamp(0.0, 8.0) as usize)
+}
+
+/// The first column to the left, all others to the right.
+fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
+    let widths: [usize; N] =
+        std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
+    let mut text = String::new();
+    for row in rows {
+        let _ = write!(text, "  {:<width$}", row[0], width = widths[0]);
+        for column in 1..N {
+            let _ = write!(text, "  {:>width$}", row[column], width = widths[column]);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use umbriel_shadow::LitArea;
+
+    #[test]
+    fn numbers_keep_five_digits() {
+        let cases =
+            [(0.0, "0"), (1600.0, "1600.0"), (0.012345678, "0.012346"), (123456.7, "123457"), (1e-12, "1.0000e-12")];
+        for (value, expected) in cases {
+            assert_eq!(number(value), expected);
+        }
+    }
+
+    #[test]
+    fn a_row_tells_share_and_bounds() {
+        let lit = LitArea { lower: 1.0, upper: 3.0, estimate: 2.0 };
+        let object = ObjectReport { area: 4.0, lit, ..Default::default() };
+        assert_eq!(row("a", &object), ["a", "4.0000", "50.00", "25.00 to 75.00", "2.0000"]);
+        assert_eq!(row("empty", &ObjectReport::default())[2], "0.00");
+    }
+}

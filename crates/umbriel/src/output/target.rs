@@ -1,0 +1,101 @@
+//! Where results go: files chosen by their extensions, all of them written or none.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use umbriel_io::write::{Staged, check_target};
+
+use crate::cli::Failure;
+
+/// What a file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    Json,
+    Csv,
+    Glb,
+    Png,
+}
+
+impl Format {
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Json => "json",
+            Self::Csv => "csv",
+            Self::Glb => "glb",
+            Self::Png => "png",
+        }
+    }
+}
+
+/// A file that was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Target {
+    pub(crate) path: PathBuf,
+    pub(crate) format: Format,
+}
+
+/// Checks the files that were asked for before anything is computed: known extensions, folders that exist, no file
+/// twice, none of `inputs`.
+pub(crate) fn targets(paths: &[PathBuf], formats: &[Format], inputs: &[&Path]) -> Result<Vec<Target>, Failure> {
+    let mut targets: Vec<Target> = Vec::new();
+    for path in paths {
+        let extension = path.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+        let format = formats.iter().copied().find(|format| extension.as_deref() == Some(format.extension()));
+        let format = format.ok_or_else(|| {
+            let known: Vec<String> = formats.iter().map(|format| format!(".{}", format.extension())).collect();
+            Failure::Unusable(format!("-o {}: the name must end in {}", path.display(), known.join(" or ")))
+        })?;
+        check_file(path, inputs)?;
+        if targets.iter().any(|target| target.path == *path) {
+            return Err(Failure::Unusable(format!("{} is to be written twice", path.display())));
+        }
+        targets.push(Target { path: path.clone(), format });
+    }
+    Ok(targets)
+}
+
+/// Whether the file can be written, and is not read.
+pub(crate) fn check_file(path: &Path, inputs: &[&Path]) -> Result<(), Failure> {
+    check_target(path)?;
+    let same = |input: &&Path| match (fs::canonicalize(path), fs::canonicalize(input)) {
+        (Ok(path), Ok(input)) => path == input,
+        _ => false,
+    };
+    if inputs.iter().any(same) {
+        return Err(Failure::Unusable(format!("{} is read; choose another file for the results", path.display())));
+    }
+    Ok(())
+}
+
+/// Puts all files in their places; by now each is whole.
+pub(crate) fn commit_all(files: Vec<Staged>) -> Result<(), Failure> {
+    files.into_iter().try_for_each(|file| file.commit().map_err(Failure::from))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn targets_are_checked_before_the_work() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        let formats = [Format::Json, Format::Csv];
+        let check = |paths: &[PathBuf]| targets(paths, &formats, &[&at("in.csv")]);
+        fs::write(at("in.csv"), "").expect("written");
+        assert_eq!(check(&[at("a.JSON"), at("b.csv")]).expect("targets")[0].format, Format::Json);
+        for (paths, expected) in [
+            (vec![at("a.png")], "must end in .json or .csv"),
+            (vec![at("a")], "must end in"),
+            (vec![at("no/a.csv")], "folder does not exist"),
+            (vec![at("a.csv"), at("a.csv")], "twice"),
+            (vec![at("in.csv")], "is read"),
+        ] {
+            let failure = check(&paths).expect_err(expected);
+            assert_eq!(failure.exit_code(), 2);
+            assert!(failure.message().is_some_and(|message| message.contains(expected)), "{failure:?}");
+        }
+    }
+}
