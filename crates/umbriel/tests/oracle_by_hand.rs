@@ -55,9 +55,8 @@ fn binaries_round_like_floats() {
 
 #[test]
 fn surds_know_their_sign() {
-    let sign = |a: f64, b: f64, n: f64| {
-        Surd { rational: Binary::new(a), irrational: Binary::new(b) }.sign(&Binary::new(n))
-    };
+    let sign =
+        |a: f64, b: f64, n: f64| Surd { rational: Binary::new(a), irrational: Binary::new(b) }.sign(&Binary::new(n));
     assert_eq!([sign(3.0, -2.0, 2.0), sign(-3.0, 2.0, 2.0), sign(-4.0, 3.0, 2.0)], [1, -1, 1]);
     assert_eq!([sign(6.0, -3.0, 4.0), sign(0.0, -1.0, 2.0), sign(0.0, 1.0, 0.0), sign(-1.0, 9.0, 0.0)], [0, -1, 0, -1]);
 }
@@ -69,9 +68,10 @@ fn a_box_shades_the_floor_and_its_border_is_shadow() {
     for (x, lit) in [(0.0, false), (0.5, false), (0.5 + 2f64.powi(-40), true), (-0.5, false), (2.0, true)] {
         assert_eq!(oracle.lit(0, 0, on_floor(x, 0.0), &noon), lit, "x = {x}");
     }
-    assert_eq!([0, 1, 2, 3, 4, 5].map(|face| oracle.lit(1, face, [0.5, 0.5], &noon)), [
-        false, false, false, true, false, false
-    ]);
+    assert_eq!(
+        [0, 1, 2, 3, 4, 5].map(|face| oracle.lit(1, face, [0.5, 0.5], &noon)),
+        [false, false, false, true, false, false]
+    );
     // From 4 m up, the top at 2 m throws a shadow of twice its size.
     let lamp = point(0.0, 4.0, 0.0);
     for (x, lit) in [(0.75, false), (1.0, false), (1.0 + 2f64.powi(-40), true)] {
@@ -132,7 +132,8 @@ fn segments_and_points_block() {
 fn sides_follow_winding_closedness_and_mirrors() {
     let noon = sun(0.0, -1.0, 0.0);
     let mirror = DAffine3::from_scale(DVec3::new(1.0, -1.0, 1.0));
-    let lit_tile = |map, sides| of(vec![with_sides("tile", rectangle(1.0, 1.0), map, sides)]).lit(0, 0, [0.5; 2], &noon);
+    let lit_tile =
+        |map, sides| of(vec![with_sides("tile", rectangle(1.0, 1.0), map, sides)]).lit(0, 0, [0.5; 2], &noon);
     assert!(lit_tile(DAffine3::IDENTITY, Sides::One));
     assert!(!lit_tile(mirror, Sides::One), "its front now looks down");
     assert!(lit_tile(mirror, Sides::Auto));
@@ -169,11 +170,15 @@ fn spheres_block_where_they_touch_and_not_where_they_rest() {
     for (x, lit) in [(0.0, false), (1.0, false), (1.0 + 2f64.powi(-40), true)] {
         assert_eq!(oracle.lit(0, 0, on_floor(x, 0.0), &noon), lit, "x = {x}");
     }
-    assert_eq!([0, 1, 2, 3, 4, 5].map(|patch| oracle.lit(1, patch, [0.5, 0.5], &noon)), [
-        false, false, false, true, false, false
-    ]);
+    assert_eq!(
+        [0, 1, 2, 3, 4, 5].map(|patch| oracle.lit(1, patch, [0.5, 0.5], &noon)),
+        [false, false, false, true, false, false]
+    );
     let resting = of(vec![floor(), object("ball", sphere(1.0), at(0.0, 1.0, 0.0))]);
-    assert!(resting.lit(0, 0, on_floor(0.0, 0.0), &point(0.0, 1.0, 0.0)), "the light inside, the root at x divided out");
+    assert!(
+        resting.lit(0, 0, on_floor(0.0, 0.0), &point(0.0, 1.0, 0.0)),
+        "the light inside, the root at x divided out"
+    );
     assert!(!resting.lit(0, 0, on_floor(0.0, 0.0), &noon));
     assert!(!resting.lit(0, 0, on_floor(0.5, 0.0), &point(0.0, 1.0, 0.0)));
     assert!(!resting.lit(0, 0, on_floor(0.5, 0.0), &point(-1.0, 1.0, 0.0)), "through the ball");

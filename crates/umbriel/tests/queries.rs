@@ -105,18 +105,14 @@ impl<'a> Court<'a> {
 }
 
 /// Judges `count` cases spread over all fixtures; tells how many the oracle decided.
-fn judge(
-    judge: &str,
-    count: u64,
-    case: impl Fn(&Court, &mut Dice) -> Result<bool, String> + Sync,
-) -> u64 {
+fn judge(title: &str, count: u64, case: impl Fn(&Court, &mut Dice) -> Result<bool, String>) -> u64 {
     let fixtures = fixtures::all();
     let share = count.div_ceil(fixtures.len() as u64);
     let (mut decided, mut wrong) = (0, Vec::new());
     for (name, scene) in &fixtures {
         let court = Court::new(name, scene);
         for number in 0..share {
-            let mut dice = Dice::new(judge, number);
+            let mut dice = Dice::new(title, number);
             match case(&court, &mut dice) {
                 Ok(known) => decided += u64::from(known),
                 Err(complaint) => wrong.push(format!("case {number}, {complaint}")),
@@ -141,7 +137,7 @@ fn points_in_space_agree_with_the_definition() {
 #[test]
 fn positions_with_normals_agree_with_their_slack_box() {
     let count = cases(100_000) / 20;
-    let decided = judge("oriented", count, Court::judge_oriented);
+    let decided = judge("oriented", count, |court, dice| court.judge_oriented(dice));
     assert!(3 * decided > count, "the oracle decided only {decided} of {count} cases");
 }
 

@@ -40,7 +40,8 @@ impl Place {
     /// The sign of normal·(x − origin).
     pub(crate) fn side(&self, normal: &Vector, origin: &Vector) -> i8 {
         let offset = &dot(normal, origin) * &self.weight;
-        let value = Surd { rational: &dot(normal, &self.rational) - &offset, irrational: dot(normal, &self.irrational) };
+        let value =
+            Surd { rational: &dot(normal, &self.rational) - &offset, irrational: dot(normal, &self.irrational) };
         value.sign(&self.radicand)
     }
 }
@@ -301,10 +302,12 @@ impl Ellipsoid {
             (0, _) => b * c < 0,
             (_, 0) => a * b < 0,
             _ if a != c => true,
-            _ => a * b < 0 && {
-                let discriminant = pencil.mixed.squared(&x.radicand).minus_scaled(&pencil.of_x, &pencil.of_light);
-                discriminant.sign(&x.radicand) >= 0
-            },
+            _ => {
+                a * b < 0 && {
+                    let discriminant = pencil.mixed.squared(&x.radicand).minus_scaled(&pencil.of_x, &pencil.of_light);
+                    discriminant.sign(&x.radicand) >= 0
+                }
+            }
         }
     }
 }

@@ -97,14 +97,8 @@ fn sheet_with_wall() -> Shape {
 
 /// Faces without area (a segment, a point), a face twice, and one turned round.
 fn degenerate_mesh() -> Shape {
-    let positions = [
-        [-1.0, 1.0, 0.0],
-        [1.0, 1.0, 0.0],
-        [3.0, 1.0, 0.0],
-        [0.0, 2.0, 1.0],
-        [0.0, 0.5, -1.0],
-        [0.0, 0.5, -1.0],
-    ];
+    let positions =
+        [[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [3.0, 1.0, 0.0], [0.0, 2.0, 1.0], [0.0, 0.5, -1.0], [0.0, 0.5, -1.0]];
     mesh(&positions, &[[0, 1, 2], [3, 3, 3], [0, 1, 4], [0, 1, 5], [1, 0, 3], [3, 4, 3], [4, 0, 1]])
 }
 

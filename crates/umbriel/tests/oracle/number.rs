@@ -28,10 +28,7 @@ impl Binary {
         // Whole numbers stay small: trailing zeros go into the exponent.
         let zeros = whole.trailing_zeros();
         let magnitude = BigInt::from(whole >> zeros);
-        Self {
-            mantissa: if value < 0.0 { -magnitude } else { magnitude },
-            exponent: exponent + i64::from(zeros),
-        }
+        Self { mantissa: if value < 0.0 { -magnitude } else { magnitude }, exponent: exponent + i64::from(zeros) }
     }
 
     /// 2^`exponent`.

@@ -91,13 +91,7 @@ fn clipped(polygon: &[Weighted], height: impl Fn(&Weighted) -> Binary) -> Vec<We
 
 impl Oracle {
     /// What must be answered at a position that came as `f64` (`single` = false) or as `f32`.
-    pub(crate) fn expected(
-        &self,
-        position: [f64; 3],
-        normal: [f64; 3],
-        single: bool,
-        light: &LightSource,
-    ) -> Expected {
+    pub(crate) fn expected(&self, position: [f64; 3], normal: [f64; 3], single: bool, light: &LightSource) -> Expected {
         let kind = if single { (24, -149) } else { (53, -1074) };
         let (narrow, wide) = (Slack::new(position, kind, 0), Slack::new(position, kind, 1));
         let (lamp, normal) = (Lamp::new(light), vector(normal));

@@ -1,0 +1,140 @@
+//! Proofs are true: every point of a cell that is called lit or shadowed is so by the oracle.
+//!
+//! Small scenes with contacts, crossings, lights inside bodies, very near and in the planes of faces are baked at depths
+//! 3 to 6; points of decided cells, their corners and edges included, are put to the oracle. `UMBRIEL_CASES` sets the
+//! number of cells, and then each is asked at 100 points.
+
+mod oracle;
+
+use oracle::{
+    Oracle, asked_cases, cases,
+    dice::Dice,
+    fixtures::{all, features, lit_by, tricky_light},
+};
+use umbriel_geometry::LightSource;
+use umbriel_scene::{Scene, Shape};
+use umbriel_shadow::{Cell, Detail, Report, Request, Silent, Verdict, bake};
+
+/// A baked scene with one light.
+struct Case {
+    title: String,
+    scene: Scene,
+    light: LightSource,
+    report: Report,
+}
+
+impl Case {
+    fn new(name: &str, scene: &Scene, light: LightSource, depth: u8) -> Self {
+        let scene = lit_by(scene.clone(), light);
+        let detail = Detail::Depth { interior: depth, boundary: depth };
+        let request = Request { keep_cells: true, ..Request::everything(&scene, detail) };
+        let report = bake(&scene, &request, &Silent).expect("nobody cancels");
+        Self { title: format!("{name} under {light:?} at depth {depth}"), scene, light, report }
+    }
+
+    /// The decided cells with their objects.
+    fn proved(&self) -> Vec<(usize, Cell)> {
+        let objects = self.report.lights.iter().flat_map(|light| &light.objects);
+        let cells = objects.flat_map(|object| object.cells.iter().map(|&cell| (object.object, cell)));
+        cells.filter(|(_, cell)| cell.verdict != Verdict::Undecided).collect()
+    }
+
+    /// Asks the oracle about points of one decided cell.
+    fn judge(&self, oracle: &Oracle, (object, cell): (usize, Cell), points: u64, dice: &mut Dice) -> Option<String> {
+        let is_mesh = matches!(self.scene.objects[object].shape, Shape::Mesh(_));
+        let expected = cell.verdict == Verdict::Lit;
+        (0..points).find_map(|_| {
+            let [u, v] = point_of(&cell, is_mesh, dice);
+            let lit = oracle.lit(object, cell.face as usize, [u, v], &self.light);
+            let name = &self.scene.objects[object].name;
+            (lit != expected).then(|| format!("{}: {name} {cell:?} is wrong at ({u}, {v})", self.title))
+        })
+    }
+}
+
+/// A point of the closed cell; on a triangle, of what u + v ≤ 1 leaves of it. All numbers are exact.
+fn point_of(cell: &Cell, is_triangle: bool, dice: &mut Dice) -> [f64; 2] {
+    let edge = 0.5f64.powi(i32::from(cell.level));
+    let is_cut = is_triangle && cell.i + cell.j + 1 == 1 << cell.level;
+    let [s, t] = dice.parameters(is_cut);
+    [(f64::from(cell.i) + s) * edge, (f64::from(cell.j) + t) * edge]
+}
+
+fn light_for(scene: &Scene, dice: &mut Dice) -> LightSource {
+    let features = features(scene);
+    let near = dice.pick(&features);
+    match dice.below(4) {
+        // Exactly in the planes of upright and level faces.
+        0 => LightSource::sun(dice.pick(&[[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 1.0], [-1.0, -2.0, 0.0]]))
+            .expect("a sun"),
+        // Inside bodies, and inside the room.
+        1 => LightSource::point(dice.pick(&[[0.0, 0.5, 0.0], [0.25, 1.0, 0.125], [1.0, 2.5, -1.0], [-1.0, 3.5, 2.0]]))
+            .expect("a light"),
+        // Very near a corner, an edge or a pole, on it, or through it.
+        _ => tricky_light(dice, near, &features),
+    }
+}
+
+/// Bakes every fixture `rounds` times and judges `cells` cells a bake.
+fn judge_all(title: &str, rounds: u64, cells: u64, points: u64) {
+    let (mut judged, mut wrong) = (0, Vec::new());
+    for (name, scene) in &all() {
+        let oracle = Oracle::new(scene);
+        for round in 0..rounds {
+            let mut dice = Dice::new(title, round);
+            let depth = dice.pick(&[3, 4, 5, 6]);
+            let case = Case::new(name, scene, light_for(scene, &mut dice), depth);
+            let proved = case.proved();
+            let verdicts = [Verdict::Lit, Verdict::Shadowed];
+            // As many lit as shadowed cells, where there are both.
+            for kind in verdicts {
+                let of_kind: Vec<(usize, Cell)> =
+                    proved.iter().copied().filter(|(_, cell)| cell.verdict == kind).collect();
+                for _ in 0..if of_kind.is_empty() { 0 } else { cells.div_ceil(2) } {
+                    judged += 1;
+                    wrong.extend(case.judge(&oracle, dice.pick(&of_kind), points, &mut dice));
+                }
+            }
+        }
+    }
+    assert!(judged > 0, "nothing was proved");
+    let shown = wrong.iter().take(5).cloned().collect::<Vec<_>>().join("\n");
+    assert!(wrong.is_empty(), "{} of {judged} proved cells are wrong:\n{shown}", wrong.len());
+}
+
+#[test]
+fn proved_cells_are_true_at_every_point() {
+    let bakes = all().len() as u64;
+    let points = if asked_cases().is_some() { 100 } else { 8 };
+    let cells_a_bake = 40;
+    let rounds = cases(10_000).div_ceil(cells_a_bake * bakes);
+    judge_all("proofs", rounds, cells_a_bake, points);
+}
+
+#[test]
+fn cells_tile_their_faces() {
+    for (name, scene) in &all() {
+        let mut dice = Dice::new("tiles", 0);
+        let case = Case::new(name, scene, light_for(scene, &mut dice), 4);
+        for object in &case.report.lights[0].objects {
+            let body = &case.scene.objects[object.object];
+            let is_mesh = matches!(body.shape, Shape::Mesh(_));
+            for face in 0..body.face_count() {
+                let cells = object.cells.iter().filter(|cell| cell.face as usize == face);
+                let share = |cell: &Cell| {
+                    let is_cut = is_mesh && cell.i + cell.j + 1 == 1 << cell.level;
+                    0.25f64.powi(i32::from(cell.level))
+                        * if is_cut {
+                            1.0
+                        } else if is_mesh {
+                            2.0
+                        } else {
+                            1.0
+                        }
+                };
+                let covered: f64 = cells.map(share).sum();
+                assert_eq!(covered, 1.0, "{name}: face {face} of {}", body.name);
+            }
+        }
+    }
+}
