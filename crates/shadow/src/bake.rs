@@ -6,12 +6,13 @@ use std::{
 };
 
 use rayon::prelude::*;
+use umbriel_bvh::ObjectTree;
 use umbriel_geometry::{LightSource, predicates::exact_fallbacks};
 use umbriel_scene::Scene;
 
 use crate::{
     bodies::Bodies,
-    coarse::coarse_step,
+    coarse::{coarse_step, object_tree},
     progress::{Cancelled, Progress},
     receivers::{FaceSums, Receivers},
     report::{Cell, LightReport, ObjectReport, Report, SampleCount, Work},
@@ -31,9 +32,12 @@ use crate::{
 pub fn bake(scene: &Scene, request: &Request, progress: &dyn Progress) -> Result<Report, Cancelled> {
     let bodies = Bodies::new(scene);
     let fallbacks = exact_fallbacks();
+    let start = Instant::now();
+    let tree = object_tree(&bodies);
     let mut report = Report::default();
+    report.time.coarse = start.elapsed().as_secs_f64();
     for &light in &request.lights {
-        let objects = bake_light(&bodies, request, &scene.lights[light].source, progress, &mut report)?;
+        let objects = bake_light(&bodies, &tree, request, &scene.lights[light].source, progress, &mut report)?;
         report.lights.push(LightReport { light, objects });
     }
     report.work.exact_fallbacks = exact_fallbacks() - fallbacks;
@@ -42,27 +46,29 @@ pub fn bake(scene: &Scene, request: &Request, progress: &dyn Progress) -> Result
 
 fn bake_light(
     bodies: &Bodies,
+    tree: &ObjectTree,
     request: &Request,
     light: &LightSource,
     progress: &dyn Progress,
     report: &mut Report,
 ) -> Result<Vec<ObjectReport>, Cancelled> {
     let start = Instant::now();
-    let influences = coarse_step(bodies, &request.receivers, light);
-    report.work.pairs_tested += influences.tested;
-    report.work.pairs_registered += influences.registered;
-    report.work.pairs_excluded += influences.excluded;
+    let influences = coarse_step(tree, &request.receivers, light);
+    let counts = influences.counts();
+    report.work.pairs_tested += counts.tested;
+    report.work.pairs_registered += counts.registered;
+    report.work.pairs_excluded += counts.excluded;
     report.time.coarse += start.elapsed().as_secs_f64();
     let start = Instant::now();
     let Detail::MaxUndecided { share } = request.detail else {
-        let receivers = Receivers::new(bodies, light, request, request.detail, &influences.occluders_of);
+        let receivers = Receivers::new(bodies, light, request, request.detail, &influences);
         let objects = run(&receivers, progress, &mut report.work)?;
         report.time.fine += start.elapsed().as_secs_f64();
         return Ok(objects);
     };
     for boundary in 1..=crate::levels::MAX_DEPTH {
         let detail = Detail::Depth { interior: boundary, boundary };
-        let receivers = Receivers::new(bodies, light, request, detail, &influences.occluders_of);
+        let receivers = Receivers::new(bodies, light, request, detail, &influences);
         let objects = run(&receivers, progress, &mut report.work)?;
         let area: f64 = objects.iter().map(|object| object.area).sum();
         let undecided: f64 = objects.iter().map(ObjectReport::undecided).sum();

@@ -1,32 +1,34 @@
-//! The coarse step: which objects may shadow which, by their boxes.
+//! The coarse step: which objects may shadow which, by their boxes and families (Xie et al. 2001, "Coarse step").
 
-use umbriel_bvh::may_shadow;
+use umbriel_bvh::{Families, Influences, Member, ObjectTree, influences};
 use umbriel_geometry::LightSource;
+use umbriel_scene::FamilyTree;
 
 use crate::bodies::Bodies;
 
-/// What the coarse step leaves for the fine step.
-pub(crate) struct Influences {
-    /// For each asked receiver, the objects that may shadow it, itself included; sorted.
-    pub(crate) occluders_of: Vec<Vec<u32>>,
-    pub(crate) tested: u64,
-    pub(crate) registered: u64,
-    pub(crate) excluded: u64,
+/// The tree of bounding cubes over a scene's families. A scene whose families do not form a tree over its objects is
+/// grouped by place instead.
+pub(crate) fn object_tree(bodies: &Bodies) -> ObjectTree {
+    let families = families_of(&bodies.scene.families);
+    ObjectTree::build(&bodies.boxes, &families).unwrap_or_else(|_| {
+        ObjectTree::build(&bodies.boxes, &Families::default()).expect("fewer than 2^30 objects without families")
+    })
 }
 
-/// Tests every pair of an object and an asked receiver.
-pub(crate) fn coarse_step(bodies: &Bodies, receivers: &[usize], light: &LightSource) -> Influences {
-    let mut influences = Influences { occluders_of: Vec::new(), tested: 0, registered: 0, excluded: 0 };
-    for &receiver in receivers {
-        let mut occluders = Vec::new();
-        for (object, bounds) in bodies.boxes.iter().enumerate() {
-            influences.tested += 1;
-            if object == receiver || may_shadow(bounds, &bodies.boxes[receiver], light) {
-                occluders.push(object as u32);
-            }
-        }
-        influences.registered += occluders.len() as u64;
-        influences.occluders_of.push(occluders);
+fn families_of(tree: &FamilyTree) -> Families {
+    let member = |member: &umbriel_scene::Member| match *member {
+        umbriel_scene::Member::Object(object) => Member::Object(object as u32),
+        umbriel_scene::Member::Family(family) => Member::Family(family as u32),
+    };
+    Families {
+        members: tree.families.iter().map(|family| family.members.iter().map(member).collect()).collect(),
+        roots: tree.roots.iter().map(member).collect(),
     }
-    influences
+}
+
+/// Which objects may shadow each asked receiver.
+pub(crate) fn coarse_step(tree: &ObjectTree, receivers: &[usize], light: &LightSource) -> Influences {
+    let mut is_asked = vec![false; tree.objects()];
+    receivers.iter().for_each(|&receiver| is_asked[receiver] = true);
+    influences(tree, light, |object| is_asked[object as usize])
 }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use umbriel_bvh::Influences;
 use umbriel_geometry::{Approx, Facet, Facets, LightSource, Point, Surd, blocking::Probe};
 
 use crate::{
@@ -50,8 +51,7 @@ pub(crate) struct Receivers<'a> {
     light: &'a LightSource,
     pub(crate) request: &'a Request,
     detail: Detail,
-    /// For each receiver of the request, the objects that may shadow it.
-    occluders_of: &'a [Vec<u32>],
+    influences: &'a Influences,
     occluders: Occluders<'a>,
     /// Metres between samples.
     spacing: Option<f64>,
@@ -64,13 +64,13 @@ impl<'a> Receivers<'a> {
         light: &'a LightSource,
         request: &'a Request,
         detail: Detail,
-        occluders_of: &'a [Vec<u32>],
+        influences: &'a Influences,
     ) -> Self {
         let spacing = request.sampling.map(|sampling| match sampling {
             Sampling::Spacing(spacing) => spacing,
             Sampling::Count(count) => (total_area(bodies, request) / count.max(1) as f64).sqrt(),
         });
-        Self { bodies, light, request, detail, occluders_of, occluders: Occluders::new(bodies, light), spacing }
+        Self { bodies, light, request, detail, influences, occluders: Occluders::new(bodies, light), spacing }
     }
 
     /// All jobs, in the order of receivers and faces.
@@ -121,7 +121,7 @@ impl<'a> Receivers<'a> {
             let corners = flat_corners(facets, face);
             let id = FacetId { object: object as u32, facet: face as u32 };
             let receiver = Receiver { points: corners, light: self.light, facing: Some(self.occluders.turn(id)) };
-            let mut candidates = self.occluders.candidates(&self.occluders_of[job.receiver], &corners);
+            let mut candidates = self.occluders.candidates(self.influences.occluders_of(object as u32), &corners);
             candidates.facets.retain(|&candidate| candidate != id);
             let blockers = self.occluders.blockers(&candidates, &receiver);
             let blocks_exactly = |blockers: &Blockers<FLAT>, entry: Entry, probe: &Probe| {
@@ -175,7 +175,7 @@ impl<'a> Receivers<'a> {
         let is_lit_exactly = |u: f64, v: f64| {
             let probe: Probe<Surd> = patch_probe(round, face, u, v);
             sphere_is_turned_to(self.bodies, object, &probe.exact, self.light)
-                && !self.point_is_blocked(&self.occluders_of[job.receiver], &probe)
+                && !self.point_is_blocked(self.influences.occluders_of(object as u32), &probe)
         };
         let patch = Patch {
             face: face as u32,
@@ -184,7 +184,7 @@ impl<'a> Receivers<'a> {
             is_one_sided: self.bodies.is_one_sided(object, face),
             area: &area,
             occluders: &self.occluders,
-            objects: &self.occluders_of[job.receiver],
+            objects: self.influences.occluders_of(object as u32),
             levels,
             lattice: self.spacing.map(|spacing| Lattice::new(along, spacing, false)),
             is_lit_exactly: &is_lit_exactly,

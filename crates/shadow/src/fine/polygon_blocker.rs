@@ -78,7 +78,6 @@ impl<const N: usize> PolygonBlocker<N> {
         (0..self.side_count).chain([NEARER])
     }
 
-
     /// A bound on the shadow in the face's parameters.
     pub(crate) fn reach(&self) -> &ParamBox {
         &self.outline.reach
