@@ -209,6 +209,14 @@ impl BoxTree {
         }
     }
 
+    /// The shape of the tree, root first; children come after their parent.
+    pub(crate) fn shape(&self) -> impl DoubleEndedIterator<Item = Shape<'_>> + ExactSizeIterator {
+        self.nodes.iter().map(|node| match (node.first as usize, node.count as usize) {
+            (left, 0) => Shape::Inner([left, left + 1]),
+            (first, count) => Shape::Leaf(&self.ids[first..first + count]),
+        })
+    }
+
     /// The items of a leaf with their boxes.
     #[inline]
     fn items_of(&self, leaf: &Node) -> impl Iterator<Item = (u32, &Aabb)> {
@@ -277,6 +285,14 @@ impl BoxTree {
             None => Ok(()),
         }
     }
+}
+
+/// What a node of the tree holds.
+pub(crate) enum Shape<'a> {
+    /// These items.
+    Leaf(&'a [u32]),
+    /// These nodes.
+    Inner([usize; 2]),
 }
 
 /// Puts an entered node on the stack.

@@ -2,14 +2,31 @@
 //!
 //! - [`BoxTree`]: a static binary tree over boxes, for anything that has a box.
 //! - [`Shaft`]: can anything in this box stand between that box and the light? Never says no in vain.
+//! - [`may_shadow`] and [`cannot_shadow`]: the influence of one box on another, and the proof that there is none.
+//! - [`ObjectTree`] and [`influences`]: objects and families in a tree, and which objects may shadow which.
+//! - [`TriangleBvh`]: does any triangle block this segment; which triangle does this ray hit first?
 //!
 //! Answers never depend on the shape of a tree: every query returns what a loop over all boxes would.
 //! The layer is useful alone: no files, no threads, no dependency on the rest of umbriel but its geometry.
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+#[cfg(test)]
+mod arbitrary;
 mod box_tree;
+mod coarse;
+mod influence;
+mod object_tree;
 mod ray;
 mod shaft;
+mod triangle_bvh;
 
 pub use box_tree::{BoxTree, TreeDefect};
+pub use coarse::{Influences, PairCounts, influences};
+pub use influence::{cannot_shadow, may_shadow};
+pub use object_tree::{Families, FamilyDefect, Member, ObjectTree};
 pub use ray::Ray;
-pub use shaft::{Segment, Shaft, may_shadow};
+pub use shaft::{Segment, Shaft};
+pub use triangle_bvh::{Hit, TriangleBvh};

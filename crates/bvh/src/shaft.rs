@@ -55,6 +55,12 @@ impl Segment {
     }
 }
 
+impl From<Segment> for Shaft {
+    fn from(segment: Segment) -> Self {
+        segment.shaft()
+    }
+}
+
 /// All segments from the points of a receiver box to a light, prepared for tests against many boxes.
 ///
 /// The shaft includes the receiver box and is open at a point light.
@@ -117,10 +123,4 @@ fn bound(lower: &mut f64, upper: &mut f64, value: f64, is_lower: bool) {
     } else {
         *upper = upper.min(value);
     }
-}
-
-/// Whether part of the closed box `receiver` lies in the shadow space of the closed box `occluder` for `light`: the
-/// relation `[A] → [B]` of Xie, Yu, Hao and Sun (2001). Conservative as [`Shaft::may_meet`] is.
-pub fn may_shadow(occluder: &Aabb, receiver: &Aabb, light: &LightSource) -> bool {
-    Shaft::new(receiver, light).may_meet(occluder)
 }

@@ -5,32 +5,7 @@ use proptest::prelude::*;
 use umbriel_geometry::{Aabb, LightSource};
 
 use super::*;
-
-fn number() -> impl Strategy<Value = f64> {
-    // A coarse grid beside continuous numbers, so that boxes touch, coincide and are flat.
-    prop_oneof![(-8i32..=8).prop_map(|n| f64::from(n) * 0.25), -2.0..2.0f64]
-}
-
-fn point() -> impl Strategy<Value = DVec3> {
-    [number(), number(), number()].prop_map(DVec3::from_array)
-}
-
-fn a_box() -> impl Strategy<Value = Aabb> {
-    let extent = prop_oneof![Just(DVec3::ZERO), point().prop_map(|p| p.abs() * 0.2)];
-    let filled = (point(), extent).prop_map(|(min, size)| Aabb { min, max: min + size });
-    prop_oneof![19 => filled, 1 => Just(Aabb::EMPTY)]
-}
-
-fn boxes() -> impl Strategy<Value = Vec<Aabb>> {
-    proptest::collection::vec(a_box(), 0..200)
-}
-
-fn light() -> impl Strategy<Value = LightSource> {
-    (point(), any::<bool>()).prop_map(|(p, sun)| {
-        let made = if sun { LightSource::sun(p.to_array()) } else { LightSource::point(p.to_array()) };
-        made.unwrap_or_else(|_| LightSource::sun([0.0, -1.0, 0.0]).expect("a sun overhead"))
-    })
-}
+use crate::arbitrary::{a_box, boxes, light, point};
 
 fn sorted(mut ids: Vec<u32>) -> Vec<u32> {
     ids.sort_unstable();

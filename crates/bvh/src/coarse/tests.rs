@@ -1,0 +1,97 @@
+use glam::DVec3;
+use proptest::prelude::*;
+use umbriel_geometry::Aabb;
+
+use super::*;
+use crate::{
+    Families, Member,
+    arbitrary::{boxes, light},
+    cannot_shadow, may_shadow,
+};
+
+/// Families drawn at random: each family and each object lies in an earlier family, or at the top.
+fn families(parents: &[usize], homes: &[usize], objects: usize) -> Families {
+    let mut families = Families { members: vec![Vec::new(); parents.len()], roots: Vec::new() };
+    let mut place = |home: usize, below: usize, member| match home % (below + 1) {
+        0 => families.roots.push(member),
+        family => families.members[family - 1].push(member),
+    };
+    for (family, &parent) in parents.iter().enumerate() {
+        place(parent, family, Member::Family(family as u32));
+    }
+    for object in 0..objects {
+        place(homes[object % homes.len()], parents.len(), Member::Object(object as u32));
+    }
+    families
+}
+
+fn expected(boxes: &[Aabb], light: &LightSource, receiver: usize) -> Vec<u32> {
+    let meets = |occluder: usize| {
+        let (a, b) = (&boxes[occluder], &boxes[receiver]);
+        occluder == receiver || may_shadow(a, b, light) && !cannot_shadow(a, b, light)
+    };
+    (0..boxes.len()).filter(|&occluder| meets(occluder)).map(|occluder| occluder as u32).collect()
+}
+
+proptest! {
+    #[test]
+    fn the_result_is_that_of_all_pairs(
+        boxes in boxes(), light in light(),
+        parents in proptest::collection::vec(0usize..100, 0..20), homes in proptest::collection::vec(0usize..100, 1..40),
+    ) {
+        let tree = ObjectTree::build(&boxes, &families(&parents, &homes, boxes.len())).expect("a forest");
+        let found = influences(&tree, &light, |_| true);
+        for receiver in 0..boxes.len() {
+            prop_assert_eq!(found.occluders_of(receiver as u32), &expected(&boxes, &light, receiver)[..]);
+        }
+        let pairs: usize = (0..boxes.len()).map(|r| found.occluders_of(r as u32).len() - 1).sum();
+        prop_assert_eq!(found.counts().registered, pairs as u64);
+    }
+
+    #[test]
+    fn only_the_receivers_asked_for_are_tested(boxes in boxes(), light in light(), step in 2u32..9) {
+        let tree = ObjectTree::build(&boxes, &Families::default()).expect("no families, no defect");
+        let (all, some) = (influences(&tree, &light, |_| true), influences(&tree, &light, |r| r % step == 1));
+        for receiver in 0..boxes.len() as u32 {
+            let expected = if receiver % step == 1 { all.occluders_of(receiver) } else { &[] };
+            prop_assert_eq!(some.occluders_of(receiver), expected);
+        }
+        prop_assert!(some.counts().tested <= all.counts().tested);
+        prop_assert_eq!(influences(&tree, &light, |_| false).counts(), PairCounts::default());
+    }
+}
+
+/// Boxes of a town: a grid of blocks on the ground, every house standing on one floor.
+fn town(side: u32) -> Vec<Aabb> {
+    let floor = Aabb { min: DVec3::ZERO, max: DVec3::new(f64::from(side), 0.0, f64::from(side)) };
+    let house = |n: u32| {
+        let min = DVec3::new(f64::from(n % side), 0.0, f64::from(n / side));
+        Aabb { min, max: min + DVec3::new(0.75, f64::from(n * 7 % 5) * 0.25, 0.75) }
+    };
+    std::iter::once(floor).chain((0..side * side).map(house)).collect()
+}
+
+#[test]
+fn thousands_of_boxes_need_few_tests() {
+    let boxes = town(55);
+    let tree = ObjectTree::build(&boxes, &Families::default()).expect("no families, no defect");
+    for light in [LightSource::sun([1.0, -1.0, 0.5]), LightSource::point([27.3, 0.6, 27.3])] {
+        let light = light.expect("a light");
+        let found = influences(&tree, &light, |_| true);
+        for receiver in 0..boxes.len() {
+            assert_eq!(found.occluders_of(receiver as u32), expected(&boxes, &light, receiver), "receiver {receiver}");
+        }
+        let (counts, all) = (found.counts(), (boxes.len() * (boxes.len() - 1)) as u64);
+        assert!(counts.tested + counts.excluded < all / 5, "{counts:?} of {all} pairs");
+    }
+}
+
+#[test]
+fn a_floor_and_a_house_take_one_test() {
+    let boxes = [Aabb::of([DVec3::ZERO, DVec3::new(9.0, 0.0, 9.0)]), Aabb::of([DVec3::ONE, DVec3::new(2.0, 0.0, 2.0)])];
+    let tree = ObjectTree::build(&boxes, &Families::default()).expect("no families, no defect");
+    let found = influences(&tree, &LightSource::sun([0.3, -1.0, 0.2]).expect("a sun above"), |_| true);
+    assert_eq!((found.occluders_of(0), found.occluders_of(1)), (&[0, 1][..], &[1][..]));
+    assert_eq!(found.counts(), PairCounts { tested: 1, registered: 1, excluded: 1 });
+    assert_eq!(found.occluders_of(2), &[] as &[u32], "there is no such object");
+}

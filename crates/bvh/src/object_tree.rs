@@ -1,0 +1,228 @@
+//! The tree of bounding boxes over objects and families, in the manner of Xie, Yu, Hao and Sun (2001).
+//!
+//! The caller says which objects lie together; a family's box is the smallest around its members. A family with more
+//! than [`WIDEST`] members, or a scene without families, is split further by the surface-area heuristic ([`BoxTree`]),
+//! so that thousands of objects are no special case. A family of one is its member. Families may be nested to any
+//! depth: nothing here recurses.
+
+use umbriel_geometry::Aabb;
+
+use crate::box_tree::{BoxTree, Shape};
+
+/// Most children of a node. Siblings are tested in pairs, so the work in a node grows with the square of this.
+const WIDEST: usize = 8;
+
+/// A member of a family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Member {
+    /// An object, by its index.
+    Object(u32),
+    /// Another family, by its index in [`Families::members`].
+    Family(u32),
+}
+
+/// Which objects lie together: a forest of families. The default has none.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Families {
+    /// The members of every family.
+    pub members: Vec<Vec<Member>>,
+    /// What stands at the top. Objects that are in no family need not be named.
+    pub roots: Vec<Member>,
+}
+
+/// Why families are no forest over the objects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FamilyDefect {
+    /// A member that is not there.
+    #[error("{0:?} is a member, but there is none")]
+    Unknown(Member),
+    /// A member of two families, or twice of one.
+    #[error("{0:?} is a member more than once")]
+    Repeated(Member),
+    /// A family that no root leads to: it is named nowhere, or is part of a cycle.
+    #[error("family {0} is not below any root")]
+    Unreachable(u32),
+    /// More objects or families than a tree can name.
+    #[error("more than 2^30 objects or families")]
+    TooMany,
+}
+
+/// What stands below a node.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Content {
+    /// One object.
+    Object(u32),
+    /// Nodes: a range of `ObjectTree::children`.
+    Nodes { first: u32, end: u32 },
+}
+
+/// A node: its box and what it holds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    pub(crate) bounds: Aabb,
+    pub(crate) content: Content,
+}
+
+/// A tree of boxes over objects and families.
+#[derive(Clone, Debug)]
+pub struct ObjectTree {
+    /// Children before parents.
+    nodes: Vec<Node>,
+    children: Vec<u32>,
+    root: Option<u32>,
+    objects: usize,
+}
+
+impl ObjectTree {
+    /// Builds the tree over the boxes of all objects. Objects with empty boxes are left out.
+    ///
+    /// O(n log n) in objects and families.
+    ///
+    /// # Errors
+    /// [`FamilyDefect`] when the families are no forest over the objects.
+    pub fn build(boxes: &[Aabb], families: &Families) -> Result<Self, FamilyDefect> {
+        const MOST: usize = 1 << 30;
+        if boxes.len() > MOST || families.members.len() > MOST {
+            return Err(FamilyDefect::TooMany);
+        }
+        let order = parents_first(boxes.len(), families)?;
+        let mut tree = Self { nodes: Vec::new(), children: Vec::new(), root: None, objects: boxes.len() };
+        let leaves: Vec<Option<u32>> = (0u32..).zip(boxes).map(|(id, bounds)| tree.add_object(id, bounds)).collect();
+        let mut groups = vec![None; families.members.len()];
+        for &family in order.families.iter().rev() {
+            let nodes = present(&families.members[family as usize], &leaves, &groups);
+            groups[family as usize] = tree.add_group(nodes);
+        }
+        let mut top = present(&families.roots, &leaves, &groups);
+        top.extend(order.loose.iter().filter_map(|&object| leaves[object as usize]));
+        tree.root = tree.add_group(top);
+        Ok(tree)
+    }
+
+    /// The box around all objects.
+    pub fn bounds(&self) -> Aabb {
+        self.root.map_or(Aabb::EMPTY, |root| self.node(root).bounds)
+    }
+
+    /// How many objects the tree was built over, those with empty boxes included.
+    pub fn objects(&self) -> usize {
+        self.objects
+    }
+
+    /// How many boxes the tree has: objects, families and what large families were split into.
+    pub fn boxes(&self) -> usize {
+        self.nodes.len()
+    }
+
+    pub(crate) fn root(&self) -> Option<u32> {
+        self.root
+    }
+
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    pub(crate) fn node(&self, index: u32) -> &Node {
+        &self.nodes[index as usize]
+    }
+
+    /// The children of a node; none for an object.
+    pub(crate) fn children_of(&self, node: &Node) -> &[u32] {
+        match node.content {
+            Content::Object(_) => &[],
+            Content::Nodes { first, end } => &self.children[first as usize..end as usize],
+        }
+    }
+
+    fn add(&mut self, bounds: Aabb, content: Content) -> u32 {
+        self.nodes.push(Node { bounds, content });
+        (self.nodes.len() - 1) as u32
+    }
+
+    fn add_object(&mut self, object: u32, bounds: &Aabb) -> Option<u32> {
+        (!bounds.is_empty()).then(|| self.add(*bounds, Content::Object(object)))
+    }
+
+    /// A node over `nodes`; the node itself when there is only one.
+    fn add_group(&mut self, nodes: Vec<u32>) -> Option<u32> {
+        match nodes.len() {
+            0 => None,
+            1 => Some(nodes[0]),
+            2..=WIDEST => Some(self.add_node(nodes)),
+            _ => self.add_split(&nodes),
+        }
+    }
+
+    fn add_node(&mut self, nodes: impl IntoIterator<Item = u32>) -> u32 {
+        let first = self.children.len();
+        self.children.extend(nodes);
+        let end = self.children.len();
+        let bounds =
+            self.children[first..].iter().fold(Aabb::EMPTY, |sum, &child| sum.union(self.nodes[child as usize].bounds));
+        self.add(bounds, Content::Nodes { first: first as u32, end: end as u32 })
+    }
+
+    /// A family that is too wide: split in the shape of a [`BoxTree`] over its members.
+    fn add_split(&mut self, nodes: &[u32]) -> Option<u32> {
+        let boxes: Vec<Aabb> = nodes.iter().map(|&node| self.node(node).bounds).collect();
+        let split = BoxTree::build(&boxes);
+        let mut made = vec![0; split.shape().len()];
+        for (index, shape) in split.shape().enumerate().rev() {
+            made[index] = match shape {
+                Shape::Leaf(&[only]) => nodes[only as usize],
+                Shape::Leaf(items) => self.add_node(items.iter().map(|&item| nodes[item as usize])),
+                Shape::Inner(pair) => self.add_node(pair.map(|child| made[child])),
+            };
+        }
+        made.first().copied()
+    }
+}
+
+/// The nodes of those members that have one.
+fn present(members: &[Member], leaves: &[Option<u32>], groups: &[Option<u32>]) -> Vec<u32> {
+    let node = |member: &Member| match *member {
+        Member::Object(object) => leaves[object as usize],
+        Member::Family(family) => groups[family as usize],
+    };
+    members.iter().filter_map(node).collect()
+}
+
+/// What a walk over the families from the roots finds.
+struct Order {
+    /// All families, parents before children.
+    families: Vec<u32>,
+    /// Objects in no family.
+    loose: Vec<u32>,
+}
+
+/// Walks the forest and checks that it is one.
+fn parents_first(objects: usize, families: &Families) -> Result<Order, FamilyDefect> {
+    let mut object_seen = vec![false; objects];
+    let mut family_seen = vec![false; families.members.len()];
+    let mut order = Vec::new();
+    let mut open: Vec<&[Member]> = vec![&families.roots];
+    while let Some(members) = open.pop() {
+        for &member in members {
+            let seen = match member {
+                Member::Object(object) => object_seen.get_mut(object as usize),
+                Member::Family(family) => family_seen.get_mut(family as usize),
+            };
+            if std::mem::replace(seen.ok_or(FamilyDefect::Unknown(member))?, true) {
+                return Err(FamilyDefect::Repeated(member));
+            }
+            if let Member::Family(family) = member {
+                order.push(family);
+                open.push(&families.members[family as usize]);
+            }
+        }
+    }
+    if let Some(family) = family_seen.iter().position(|seen| !seen) {
+        return Err(FamilyDefect::Unreachable(family as u32));
+    }
+    let loose = (0u32..).zip(&object_seen).filter(|(_, seen)| !**seen).map(|(object, _)| object).collect();
+    Ok(Order { families: order, loose })
+}
+
+#[cfg(test)]
+mod tests;
