@@ -1,1 +1,29 @@
-//! Scenes in (glTF, OBJ, scene files), tables, meshes and pictures out
+//! Scenes in, tables, meshes and pictures out.
+//!
+//! [`load`] reads scene files (`.toml`), Wavefront OBJ and glTF 2.0 (`.gltf`, `.glb`) into a
+//! [`Scene`](umbriel_scene::Scene), strictly: a fault is an error that names its place, and what is taken otherwise
+//! than the file says is a finding. [`surface_findings`] looks at the surfaces themselves. [`write`] holds the writers.
+//!
+//! Numbers are read as f64 (32-bit floats become f64 exactly), nothing is welded, rounded or dropped. Files outside the
+//! folder of the scene are refused unless [`Outside::Allowed`] says otherwise. Nothing is fetched from a network.
+
+mod error;
+mod findings;
+mod folder;
+mod gltf;
+mod load;
+mod model;
+mod names;
+mod obj;
+mod options;
+mod scene_file;
+mod sun;
+mod transform;
+mod triangulate;
+pub mod write;
+
+pub use error::{LoadError, LoadProblem};
+pub use findings::surface_findings;
+pub use load::load;
+pub use options::{DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
+pub use sun::sun_from_angles;

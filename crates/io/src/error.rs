@@ -1,0 +1,102 @@
+//! Why a scene was not loaded: which file, where in it, and what to do.
+
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
+
+/// A scene that was not loaded. Its message names the file and the place in it.
+#[derive(Debug, thiserror::Error)]
+#[error("{}", self.describe())]
+pub struct LoadError {
+    /// The file that was being read: the scene, or a mesh that it names.
+    pub file: PathBuf,
+    /// What is wrong with it.
+    pub problem: LoadProblem,
+}
+
+/// What is wrong with a file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LoadProblem {
+    /// A file that is missing or cannot be read.
+    #[error("{} cannot be read: {source}", path.display())]
+    Unreadable {
+        /// The scene itself, or a file that it names.
+        path: PathBuf,
+        /// What the operating system says.
+        source: io::Error,
+    },
+    /// A file name that ends in none of the known ways.
+    #[error("only files that end in .toml, .obj, .gltf or .glb are read as scenes")]
+    UnknownFormat,
+    /// A path that leads out of the folder of the scene.
+    #[error(
+        "{place}: the path \"{path}\" leads out of the folder of the scene; move the file into it, or allow paths \
+         outside (--allow-outside)"
+    )]
+    Outside {
+        /// The element that names the path.
+        place: String,
+        /// The path as written.
+        path: String,
+    },
+    /// Text that breaks the rules of its format.
+    #[error("line {line}{}: {message}", column.map(|column| format!(", column {column}")).unwrap_or_default())]
+    Text {
+        /// Counted from 1.
+        line: usize,
+        /// Counted from 1, in characters; unknown in formats that are read by the line.
+        column: Option<usize>,
+        /// What is wrong there.
+        message: String,
+    },
+    /// An element (object, node, accessor, ...) that is refused.
+    #[error("{place}: {message}")]
+    Element {
+        /// Which one.
+        place: String,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// An extension that the file requires and that is not read.
+    #[error("requires the extension {name}, which is not read; {advice}")]
+    Extension {
+        /// Its name.
+        name: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// Neither a triangle nor a body.
+    #[error("the scene is empty: it holds no triangle and no body, so nothing can cast or receive a shadow")]
+    Empty,
+}
+
+impl LoadProblem {
+    pub(crate) fn element(place: impl Into<String>, message: impl ToString) -> Self {
+        Self::Element { place: place.into(), message: message.to_string() }
+    }
+
+    pub(crate) fn line(line: usize, message: impl Into<String>) -> Self {
+        Self::Text { line, column: None, message: message.into() }
+    }
+
+    pub(crate) fn in_file(self, file: &Path) -> LoadError {
+        LoadError { file: file.to_path_buf(), problem: self }
+    }
+}
+
+impl LoadError {
+    /// Whether a file is missing, unreadable or of an unknown kind (the command line's exit code 2); otherwise the
+    /// files were read and their content is refused (exit code 1).
+    pub fn is_unreadable(&self) -> bool {
+        matches!(self.problem, LoadProblem::Unreadable { .. } | LoadProblem::UnknownFormat)
+    }
+
+    fn describe(&self) -> String {
+        match &self.problem {
+            LoadProblem::Unreadable { path, .. } if *path == self.file => self.problem.to_string(),
+            problem => format!("{}: {problem}", self.file.display()),
+        }
+    }
+}

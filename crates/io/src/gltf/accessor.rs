@@ -1,0 +1,211 @@
+//! Accessors: typed elements out of buffers, every size checked before anything is allocated.
+
+use super::{
+    container::Buffers,
+    json::{Accessor, Document, Sparse, element},
+};
+use crate::error::LoadProblem;
+
+/// Most elements of an accessor without bytes of its own (all zeros): nothing in the file bounds their number.
+const MOST_ZEROS: usize = 1 << 22;
+
+/// The type of a component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn of(code: u32) -> Result<Self, String> {
+        match code {
+            5120 => Ok(Self::I8),
+            5121 => Ok(Self::U8),
+            5122 => Ok(Self::I16),
+            5123 => Ok(Self::U16),
+            5125 => Ok(Self::U32),
+            5126 => Ok(Self::F32),
+            _ => Err(format!("its component type {code} is none of glTF's")),
+        }
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// The value of a component, exact.
+    fn value(self, bytes: &[u8]) -> f64 {
+        let two = || [bytes[0], bytes[1]];
+        let four = || [bytes[0], bytes[1], bytes[2], bytes[3]];
+        match self {
+            Self::I8 => f64::from(bytes[0] as i8),
+            Self::U8 => f64::from(bytes[0]),
+            Self::I16 => f64::from(i16::from_le_bytes(two())),
+            Self::U16 => f64::from(u16::from_le_bytes(two())),
+            Self::U32 => f64::from(u32::from_le_bytes(four())),
+            Self::F32 => f64::from(f32::from_le_bytes(four())),
+        }
+    }
+
+    /// What stands for 1 when components are normalised.
+    fn one(self) -> f64 {
+        match self {
+            Self::I8 => f64::from(i8::MAX),
+            Self::U8 => f64::from(u8::MAX),
+            Self::I16 => f64::from(i16::MAX),
+            Self::U16 => f64::from(u16::MAX),
+            Self::U32 | Self::F32 => 1.0,
+        }
+    }
+}
+
+/// Equal elements at equal distances.
+struct Strided<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    size: usize,
+    count: usize,
+}
+
+impl<'a> Strided<'a> {
+    fn iter(&self) -> impl Iterator<Item = &'a [u8]> {
+        let (bytes, stride, size) = (self.bytes, self.stride, self.size);
+        (0..self.count).map(move |i| &bytes[i * stride..i * stride + size])
+    }
+}
+
+/// Reads the accessors of a document.
+#[derive(Debug)]
+pub(super) struct Accessors<'a> {
+    document: &'a Document,
+    buffers: Buffers<'a>,
+}
+
+impl<'a> Accessors<'a> {
+    pub(super) fn new(document: &'a Document, buffers: Buffers<'a>) -> Self {
+        Self { document, buffers }
+    }
+
+    /// The declared accessor.
+    pub(super) fn declared(&self, index: usize) -> Result<(&'a Accessor, Component), LoadProblem> {
+        let refused = |message| LoadProblem::element(format!("accessor {index}"), message);
+        let accessor = element(&self.document.accessors, index, "accessor").map_err(refused)?;
+        Component::of(accessor.component_type).map(|component| (accessor, component)).map_err(refused)
+    }
+
+    /// Elements of `N` components as f64: floats and integers exactly, normalised integers divided.
+    pub(super) fn vectors<const N: usize>(&self, index: usize) -> Result<Vec<[f64; N]>, LoadProblem> {
+        let kind = ["", "SCALAR", "VEC2", "VEC3", "VEC4"][N];
+        let (accessor, component) = self.declared(index)?;
+        let place = || format!("accessor {index}");
+        if accessor.kind != kind {
+            return Err(LoadProblem::element(place(), format!("its type is {}, needed is {kind}", accessor.kind)));
+        }
+        let decode = |bytes: &[u8]| -> [f64; N] {
+            std::array::from_fn(|i| {
+                let value = component.value(&bytes[i * component.size()..]);
+                if accessor.normalized { (value / component.one()).max(-1.0) } else { value }
+            })
+        };
+        let size = N * component.size();
+        let mut elements = match accessor.buffer_view {
+            Some(view) => {
+                let strided = self.strided(view, accessor.byte_offset, size, accessor.count);
+                strided.map_err(|problem| within(problem, &place()))?.iter().map(decode).collect()
+            }
+            None if accessor.count <= MOST_ZEROS => vec![[0.0; N]; accessor.count],
+            None => {
+                let message = format!("it has no buffer view and claims {} elements, too many zeros", accessor.count);
+                return Err(LoadProblem::element(place(), message));
+            }
+        };
+        if let Some(sparse) = &accessor.sparse {
+            self.replace(sparse, size, decode, &mut elements).map_err(|problem| within(problem, &place()))?;
+        }
+        Ok(elements)
+    }
+
+    /// Indices of vertices: unsigned integers of any size.
+    pub(super) fn indices(&self, index: usize) -> Result<Vec<u32>, LoadProblem> {
+        let (accessor, component) = self.declared(index)?;
+        if accessor.normalized || !matches!(component, Component::U8 | Component::U16 | Component::U32) {
+            let message = "indices must be unsigned integers, not normalised";
+            return Err(LoadProblem::element(format!("accessor {index}"), message));
+        }
+        Ok(self.vectors::<1>(index)?.into_iter().map(|[value]| value as u32).collect())
+    }
+
+    /// Puts the values of a sparse accessor in their places.
+    fn replace<const N: usize>(
+        &self,
+        sparse: &Sparse,
+        size: usize,
+        decode: impl Fn(&[u8]) -> [f64; N],
+        elements: &mut [[f64; N]],
+    ) -> Result<(), LoadProblem> {
+        let refused = |message: String| LoadProblem::element("sparse", message);
+        let component = Component::of(sparse.indices.component_type).map_err(refused)?;
+        if !matches!(component, Component::U8 | Component::U16 | Component::U32) {
+            return Err(refused("its indices must be unsigned integers".to_owned()));
+        }
+        let (at, from) = (&sparse.indices, &sparse.values);
+        let places = self.strided(at.buffer_view, at.byte_offset, component.size(), sparse.count)?;
+        let values = self.strided(from.buffer_view, from.byte_offset, size, sparse.count)?;
+        let mut next = 0;
+        for (place, value) in places.iter().zip(values.iter()) {
+            let place = component.value(place) as usize;
+            if place < next || place >= elements.len() {
+                return Err(refused(format!("index {place} does not ascend or is not below {}", elements.len())));
+            }
+            next = place + 1;
+            elements[place] = decode(value);
+        }
+        Ok(())
+    }
+
+    /// The bytes of `count` elements in a view.
+    fn strided(&self, view: usize, offset: usize, size: usize, count: usize) -> Result<Strided<'_>, LoadProblem> {
+        let place = format!("buffer view {view}");
+        let refused = |message: String| LoadProblem::element(&place, message);
+        let declared = element(&self.document.buffer_views, view, "buffer view").map_err(refused)?;
+        let buffer = self.buffers.bytes(declared.buffer)?;
+        let end = declared.byte_offset.checked_add(declared.byte_length);
+        let bytes = end.and_then(|end| buffer.get(declared.byte_offset..end));
+        let bytes = bytes.ok_or_else(|| {
+            refused(format!(
+                "its {} bytes from byte {} on leave buffer {}, which has {}",
+                declared.byte_length,
+                declared.byte_offset,
+                declared.buffer,
+                buffer.len()
+            ))
+        })?;
+        let stride = declared.byte_stride.unwrap_or(size);
+        if stride < size {
+            return Err(refused(format!("its stride of {stride} bytes is less than an element's {size}")));
+        }
+        let needed = match count {
+            0 => Some(0),
+            _ => (count - 1).checked_mul(stride).and_then(|last| last.checked_add(size)),
+        };
+        let bytes = bytes.get(offset..).filter(|bytes| needed.is_some_and(|needed| needed <= bytes.len()));
+        let bytes = bytes.ok_or_else(|| refused(format!("{count} elements of {size} bytes do not fit into it")))?;
+        Ok(Strided { bytes, stride, size, count })
+    }
+}
+
+/// The same problem, told of the accessor that led to it.
+fn within(problem: LoadProblem, accessor: &str) -> LoadProblem {
+    match problem {
+        LoadProblem::Element { place, message } => LoadProblem::element(format!("{accessor}, {place}"), message),
+        other => other,
+    }
+}

@@ -1,0 +1,124 @@
+//! Where the bytes of a glTF are: the chunks of a GLB, and buffers inside it, in data URIs and in files.
+
+use std::{borrow::Cow, cell::OnceCell};
+
+use base64::Engine;
+
+use super::json::{Buffer, element};
+use crate::{
+    error::LoadProblem,
+    folder::{Folder, read},
+};
+
+/// The JSON text and the binary chunk of a file; a `.gltf` is all text.
+///
+/// ```text
+/// GLB:   | "glTF" | version 2 | length |   then chunks  | length | type | bytes, padded to 4 |
+/// ```
+pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadProblem> {
+    let refused = |message: &str| LoadProblem::element("GLB container", message);
+    if !bytes.starts_with(b"glTF") {
+        return Ok((bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), None));
+    }
+    let word = |at: usize| bytes.get(at..at + 4).map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]]) as usize);
+    let (Some(version), Some(length)) = (word(4), word(8)) else { return Err(refused("its header is cut off")) };
+    if version != 2 {
+        return Err(refused(&format!("its version is {version}; only version 2 is read")));
+    }
+    if length > bytes.len() {
+        return Err(refused(&format!("it says that it has {length} bytes, but the file has {}", bytes.len())));
+    }
+    let (mut at, mut json, mut binary) = (12, None, None);
+    while at < length {
+        let (Some(size), Some(kind)) = (word(at), word(at + 4)) else { return Err(refused("a chunk is cut off")) };
+        let end = (at + 8).checked_add(size).filter(|&end| end <= length);
+        let Some(end) = end else { return Err(refused("a chunk is longer than the file")) };
+        match (&(kind as u32).to_le_bytes(), json, binary) {
+            (b"JSON", None, _) => json = Some(&bytes[at + 8..end]),
+            (b"BIN\0", Some(_), None) => binary = Some(&bytes[at + 8..end]),
+            (b"JSON" | b"BIN\0", ..) => return Err(refused("its chunks are not one JSON, then at most one BIN")),
+            _ => {}
+        }
+        at = end;
+    }
+    json.map(|json| (json, binary)).ok_or_else(|| refused("it has no JSON chunk"))
+}
+
+/// The buffers of a document, read when first asked for.
+#[derive(Debug)]
+pub(super) struct Buffers<'a> {
+    declared: &'a [Buffer],
+    binary: Option<&'a [u8]>,
+    folder: &'a Folder,
+    loaded: Vec<OnceCell<Cow<'a, [u8]>>>,
+}
+
+impl<'a> Buffers<'a> {
+    pub(super) fn new(declared: &'a [Buffer], binary: Option<&'a [u8]>, folder: &'a Folder) -> Self {
+        Self { declared, binary, folder, loaded: declared.iter().map(|_| OnceCell::new()).collect() }
+    }
+
+    /// The declared bytes of a buffer.
+    pub(super) fn bytes(&self, index: usize) -> Result<&[u8], LoadProblem> {
+        let place = || format!("buffer {index}");
+        let declared =
+            element(self.declared, index, "buffer").map_err(|message| LoadProblem::element(place(), message))?;
+        let cell = &self.loaded[index];
+        let bytes = match cell.get() {
+            Some(bytes) => bytes,
+            None => {
+                let bytes = self.fetch(index, declared)?;
+                cell.get_or_init(|| bytes)
+            }
+        };
+        bytes.get(..declared.byte_length).ok_or_else(|| {
+            let message = format!("it should have {} bytes, but {} are there", declared.byte_length, bytes.len());
+            LoadProblem::element(place(), message)
+        })
+    }
+
+    fn fetch(&self, index: usize, declared: &Buffer) -> Result<Cow<'a, [u8]>, LoadProblem> {
+        let place = format!("buffer {index}");
+        let Some(uri) = &declared.uri else {
+            return match self.binary {
+                Some(binary) if index == 0 => Ok(Cow::Borrowed(binary)),
+                _ => Err(LoadProblem::element(place, "it has no uri, and there is no binary chunk for it")),
+            };
+        };
+        if let Some(data) = uri.strip_prefix("data:") {
+            return decode_data(data).map(Cow::Owned).map_err(|message| LoadProblem::element(place, message));
+        }
+        if has_scheme(uri) {
+            return Err(LoadProblem::element(
+                place,
+                format!("\"{uri}\" is not a file; only files and data URIs are read"),
+            ));
+        }
+        let path = percent_encoding::percent_decode_str(uri).decode_utf8();
+        let path = path.map_err(|_| LoadProblem::element(&place, "its uri is not UTF-8 once percent-decoded"))?;
+        Ok(Cow::Owned(read(&self.folder.resolve(&path, &place)?)?))
+    }
+}
+
+/// Whether a URI begins with a scheme (`http:`); one letter is a drive, so a path.
+fn has_scheme(uri: &str) -> bool {
+    let is_scheme = |scheme: &str| {
+        scheme.len() > 1
+            && scheme.starts_with(|first: char| first.is_ascii_alphabetic())
+            && scheme.chars().all(|c| c.is_ascii_alphanumeric() || "+-.".contains(c))
+    };
+    uri.split_once(':').is_some_and(|(scheme, _)| is_scheme(scheme))
+}
+
+/// The bytes of a data URI, after `data:`.
+fn decode_data(data: &str) -> Result<Vec<u8>, String> {
+    let (kind, content) = data.split_once(',').ok_or("its data URI has no comma")?;
+    let bytes: Vec<u8> = percent_encoding::percent_decode_str(content).collect();
+    if !kind.ends_with(";base64") {
+        return Ok(bytes);
+    }
+    let lenient = base64::engine::GeneralPurposeConfig::new()
+        .with_decode_padding_mode(base64::engine::DecodePaddingMode::Indifferent);
+    let engine = base64::engine::GeneralPurpose::new(&base64::alphabet::STANDARD, lenient);
+    engine.decode(bytes).map_err(|fault| format!("its data URI is not base64: {fault}"))
+}

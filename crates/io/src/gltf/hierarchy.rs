@@ -1,0 +1,113 @@
+//! The node hierarchy: checked to be a forest, walked without recursion, with the matrix of every node.
+
+use glam::DAffine3;
+
+use super::json::{Document, Node, element};
+use crate::{
+    error::LoadProblem,
+    transform::{from_matrix, from_parts},
+};
+
+/// A node of the scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed {
+    /// Its index in the document.
+    pub(super) node: usize,
+    /// Its parent's place in [`Hierarchy::placed`].
+    pub(super) parent: Option<usize>,
+    /// Node to scene coordinates.
+    pub(super) map: DAffine3,
+}
+
+/// The nodes of the scene, parents before their children.
+#[derive(Debug)]
+pub(super) struct Hierarchy {
+    pub(super) placed: Vec<Placed>,
+}
+
+/// How messages call a node.
+pub(super) fn place(node: usize, declared: &Node) -> String {
+    match &declared.name {
+        Some(name) => format!("node {node} (\"{name}\")"),
+        None => format!("node {node}"),
+    }
+}
+
+impl Hierarchy {
+    /// Checks the hierarchy of all nodes and walks the one of the scene.
+    pub(super) fn new(document: &Document) -> Result<Self, LoadProblem> {
+        let has_parent = check_forest(document)?;
+        let roots = roots(document, &has_parent)?;
+        let mut open: Vec<(usize, Option<usize>)> = roots.into_iter().rev().map(|root| (root, None)).collect();
+        let mut placed: Vec<Placed> = Vec::new();
+        while let Some((node, parent)) = open.pop() {
+            let declared = &document.nodes[node];
+            let own = own_map(declared).map_err(|message| LoadProblem::element(place(node, declared), message))?;
+            let map = parent.map_or(own, |parent| placed[parent].map * own);
+            open.extend(declared.children.iter().rev().map(|&child| (child, Some(placed.len()))));
+            placed.push(Placed { node, parent, map });
+        }
+        Ok(Self { placed })
+    }
+}
+
+/// Every node has one parent at most and no node is its own ancestor. Says which nodes have a parent.
+fn check_forest(document: &Document) -> Result<Vec<bool>, LoadProblem> {
+    let mut parent_of: Vec<Option<usize>> = vec![None; document.nodes.len()];
+    for (parent, node) in document.nodes.iter().enumerate() {
+        for &child in &node.children {
+            let refused = |message: String| LoadProblem::element(place(parent, node), message);
+            element(&document.nodes, child, "child node").map_err(refused)?;
+            if let Some(other) = parent_of[child].replace(parent) {
+                return Err(LoadProblem::element(
+                    place(child, &document.nodes[child]),
+                    format!("it is a child twice, of node {other} and of node {parent}; a node has one parent at most"),
+                ));
+            }
+        }
+    }
+    // With one parent each, whatever cannot be reached from a node without parent hangs on a cycle.
+    let mut open: Vec<usize> = (0..parent_of.len()).filter(|&node| parent_of[node].is_none()).collect();
+    let mut reached = vec![false; parent_of.len()];
+    while let Some(node) = open.pop() {
+        reached[node] = true;
+        open.extend(&document.nodes[node].children);
+    }
+    match reached.iter().position(|&reached| !reached) {
+        Some(node) => Err(LoadProblem::element(
+            place(node, &document.nodes[node]),
+            "it is, or hangs on, its own ancestor: a cycle",
+        )),
+        None => Ok(parent_of.iter().map(Option::is_some).collect()),
+    }
+}
+
+/// The roots of the default scene, else of the first, else all nodes without a parent.
+fn roots(document: &Document, has_parent: &[bool]) -> Result<Vec<usize>, LoadProblem> {
+    if document.scenes.is_empty() && document.scene.is_none() {
+        return Ok((0..has_parent.len()).filter(|&node| !has_parent[node]).collect());
+    }
+    let index = document.scene.unwrap_or(0);
+    let scene = element(&document.scenes, index, "scene").map_err(|message| LoadProblem::element("scene", message))?;
+    let mut taken = vec![false; has_parent.len()];
+    for &root in &scene.nodes {
+        let refused = |message: String| LoadProblem::element(format!("scene {index}"), message);
+        element(&document.nodes, root, "node").map_err(refused)?;
+        if has_parent[root] || std::mem::replace(&mut taken[root], true) {
+            return Err(refused(format!("its node {root} is a child of another node or named twice")));
+        }
+    }
+    Ok(scene.nodes.clone())
+}
+
+/// A node's own matrix.
+fn own_map(node: &Node) -> Result<DAffine3, String> {
+    match &node.matrix {
+        Some(matrix) => from_matrix(matrix),
+        None => from_parts(
+            node.translation.unwrap_or([0.0; 3]),
+            node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]),
+            node.scale.unwrap_or([1.0; 3]),
+        ),
+    }
+}

@@ -1,0 +1,87 @@
+//! glTF 2.0, as text (`.gltf`) or binary (`.glb`).
+//!
+//! Read by own types instead of the `gltf` crate: that one keeps matrices in 32 bits, refuses required extensions it
+//! does not know, accepts node cycles and indices out of range, and panics on some malformed files. What is used is
+//! checked here; what is not (textures, animations, shading) is skipped.
+//!
+//! - An object is a node with a mesh, named after the node; with EXT_mesh_gpu_instancing one object an instance,
+//!   `name#0`, `name#1`, ... All primitives of a glTF mesh are one [`Mesh`](umbriel_geometry::Mesh), shared by all nodes
+//!   and instances.
+//! - A node's matrix is the f64 product of its ancestors' matrices and its own, multiplied from the root:
+//!   ((root · child) · grandchild) · instance. Numbers of the text are read as f64, 32-bit floats become f64 exactly.
+//! - KHR_lights_punctual: a directional light is a sun along the node's −Z, a point or spot light stands at the node.
+//! - The scene is the default one, else the first, else all nodes without a parent. Families are its nodes with children.
+//! - Sparse accessors, accessors without a buffer view and KHR_mesh_quantization are read; compression is not.
+
+mod accessor;
+mod container;
+mod hierarchy;
+mod json;
+mod mesh;
+mod nodes;
+
+use umbriel_scene::FindingKind;
+
+use crate::{error::LoadProblem, folder::Folder, model::Model};
+use accessor::Accessors;
+use container::Buffers;
+use json::Document;
+use mesh::Meshes;
+
+/// Extensions that are read.
+const READ: [&str; 3] = ["KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_mesh_quantization"];
+/// Beginnings of the names of extensions that change nothing but shading, pictures and remarks.
+const WITHOUT_EFFECT: [&str; 4] = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_xmp"];
+/// Extensions that compress buffers.
+const COMPRESSION: [&str; 3] = ["EXT_meshopt_compression", "KHR_meshopt_compression", "KHR_draco_mesh_compression"];
+
+/// Reads a glTF file.
+pub(crate) fn read(bytes: &[u8], folder: &Folder) -> Result<Model, LoadProblem> {
+    let (text, binary) = container::split(bytes)?;
+    let document: Document = serde_json::from_slice(text).map_err(|fault| LoadProblem::Text {
+        line: fault.line(),
+        column: Some(fault.column()),
+        message: format!("its JSON is not glTF 2.0: {}", without_place(&fault)),
+    })?;
+    check_version(&document)?;
+    check_required(&document)?;
+    let accessors = Accessors::new(&document, Buffers::new(&document.buffers, binary, folder));
+    let hierarchy = hierarchy::Hierarchy::new(&document)?;
+    let mut model = nodes::read(&document, &hierarchy, &accessors, Meshes::new(&document, &accessors))?;
+    for name in document.extensions_used.iter().filter(|name| !is_known(name)) {
+        model.findings.add(FindingKind::UnknownExtension, name, 1);
+    }
+    Ok(model)
+}
+
+/// The message without the line and column that end it.
+fn without_place(fault: &serde_json::Error) -> String {
+    let message = fault.to_string();
+    message.rsplit_once(" at line ").map_or(message.clone(), |(text, _)| text.to_owned())
+}
+
+fn check_version(document: &Document) -> Result<(), LoadProblem> {
+    let needed = document.asset.min_version.as_deref().filter(|&minimum| minimum != "2.0");
+    let unread = needed.or(Some(&*document.asset.version).filter(|version| !version.starts_with("2.")));
+    match unread {
+        Some(version) => Err(LoadProblem::element("asset", format!("needs glTF {version}; glTF 2.0 is read"))),
+        None => Ok(()),
+    }
+}
+
+fn is_known(extension: &str) -> bool {
+    READ.contains(&extension) || WITHOUT_EFFECT.iter().any(|beginning| extension.starts_with(beginning))
+}
+
+fn check_required(document: &Document) -> Result<(), LoadProblem> {
+    let Some(name) = document.extensions_required.iter().find(|name| !is_known(name)) else { return Ok(()) };
+    let advice = if COMPRESSION.contains(&name.as_str()) {
+        "store the file without compression (a glTF converter does that) and load the result"
+    } else {
+        "export the file without it"
+    };
+    Err(LoadProblem::Extension { name: name.clone(), advice })
+}
+
+#[cfg(test)]
+mod tests;

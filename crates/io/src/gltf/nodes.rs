@@ -1,0 +1,196 @@
+//! From nodes to objects, families, lights and the camera.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use umbriel_geometry::LightSource;
+use umbriel_scene::{Camera, Family, FindingKind, Light, Member, Projection, Shape};
+
+use super::{
+    accessor::{Accessors, Component},
+    hierarchy::{Hierarchy, Placed, place},
+    json::{Document, Eye, Instancing, Node, PunctualLight, element},
+    mesh::{LoadedMesh, Meshes},
+};
+use crate::{
+    error::LoadProblem,
+    model::{Model, ModelObject, camera},
+    transform::from_parts,
+};
+
+/// Walks the nodes of the scene.
+pub(super) fn read(
+    document: &Document,
+    hierarchy: &Hierarchy,
+    accessors: &Accessors,
+    mut meshes: Meshes,
+) -> Result<Model, LoadProblem> {
+    let mut model = Model::default();
+    let mut objects_of = Vec::with_capacity(hierarchy.placed.len());
+    for placed in &hierarchy.placed {
+        let node = &document.nodes[placed.node];
+        let refused = |message: String| LoadProblem::element(place(placed.node, node), message);
+        let first = model.objects.len();
+        if let Some(mesh) = node.mesh {
+            let name = name_of(placed.node, node);
+            let maps = instances(node, &place(placed.node, node), accessors)?;
+            let mesh = meshes.get(mesh)?;
+            tell(&mut model, &name, node, mesh);
+            add_objects(&mut model, &name, placed, maps, mesh);
+        }
+        objects_of.push(first..model.objects.len());
+        if let Some(reference) = &node.extensions.light {
+            let declared = document.extensions.lights.as_ref().map_or(&[][..], |lights| &lights.lights);
+            let declared = element(declared, reference.light, "light").map_err(refused)?;
+            let light = light(declared, placed, node).map_err(refused)?;
+            if declared.kind == "spot" {
+                model.findings.add(FindingKind::SpotAsPoint, &light.name, 1);
+            }
+            model.lights.push(light);
+        }
+        if let (Some(index), None) = (node.camera, &model.camera) {
+            let declared = element(&document.cameras, index, "camera").map_err(refused)?;
+            model.camera =
+                Some(eye(declared, &placed.map).map_err(|message| refused(format!("its camera: {message}")))?);
+        }
+    }
+    add_families(&mut model, document, hierarchy, &objects_of);
+    Ok(model)
+}
+
+fn name_of(index: usize, node: &Node) -> String {
+    node.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(|| format!("node{index}"))
+}
+
+/// What was taken otherwise than the file says, once for a node with all its instances.
+fn tell(model: &mut Model, name: &str, node: &Node, mesh: &LoadedMesh) {
+    let deforms = node.skin.is_some() || mesh.morphs;
+    for (kind, count) in [
+        (FindingKind::MaskAsOpaque, mesh.masked),
+        (FindingKind::BlendAsOpaque, mesh.blended),
+        (FindingKind::NotTriangles, mesh.not_triangles),
+        (FindingKind::Deformation, usize::from(deforms)),
+    ] {
+        model.findings.add(kind, name, count);
+    }
+}
+
+/// One object, or one an instance; none for a mesh without triangles.
+fn add_objects(model: &mut Model, name: &str, placed: &Placed, maps: Option<Vec<DAffine3>>, mesh: &LoadedMesh) {
+    if mesh.mesh.triangles().is_empty() {
+        return;
+    }
+    let object = |name: String, map| ModelObject { name, shape: Shape::Mesh(Arc::clone(&mesh.mesh)), map, sides: None };
+    match maps {
+        None => model.objects.push(object(name.to_owned(), placed.map)),
+        Some(maps) => {
+            let instances = maps.into_iter().enumerate();
+            model.objects.extend(instances.map(|(i, map)| object(format!("{name}#{i}"), placed.map * map)));
+        }
+    }
+}
+
+/// The maps of a node's instances, if it has EXT_mesh_gpu_instancing.
+fn instances(node: &Node, place: &str, accessors: &Accessors) -> Result<Option<Vec<DAffine3>>, LoadProblem> {
+    let Some(Instancing { attributes }) = &node.extensions.instancing else { return Ok(None) };
+    let refused = |message: String| LoadProblem::element(format!("{place}, EXT_mesh_gpu_instancing"), message);
+    let (mut translations, mut rotations, mut scales) = (None, None, None);
+    for (name, &accessor) in attributes {
+        match name.as_str() {
+            "TRANSLATION" => translations = Some(accessors.vectors::<3>(floats(accessors, accessor, false)?)?),
+            "ROTATION" => rotations = Some(accessors.vectors::<4>(floats(accessors, accessor, true)?)?),
+            "SCALE" => scales = Some(accessors.vectors::<3>(floats(accessors, accessor, false)?)?),
+            _ => {}
+        }
+    }
+    let counts = [translations.as_ref().map(Vec::len), rotations.as_ref().map(Vec::len), scales.as_ref().map(Vec::len)];
+    let mut counts = counts.into_iter().flatten();
+    let Some(count) = counts.next() else {
+        return Err(refused("it has none of TRANSLATION, ROTATION, SCALE".to_owned()));
+    };
+    if counts.any(|other| other != count) {
+        return Err(refused("its attributes differ in their number of instances".to_owned()));
+    }
+    let map = |i: usize| {
+        let translation = translations.as_ref().map_or([0.0; 3], |list| list[i]);
+        let rotation = rotations.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |list| list[i]);
+        let scale = scales.as_ref().map_or([1.0; 3], |list| list[i]);
+        from_parts(translation, rotation, scale).map_err(|message| refused(format!("instance {i}: {message}")))
+    };
+    (0..count).map(map).collect::<Result<_, _>>().map(Some)
+}
+
+/// The accessor, if its components are what an instance attribute allows: floats, or for rotations also normalised
+/// signed integers.
+fn floats(accessors: &Accessors, index: usize, normalized_too: bool) -> Result<usize, LoadProblem> {
+    let (accessor, component) = accessors.declared(index)?;
+    let small = matches!(component, Component::I8 | Component::I16) && accessor.normalized && normalized_too;
+    if component == Component::F32 || small {
+        Ok(index)
+    } else {
+        let message = "instances need 32-bit floats, or for ROTATION normalised signed integers of 8 or 16 bits";
+        Err(LoadProblem::element(format!("accessor {index}"), message))
+    }
+}
+
+/// A light, which shines along the node's −Z.
+fn light(declared: &PunctualLight, placed: &Placed, node: &Node) -> Result<Light, String> {
+    let source = match declared.kind.as_str() {
+        "directional" => LightSource::sun(placed.map.transform_vector3(DVec3::NEG_Z).to_array()),
+        "point" | "spot" => LightSource::point(placed.map.transform_point3(DVec3::ZERO).to_array()),
+        other => return Err(format!("its light has the type \"{other}\", which is none of directional, point, spot")),
+    };
+    let name = node.name.clone().or_else(|| declared.name.clone()).filter(|name| !name.is_empty());
+    let name = name.unwrap_or_else(|| format!("light{}", placed.node));
+    source.map(|source| Light { name, source }).map_err(|defect| format!("its light: {defect}"))
+}
+
+/// A camera, which looks along the node's −Z.
+fn eye(declared: &Eye, map: &DAffine3) -> Result<Camera, String> {
+    let projection = match (&declared.perspective, &declared.orthographic) {
+        (Some(perspective), None) => Projection::Perspective { vertical_degrees: perspective.yfov.to_degrees() },
+        (None, Some(orthographic)) => Projection::Orthographic { height: 2.0 * orthographic.ymag.abs() },
+        _ => return Err("it is not either perspective or orthographic".to_owned()),
+    };
+    let from = map.transform_point3(DVec3::ZERO);
+    let forward = map.transform_vector3(DVec3::NEG_Z).normalize_or_zero();
+    let up = map.transform_vector3(DVec3::Y).normalize_or_zero();
+    camera(from, from + forward, up, projection).map_err(str::to_owned)
+}
+
+/// Nodes with children, and instanced nodes, become families; branches without objects are left out.
+fn add_families(model: &mut Model, document: &Document, hierarchy: &Hierarchy, objects_of: &[std::ops::Range<usize>]) {
+    let placed = &hierarchy.placed;
+    // Children come after their parents, so the way back meets them first.
+    let mut below: Vec<usize> = objects_of.iter().map(ExactSizeIterator::len).collect();
+    for i in (0..placed.len()).rev() {
+        if let Some(parent) = placed[i].parent {
+            below[parent] += below[i];
+        }
+    }
+    let mut family_of = vec![None; placed.len()];
+    let tree = &mut model.families;
+    for (i, node) in placed.iter().enumerate().filter(|&(i, _)| below[i] > 0) {
+        let declared = &document.nodes[node.node];
+        let parent: Option<usize> = node.parent.and_then(|parent| family_of[parent]);
+        let is_family = !declared.children.is_empty() || declared.extensions.instancing.is_some();
+        let family = if is_family {
+            tree.families.push(Family { name: name_of(node.node, declared), members: Vec::new() });
+            family_of[i] = Some(tree.families.len() - 1);
+            push_member(tree, parent, Member::Family(tree.families.len() - 1));
+            family_of[i]
+        } else {
+            parent
+        };
+        for object in objects_of[i].clone() {
+            push_member(tree, family, Member::Object(object));
+        }
+    }
+}
+
+fn push_member(tree: &mut umbriel_scene::FamilyTree, family: Option<usize>, member: Member) {
+    match family {
+        Some(family) => tree.families[family].members.push(member),
+        None => tree.roots.push(member),
+    }
+}

@@ -1,0 +1,97 @@
+//! One door for all kinds of scenes.
+
+use std::path::Path;
+
+use umbriel_scene::Sides;
+
+use crate::{
+    error::{LoadError, LoadProblem},
+    folder::{Folder, read},
+    gltf,
+    model::Model,
+    obj,
+    options::{DetailSetting, LoadOptions, LoadedScene, UpAxis},
+    scene_file,
+};
+
+/// Reads a scene: a scene file (`.toml`), Wavefront OBJ (`.obj`) or glTF 2.0 (`.gltf`, `.glb`).
+///
+/// All names are unique, all numbers accepted, all indices in range; what was taken otherwise than the file says is a
+/// finding. A scene without lights is fine. Time O(n log n) in the size of the files; memory a small multiple of it.
+///
+/// # Errors
+/// A file that is missing, unreadable or of an unknown kind, content that is refused, or a scene without any triangle
+/// or body; see [`LoadError::is_unreadable`].
+pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedScene, LoadError> {
+    let bytes = read(path).map_err(|problem| problem.in_file(path))?;
+    let folder = Folder::of_scene(path, options.outside);
+    let (model, stated) = match Format::of(path) {
+        Some(Format::SceneFile) => scene_file::read(path, &bytes, &folder, options)?,
+        Some(Format::Mesh(format)) => {
+            let model = read_mesh(path, format, &bytes, &folder, options.up.is_some())?;
+            (model, Stated::default())
+        }
+        None => return Err(LoadProblem::UnknownFormat.in_file(path)),
+    };
+    let up = options.up.or(stated.up).unwrap_or_default();
+    let north_degrees = options.north_degrees.unwrap_or(stated.north);
+    let sides = options.sides.or(stated.sides).unwrap_or_default();
+    let scene = model.into_scene(up.turn(), sides).map_err(|problem| problem.in_file(path))?;
+    Ok(LoadedScene { scene, detail: stated.detail, north_degrees })
+}
+
+/// What a scene file says about the scene as a whole.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stated {
+    pub(crate) up: Option<UpAxis>,
+    pub(crate) north: f64,
+    pub(crate) sides: Option<Sides>,
+    pub(crate) detail: Option<DetailSetting>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Format {
+    SceneFile,
+    Mesh(MeshFormat),
+}
+
+/// The formats that a scene file can name.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum MeshFormat {
+    Obj,
+    Gltf,
+}
+
+impl MeshFormat {
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "obj" => Some(Self::Obj),
+            "gltf" | "glb" => Some(Self::Gltf),
+            _ => None,
+        }
+    }
+}
+
+impl Format {
+    fn of(path: &Path) -> Option<Self> {
+        let is_toml = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+        if is_toml { Some(Self::SceneFile) } else { MeshFormat::of(path).map(Self::Mesh) }
+    }
+}
+
+/// The content of an OBJ or glTF file. `up_is_stated` keeps an OBJ from being suspected of pointing up elsewhere.
+pub(crate) fn read_mesh(
+    path: &Path,
+    format: MeshFormat,
+    bytes: &[u8],
+    folder: &Folder,
+    up_is_stated: bool,
+) -> Result<Model, LoadError> {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let folder = folder.of_file(path);
+    let model = match format {
+        MeshFormat::Obj => obj::read(bytes, &stem, &folder, up_is_stated),
+        MeshFormat::Gltf => gltf::read(bytes, &folder),
+    };
+    model.map_err(|problem| problem.in_file(path))
+}

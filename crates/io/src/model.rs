@@ -1,0 +1,214 @@
+//! What a reader makes of a file, in the file's own axes; and the step from there to a scene.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::{DAffine3, DVec3};
+use umbriel_geometry::{LightSource, Placement};
+use umbriel_scene::{
+    Camera, Family, FamilyTree, Finding, FindingKind, Light, Member, Object, Projection, Scene, Shape, Sides,
+};
+
+use crate::{error::LoadProblem, names::Names};
+
+/// A body as read. Its name need not be unique within a scene yet.
+#[derive(Clone, Debug)]
+pub(crate) struct ModelObject {
+    pub(crate) name: String,
+    pub(crate) shape: Shape,
+    /// Local to the file's coordinates.
+    pub(crate) map: DAffine3,
+    /// What the file says about its sides.
+    pub(crate) sides: Option<Sides>,
+}
+
+/// The content of a file.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Model {
+    pub(crate) objects: Vec<ModelObject>,
+    pub(crate) families: FamilyTree,
+    pub(crate) lights: Vec<Light>,
+    pub(crate) camera: Option<Camera>,
+    pub(crate) findings: Findings,
+}
+
+/// Findings by kind and subject, counts added up.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Findings(BTreeMap<(FindingKind, String), usize>);
+
+impl Findings {
+    pub(crate) fn add(&mut self, kind: FindingKind, subject: &str, count: usize) {
+        if count > 0 {
+            *self.0.entry((kind, subject.to_owned())).or_default() += count;
+        }
+    }
+
+    /// Takes over the findings of a part; `rename` says what its subjects are called in the whole.
+    fn absorb(&mut self, part: Self, rename: impl Fn(&str) -> String) {
+        for ((kind, subject), count) in part.0 {
+            self.add(kind, &rename(&subject), count);
+        }
+    }
+
+    pub(crate) fn into_list(self) -> Vec<Finding> {
+        self.0.into_iter().map(|((kind, subject), count)| Finding { kind, subject, count }).collect()
+    }
+}
+
+impl Model {
+    /// Takes in the content of another file under one name: a single object gets the name itself, several become the
+    /// family `name` with objects `name/...`. Lights come along unless a part was picked; a camera never does.
+    pub(crate) fn take_in(&mut self, mut part: Self, name: &str, map: DAffine3, sides: Option<Sides>, picked: bool) {
+        let alone = part.objects.len() == 1;
+        let full = |inner: &str| if inner.is_empty() { name.to_owned() } else { format!("{name}/{inner}") };
+        let first = self.objects.len();
+        if alone {
+            let inner = std::mem::replace(&mut part.objects[0].name, name.to_owned());
+            self.findings
+                .absorb(part.findings, |subject| if subject == inner { name.to_owned() } else { full(subject) });
+        } else {
+            part.objects.iter_mut().for_each(|object| object.name = full(&object.name));
+            self.findings.absorb(part.findings, full);
+        }
+        for object in part.objects {
+            self.objects.push(ModelObject { map: map * object.map, sides: sides.or(object.sides), ..object });
+        }
+        if alone {
+            self.families.roots.push(Member::Object(first));
+        } else {
+            let place: Vec<_> = (first..self.objects.len()).map(Some).collect();
+            let family = self.families.families.len();
+            self.families.families.push(Family { name: name.to_owned(), members: Vec::new() });
+            let members = copy_members(&part.families, &part.families.roots, &mut self.families, &place);
+            self.families.families[family].members = members;
+            self.families.roots.push(Member::Family(family));
+        }
+        if !picked {
+            let lights = part
+                .lights
+                .into_iter()
+                .filter_map(|light| Some(Light { name: full(&light.name), source: moved_light(&light.source, &map)? }));
+            self.lights.extend(lights);
+        }
+    }
+
+    /// Only the object `name`, or all objects of the family `name`. `None` if there is neither.
+    pub(crate) fn pick(&self, name: &str) -> Option<Self> {
+        let root = match self.objects.iter().position(|object| object.name == name) {
+            Some(object) => Member::Object(object),
+            None => Member::Family(self.families.families.iter().position(|family| family.name == name)?),
+        };
+        let chosen = objects_below(&self.families, root);
+        let mut place = vec![None; self.objects.len()];
+        chosen.iter().enumerate().for_each(|(new, &old)| place[old] = Some(new));
+        let objects: Vec<_> = chosen.iter().map(|&old| self.objects[old].clone()).collect();
+        let roots = match root {
+            Member::Family(family) => self.families.families[family].members.as_slice(),
+            Member::Object(_) => &[root],
+        };
+        let mut families = FamilyTree::default();
+        families.roots = copy_members(&self.families, roots, &mut families, &place);
+        let kept: BTreeSet<&str> = objects.iter().map(|object| object.name.as_str()).collect();
+        let findings = self.findings.0.iter().filter(|((_, subject), _)| kept.contains(subject.as_str()));
+        let findings = Findings(findings.map(|(key, &count)| (key.clone(), count)).collect());
+        Some(Self { objects, families, findings, ..Self::default() })
+    }
+
+    /// Turns the content into a scene: names made unique, everything turned by `turn`, every object checked.
+    pub(crate) fn into_scene(self, turn: DAffine3, sides: Sides) -> Result<Scene, LoadProblem> {
+        let mut names = Names::default();
+        let mut objects = Vec::with_capacity(self.objects.len());
+        for object in self.objects {
+            let name = names.unique(&object.name);
+            let refused = |defect: &dyn std::fmt::Display| LoadProblem::element(format!("object \"{name}\""), defect);
+            let placement = Placement::new(turn * object.map).map_err(|defect| refused(&defect))?;
+            let sides = object.sides.unwrap_or(sides);
+            let checked = Object::new(name.clone(), object.shape, placement, sides);
+            objects.push(checked.map_err(|defect| refused(&defect))?);
+        }
+        if objects.iter().all(|object| object.face_count() == 0) {
+            return Err(LoadProblem::Empty);
+        }
+        let mut names = Names::default();
+        let mut lights = Vec::with_capacity(self.lights.len());
+        for light in self.lights {
+            let name = names.unique(&light.name);
+            let source = moved_light(&light.source, &turn).ok_or_else(|| {
+                LoadProblem::element(format!("light \"{name}\""), "it lies too far away or has no direction")
+            })?;
+            lights.push(Light { name, source });
+        }
+        let camera = self.camera.map(|camera| turned_camera(&camera, &turn));
+        Ok(Scene { objects, families: self.families, lights, camera, findings: self.findings.into_list() })
+    }
+}
+
+/// A light moved with its model; `None` where the result is no light.
+fn moved_light(light: &LightSource, map: &DAffine3) -> Option<LightSource> {
+    if light.is_sun() {
+        LightSource::sun(map.transform_vector3(-light.xyz()).to_array()).ok()
+    } else {
+        LightSource::point(map.transform_point3(light.xyz()).to_array()).ok()
+    }
+}
+
+fn turned_camera(camera: &Camera, turn: &DAffine3) -> Camera {
+    let point = |v: DVec3| turn.transform_point3(v);
+    Camera { eye: point(camera.eye), target: point(camera.target), up: turn.transform_vector3(camera.up), ..*camera }
+}
+
+/// A camera, unless it has no view.
+pub(crate) fn camera(eye: DVec3, target: DVec3, up: DVec3, projection: Projection) -> Result<Camera, &'static str> {
+    let regular = match projection {
+        Projection::Perspective { vertical_degrees } => vertical_degrees > 0.0 && vertical_degrees < 180.0,
+        Projection::Orthographic { height } => height > 0.0 && height.is_finite(),
+        _ => true,
+    };
+    let finite = eye.is_finite() && target.is_finite() && up.is_finite();
+    if !regular {
+        Err("its field of view must be between 0 and 180 degrees, or its height a positive number of metres")
+    } else if !finite || (target - eye).cross(up) == DVec3::ZERO {
+        Err("its eye and target must be two points, and its up vector not parallel to the view")
+    } else {
+        Ok(Camera { eye, target, up, projection })
+    }
+}
+
+/// The objects below a member, in the order of the file.
+fn objects_below(tree: &FamilyTree, root: Member) -> Vec<usize> {
+    let (mut open, mut objects) = (vec![root], Vec::new());
+    while let Some(member) = open.pop() {
+        match member {
+            Member::Object(object) => objects.push(object),
+            Member::Family(family) => open.extend(&tree.families[family].members),
+        }
+    }
+    objects.sort_unstable();
+    objects
+}
+
+/// Copies families below `members` into another tree; `place` says where objects went. Parents come before children.
+fn copy_members(
+    source: &FamilyTree,
+    members: &[Member],
+    target: &mut FamilyTree,
+    place: &[Option<usize>],
+) -> Vec<Member> {
+    let mut open = Vec::new();
+    let copy = |members: &[Member], target: &mut FamilyTree, open: &mut Vec<(usize, usize)>| -> Vec<Member> {
+        let copied = members.iter().filter_map(|&member| match member {
+            Member::Object(object) => place[object].map(Member::Object),
+            Member::Family(family) => {
+                let new = target.families.len();
+                target.families.push(Family { name: source.families[family].name.clone(), members: Vec::new() });
+                open.push((family, new));
+                Some(Member::Family(new))
+            }
+        });
+        copied.collect()
+    };
+    let roots = copy(members, target, &mut open);
+    while let Some((old, new)) = open.pop() {
+        target.families[new].members = copy(&source.families[old].members, target, &mut open);
+    }
+    roots
+}

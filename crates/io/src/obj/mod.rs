@@ -1,0 +1,138 @@
+//! Wavefront OBJ: polygons with groups and objects.
+//!
+//! Read by an own parser instead of the `tobj` crate: that one cuts meshes where the material changes, forgets which
+//! line a fault is in, and takes what is not finite. Here a fault names its line, a material changes nothing, and an
+//! object is its `o`; faces before any `o` belong to their `g`, faces before either to an object named after the file.
+//! Objects whose faces all lie in one group form the family of that group.
+//!
+//! Positions are read as f64. Texture coordinates and normals are checked and not used. A statement may be continued
+//! by a `\` at the end of the line; negative indices count back from their own line, others may look ahead. Two passes
+//! (statements, then triangles), linear in the file but for triangulation.
+
+mod parser;
+
+use std::{borrow::Cow, collections::HashMap, sync::Arc};
+
+use glam::{DAffine3, DVec3};
+use umbriel_geometry::{Aabb, Mesh};
+use umbriel_scene::{Family, FindingKind, Member, Shape};
+
+use crate::{
+    error::LoadProblem,
+    folder::Folder,
+    model::{Model, ModelObject},
+    triangulate::{is_planar, triangulate},
+};
+use parser::{Owner, Parser, Polygon};
+
+/// Reads an OBJ file. `stem` names what stands before any object or group.
+pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, up_is_stated: bool) -> Result<Model, LoadProblem> {
+    let text = String::from_utf8_lossy(bytes);
+    let mut parser = Parser::default();
+    for (line, statement) in statements(text.strip_prefix('\u{feff}').unwrap_or(&text)) {
+        parser.statement(&statement, line).map_err(|message| LoadProblem::line(line, message))?;
+    }
+    parser.check_ranges()?;
+    let mut model = build(&parser, stem)?;
+    model.findings = std::mem::take(&mut parser.findings);
+    for library in &parser.libraries {
+        let names = std::iter::once(library.as_str()).chain(library.split_whitespace());
+        if !names.into_iter().any(|name| folder.resolve(name, "mtllib").is_ok()) {
+            model.findings.add(FindingKind::MissingMaterials, library, 1);
+        }
+    }
+    model.findings.add(FindingKind::NonPlanarPolygons, "", count_non_planar(&parser));
+    model.findings.add(FindingKind::LooksZUp, "", usize::from(!up_is_stated && looks_z_up(&model)));
+    Ok(model)
+}
+
+/// The statements of a file, each with the number of its first line.
+fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let mut lines = text.lines().enumerate();
+    std::iter::from_fn(move || {
+        let (number, first) = lines.next()?;
+        let mut statement = Cow::Borrowed(first);
+        // A remark that ends in a backslash (a path, say) must not swallow the next line.
+        while !statement.trim_start().starts_with('#')
+            && let Some(begun) = statement.trim_end().strip_suffix('\\')
+        {
+            let rest = lines.next().map_or("", |(_, line)| line);
+            statement = Cow::Owned(format!("{begun} {rest}"));
+        }
+        Some((number + 1, statement))
+    })
+}
+
+/// The second pass: triangles, object by object, and the families of the groups.
+fn build(parser: &Parser, stem: &str) -> Result<Model, LoadProblem> {
+    let mut faces_of: Vec<Vec<&Polygon>> = vec![Vec::new(); parser.owners.len()];
+    for polygon in &parser.polygons {
+        faces_of[polygon.owner].push(polygon);
+    }
+    let mut model = Model::default();
+    let mut family_of: HashMap<usize, usize> = HashMap::new();
+    for (owner, polygons) in parser.owners.iter().zip(&faces_of) {
+        let Some(first) = polygons.first() else { continue };
+        let (name, is_object) = match owner {
+            Owner::File => (stem, false),
+            Owner::Group(name) => (name.as_str(), false),
+            Owner::Object(name) => (if name.is_empty() { stem } else { name }, true),
+        };
+        let member = Member::Object(model.objects.len());
+        let shape = Shape::Mesh(Arc::new(mesh_of(parser, polygons, name)?));
+        model.objects.push(ModelObject { name: name.to_owned(), shape, map: DAffine3::IDENTITY, sides: None });
+        let group = first.group.filter(|_| is_object && polygons.iter().all(|face| face.group == first.group));
+        let Some(group) = group else {
+            model.families.roots.push(member);
+            continue;
+        };
+        let tree = &mut model.families;
+        let family = *family_of.entry(group).or_insert_with(|| {
+            tree.families.push(Family { name: parser.groups[group].clone(), members: Vec::new() });
+            tree.roots.push(Member::Family(tree.families.len() - 1));
+            tree.families.len() - 1
+        });
+        tree.families[family].members.push(member);
+    }
+    Ok(model)
+}
+
+/// The mesh of some polygons: the vertices that they use, in the order of first use.
+fn mesh_of(parser: &Parser, polygons: &[&Polygon], name: &str) -> Result<Mesh, LoadProblem> {
+    let mut place: HashMap<u32, u32> = HashMap::new();
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for polygon in polygons {
+        let corners = parser.corners(polygon);
+        let points: Vec<DVec3> = corners.iter().map(|&corner| parser.positions[corner as usize]).collect();
+        let places: Vec<u32> = (corners.iter().zip(&points))
+            .map(|(&corner, point)| {
+                *place.entry(corner).or_insert_with(|| {
+                    positions.push(point.to_array());
+                    positions.len() as u32 - 1
+                })
+            })
+            .collect();
+        triangles.extend(triangulate(&points).iter().map(|triangle| triangle.map(|corner| places[corner])));
+    }
+    Mesh::new(positions, triangles).map_err(|defect| LoadProblem::element(format!("object \"{name}\""), defect))
+}
+
+fn count_non_planar(parser: &Parser) -> usize {
+    let points = |polygon| parser.corners(polygon).iter().map(|&corner| parser.positions[corner as usize]);
+    parser.polygons.iter().filter(|&polygon| !is_planar(&points(polygon).collect::<Vec<_>>())).count()
+}
+
+/// Whether the model is much flatter along z than along x and y: terrain, cities and floor plans are flat along their
+/// up axis.
+fn looks_z_up(model: &Model) -> bool {
+    const FAR_BELOW: f64 = 0.25;
+    let positions = model.objects.iter().filter_map(|object| match &object.shape {
+        Shape::Mesh(mesh) => Some(mesh.positions().iter().copied()),
+        _ => None,
+    });
+    let size = Aabb::of(positions.flatten()).size();
+    size.z < FAR_BELOW * size.x.min(size.y)
+}
+
+#[cfg(test)]
+mod tests;

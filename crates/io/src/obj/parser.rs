@@ -1,0 +1,210 @@
+//! The first pass over an OBJ file: statements become positions and polygons, checked one by one.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use umbriel_geometry::accept_point;
+use umbriel_scene::FindingKind;
+
+use crate::{error::LoadProblem, model::Findings};
+
+/// Statements that say nothing about flat surfaces.
+const WITHOUT_EFFECT: &str = "s usemtl mg vp deg bmat step cstype parm trim hole scrv sp \
+    end con bevel c_interp d_interp lod usemap maplib shadow_obj trace_obj ctech stech";
+
+/// What faces belong to.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Owner {
+    /// Neither an object nor a group was named yet.
+    File,
+    /// The group of that name; a group that comes up again is the same one.
+    Group(String),
+    /// An object; every `o` begins a new one.
+    Object(String),
+}
+
+/// A face as written: a range of [`Parser::corners`].
+#[derive(Clone, Debug)]
+pub(super) struct Polygon {
+    first: usize,
+    len: usize,
+    pub(super) owner: usize,
+    pub(super) group: Option<usize>,
+}
+
+/// What has been read so far.
+#[derive(Debug, Default)]
+pub(super) struct Parser {
+    pub(super) positions: Vec<DVec3>,
+    texture_coordinates: usize,
+    normals: usize,
+    corners: Vec<u32>,
+    pub(super) polygons: Vec<Polygon>,
+    pub(super) owners: Vec<Owner>,
+    pub(super) groups: Vec<String>,
+    pub(super) libraries: Vec<String>,
+    pub(super) findings: Findings,
+    group_of_name: HashMap<String, (usize, Option<usize>)>,
+    owner: Option<usize>,
+    in_object: bool,
+    group: Option<usize>,
+    /// The greatest index of each kind (position, texture coordinate, normal) that looks ahead, with its line.
+    ahead: [(usize, usize); 3],
+}
+
+/// What the three numbers of a corner count, in the order v/vt/vn.
+const KINDS: [&str; 3] = ["vertices", "texture coordinates", "normals"];
+
+impl Parser {
+    /// The corners of a polygon, indices of positions.
+    pub(super) fn corners(&self, polygon: &Polygon) -> &[u32] {
+        &self.corners[polygon.first..polygon.first + polygon.len]
+    }
+
+    /// Takes one statement.
+    pub(super) fn statement(&mut self, statement: &str, line: usize) -> Result<(), String> {
+        let statement = statement.trim();
+        let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((statement, ""));
+        let words = || rest.split_whitespace().take_while(|word| !word.starts_with('#'));
+        match keyword {
+            "" => {}
+            _ if keyword.starts_with('#') => {}
+            "v" => {
+                let numbers = numbers(words(), 3..=7)?;
+                let position = accept_point([numbers[0], numbers[1], numbers[2]]);
+                self.positions.push(position.map_err(|(axis, defect)| format!("coordinate {axis} {defect}"))?);
+            }
+            "vt" => self.texture_coordinates += numbers(words(), 1..=3).map(|_| 1)?,
+            "vn" => self.normals += numbers(words(), 3..=3).map(|_| 1)?,
+            "f" | "fo" => self.face(words(), line)?,
+            "o" => self.begin_object(rest.trim()),
+            "g" => self.begin_group(&rest.split_whitespace().collect::<Vec<_>>().join(" ")),
+            "mtllib" => self.libraries.push(rest.trim().to_owned()),
+            "p" | "l" | "curv" | "curv2" | "surf" => self.findings.add(FindingKind::NotTriangles, "", 1),
+            _ if WITHOUT_EFFECT.split_whitespace().any(|known| known == keyword) => {}
+            _ => self.findings.add(FindingKind::UnknownExtension, keyword, 1),
+        }
+        Ok(())
+    }
+
+    fn begin_object(&mut self, name: &str) {
+        self.in_object = true;
+        self.owner = Some(self.owners.len());
+        self.owners.push(Owner::Object(name.to_owned()));
+    }
+
+    fn begin_group(&mut self, name: &str) {
+        if name.is_empty() {
+            self.group = None;
+            self.owner = self.owner.filter(|_| self.in_object);
+            return;
+        }
+        let next_group = self.groups.len();
+        let (group, owner) = self.group_of_name.entry(name.to_owned()).or_insert((next_group, None));
+        if *group == next_group {
+            self.groups.push(name.to_owned());
+        }
+        self.group = Some(*group);
+        if !self.in_object {
+            self.owner = Some(*owner.get_or_insert_with(|| {
+                self.owners.push(Owner::Group(name.to_owned()));
+                self.owners.len() - 1
+            }));
+        }
+    }
+
+    fn face<'a>(&mut self, words: impl Iterator<Item = &'a str>, line: usize) -> Result<(), String> {
+        let first = self.corners.len();
+        let mut form = None;
+        for word in words {
+            let parts = self.corner(word, line)?;
+            if *form.get_or_insert(parts) != parts {
+                return Err("the corners of a face must all have the same form (v, v/vt, v//vn or v/vt/vn)".into());
+            }
+        }
+        let len = self.corners.len() - first;
+        if len < 3 {
+            return Err(format!("a face needs at least three corners, this one has {len}"));
+        }
+        let owner = self.current_owner();
+        self.polygons.push(Polygon { first, len, owner, group: self.group });
+        Ok(())
+    }
+
+    fn current_owner(&mut self) -> usize {
+        *self.owner.get_or_insert_with(|| {
+            // Faces before any name may come again after an unnamed group: they are one object.
+            self.owners.iter().position(|owner| *owner == Owner::File).unwrap_or_else(|| {
+                self.owners.push(Owner::File);
+                self.owners.len() - 1
+            })
+        })
+    }
+
+    /// Takes a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`; says which of the three it has.
+    fn corner(&mut self, word: &str, line: usize) -> Result<[bool; 3], String> {
+        let counts = [self.positions.len(), self.texture_coordinates, self.normals];
+        let mut has = [false; 3];
+        for (kind, part) in word.split('/').enumerate() {
+            if kind > 2 || (part.is_empty() && kind != 1) {
+                return Err(format!("\"{word}\" is not a corner (v, v/vt, v//vn or v/vt/vn)"));
+            }
+            if part.is_empty() {
+                continue;
+            }
+            has[kind] = true;
+            let index = absolute(part, counts[kind], KINDS[kind])?;
+            if index >= counts[kind].max(self.ahead[kind].0) {
+                self.ahead[kind] = (index + 1, line);
+            }
+            if kind == 0 {
+                self.corners.push(index as u32);
+            }
+        }
+        Ok(has)
+    }
+
+    /// Once everything is read: whether the indices that looked ahead found something.
+    pub(super) fn check_ranges(&self) -> Result<(), LoadProblem> {
+        let counts = [self.positions.len(), self.texture_coordinates, self.normals];
+        for kind in 0..3 {
+            let (needed, line) = self.ahead[kind];
+            if needed > counts[kind] {
+                let message = format!("index {needed} is out of range: there are {} {}", counts[kind], KINDS[kind]);
+                return Err(LoadProblem::line(line, message));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An index counted from 0, from one counted from 1 or (if negative) back from the `count` elements so far.
+fn absolute(text: &str, count: usize, kind: &str) -> Result<usize, String> {
+    let index: i64 = text.parse().map_err(|_| format!("\"{text}\" is not an index"))?;
+    let from_zero = if index < 0 { index + count as i64 } else { index - 1 };
+    if index == 0 || from_zero < 0 || from_zero >= i64::from(u32::MAX) {
+        return Err(format!(
+            "index {index} is out of range: indices count from 1, and there are {count} {kind} so far"
+        ));
+    }
+    Ok(from_zero as usize)
+}
+
+/// All the words as finite numbers.
+fn numbers<'a>(
+    words: impl Iterator<Item = &'a str>,
+    allowed: std::ops::RangeInclusive<usize>,
+) -> Result<Vec<f64>, String> {
+    let mut numbers = Vec::with_capacity(3);
+    for word in words {
+        let number: f64 = word.parse().map_err(|_| format!("\"{word}\" is not a number"))?;
+        if !number.is_finite() {
+            return Err(format!("\"{word}\" is not a finite number"));
+        }
+        numbers.push(number);
+    }
+    if !allowed.contains(&numbers.len()) {
+        return Err(format!("{} to {} numbers expected, found {}", allowed.start(), allowed.end(), numbers.len()));
+    }
+    Ok(numbers)
+}

@@ -1,0 +1,176 @@
+use umbriel_scene::{FamilyTree, FindingKind};
+
+use super::*;
+use crate::{folder::Folder, options::Outside};
+
+fn parse(text: &str) -> Result<Model, LoadProblem> {
+    let folder = Folder::of_scene(std::path::Path::new("nowhere/scene.obj"), Outside::Refused);
+    read(text.as_bytes(), "scene", &folder, false)
+}
+
+fn model(text: &str) -> Model {
+    parse(text).unwrap_or_else(|problem| panic!("{problem}"))
+}
+
+fn names(model: &Model) -> Vec<&str> {
+    model.objects.iter().map(|object| object.name.as_str()).collect()
+}
+
+fn mesh(model: &Model, object: usize) -> &Mesh {
+    match &model.objects[object].shape {
+        Shape::Mesh(mesh) => mesh,
+        other => panic!("not a mesh: {other:?}"),
+    }
+}
+
+fn findings(model: Model) -> Vec<(FindingKind, String, usize)> {
+    model.findings.into_list().into_iter().map(|found| (found.kind, found.subject, found.count)).collect()
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+/// The faults, each with its line.
+fn fault(text: &str) -> (usize, String) {
+    match parse(text) {
+        Err(LoadProblem::Text { line, message, .. }) => (line, message),
+        other => panic!("{text}: {other:?}"),
+    }
+}
+
+#[test]
+fn an_object_is_its_o_else_its_g_else_the_file() {
+    let text = format!(
+        "{SQUARE}f 1 2 3\ng wall\nf 1 2 3\ng roof\nf 1 2 3\ng wall\nusemtl red\nf 1 3 4\n\
+         o house\nf 1 2 3\ng door\nusemtl blue\nf 1 2 4\no empty\no house\nf 1 2 3\n"
+    );
+    let model = model(&text);
+    assert_eq!(names(&model), ["scene", "wall", "roof", "house", "house"]);
+    assert_eq!(mesh(&model, 1).triangles().len(), 2, "a group that comes up again goes on");
+    assert_eq!(mesh(&model, 3).triangles().len(), 2, "neither a group nor a material cuts an object");
+    let door =
+        |tree: &FamilyTree| tree.families.iter().map(|f| (f.name.clone(), f.members.clone())).collect::<Vec<_>>();
+    assert_eq!(door(&model.families), [("door".to_owned(), vec![Member::Object(4)])]);
+    assert_eq!(model.families.roots.len(), 5);
+}
+
+#[test]
+fn groups_over_objects_are_families() {
+    let text = format!("{SQUARE}g street\no a\nf 1 2 3\no b\nf 1 2 3\ng\no c\nf 1 2 3\n");
+    let families = model(&text).families;
+    assert_eq!(families.families.len(), 1);
+    assert_eq!(families.families[0].members, [Member::Object(0), Member::Object(1)]);
+    assert_eq!(families.roots, [Member::Family(0), Member::Object(2)]);
+}
+
+#[test]
+fn numbers_are_f64_and_every_index_form_is_read() {
+    let text = "v 0.1 85012.343 -0\nv 1e0 0 0 1\nv 0 1 0 0.5 0.5 0.5\nvt 0 0\nvn 0 0 1\n\
+                f 1 2 3\nf 1/1 2/1 3/1\nf 1//1 2//1 3//1\nf 1/1/1 2/-1/-1 -1/1/1 # remark\nf -3 -2 -1\n";
+    let model = model(text);
+    assert_eq!(mesh(&model, 0).triangles(), [[0, 1, 2]; 5]);
+    assert_eq!(mesh(&model, 0).positions()[0].to_array(), [0.1, 85012.343, 0.0]);
+    assert!(mesh(&model, 0).positions()[0].z.is_sign_positive());
+}
+
+#[test]
+fn line_ends_continuations_and_remarks() {
+    let text = "\u{feff}# a path C:\\\r\nv 0 0 0\r\nv 1 0 \\\r\n 0\r\nv 0 1 0\r\n\r\n  f 1 \\\n 2 \\\n 3\r\n";
+    assert_eq!(mesh(&model(text), 0).triangles(), [[0, 1, 2]]);
+    assert_eq!(fault("v 0 0 0\nv 1 \\\n x 0\n").0, 2, "a continued statement is told by its first line");
+}
+
+#[test]
+fn indices_may_look_ahead() {
+    let text = format!("f 1 2 3\n{SQUARE}");
+    assert_eq!(mesh(&model(&text), 0).triangles().len(), 1);
+    assert_eq!(fault(&format!("f 1 2 5\n{SQUARE}")), (1, "index 5 is out of range: there are 4 vertices".to_owned()));
+}
+
+#[test]
+fn concave_and_non_planar_polygons() {
+    let arrow = "v 0 0 0\nv 2 -1 0\nv 0 3 0\nv -2 -1 0\nf 1 2 3 4\nf 4 3 2 1\n";
+    let loaded = model(arrow);
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|corner| mesh(&loaded, 0).positions()[corner as usize]);
+        (b - a).cross(c - a).z
+    };
+    let areas: Vec<_> = mesh(&loaded, 0).triangles().iter().map(area).collect();
+    assert!(areas[..2].iter().all(|&area| area > 0.0) && areas[2..].iter().all(|&area| area < 0.0), "{areas:?}");
+    assert_eq!(areas[0] + areas[1], 12.0);
+    let bent = format!("{SQUARE}v 0 1 1\nf 1 2 3 5\nf 1 2 3 4\n");
+    assert_eq!(findings(model(&bent)), [(FindingKind::NonPlanarPolygons, String::new(), 1)]);
+}
+
+#[test]
+fn what_is_not_read_is_told() {
+    let text = format!("mtllib there is.mtl\n{SQUARE}s off\nusemtl x\nf 1 2 3\np 1 2\nl 1 2 3\nl 2 3\nwobble 3\n");
+    let expected = [
+        (FindingKind::UnknownExtension, "wobble".to_owned(), 1),
+        (FindingKind::NotTriangles, String::new(), 3),
+        (FindingKind::MissingMaterials, "there is.mtl".to_owned(), 1),
+    ];
+    let mut found = findings(model(&text));
+    // A square in the xy plane is as flat along z as can be.
+    found.retain(|finding| finding.0 != FindingKind::LooksZUp);
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn flat_along_z_looks_z_up() {
+    let kinds = |text: &str, stated: bool| {
+        let folder = Folder::of_scene(std::path::Path::new("scene.obj"), Outside::Refused);
+        let model = read(text.as_bytes(), "scene", &folder, stated).expect("loads");
+        findings(model).iter().any(|finding| finding.0 == FindingKind::LooksZUp)
+    };
+    let terrain = "v 0 0 0\nv 100 0 5\nv 0 100 1\nf 1 2 3\n";
+    assert!(kinds(terrain, false));
+    assert!(!kinds(terrain, true), "the user has said which axis is up");
+    assert!(!kinds("v 0 0 0\nv 100 5 0\nv 0 1 100\nf 1 2 3\n", false));
+    assert!(!kinds("v 0 0 0\nv 100 0 50\nv 0 100 1\nf 1 2 3\n", false));
+}
+
+#[test]
+fn faults_name_their_line() {
+    for (text, line, part) in [
+        ("v 0 0 0\nv 1 nan 0\n", 2, "not a finite number"),
+        ("v 0 0 inf\n", 1, "not a finite number"),
+        ("v 0 0 1e999\n", 1, "not a finite number"),
+        ("v 0 0 1e99\n", 1, "larger than 2^200"),
+        ("v 0 zero 0\n", 1, "not a number"),
+        ("v 0 0\n", 1, "3 to 7 numbers"),
+        ("vn 0 0\n", 1, "3 to 3 numbers"),
+        ("vt\n", 1, "1 to 3 numbers"),
+    ] {
+        let (found, message) = fault(text);
+        assert!(found == line && message.contains(part), "{text}: {found}: {message}");
+    }
+    for (face, part) in [
+        ("f 1 2", "at least three"),
+        ("f 0 1 2", "out of range"),
+        ("f -5 1 2", "out of range"),
+        ("f 1 2 99", "out of range"),
+        ("f 1 2 4294967297", "out of range"),
+        ("f 1 2 9999999999999999999", "not an index"),
+        ("f 1 2 x", "not an index"),
+        ("f 1.5 2 3", "not an index"),
+        ("f 1/1 2/1 3/1", "out of range"),
+        ("f 1//1 2//1 3//1", "out of range"),
+        ("f 1/ /2 3", "not a corner"),
+        ("f 1/1/1/1 2 3", "not a corner"),
+        ("f 1 2 3//-1", "out of range"),
+    ] {
+        let (line, message) = fault(&format!("{SQUARE}{face}\n"));
+        assert!(line == 5 && message.contains(part), "{face}: {line}: {message}");
+    }
+    let mixed = fault(&format!("{SQUARE}vn 0 0 1\nf 1//1 2 3\n"));
+    assert!(mixed.0 == 6 && mixed.1.contains("same form"));
+}
+
+proptest::proptest! {
+    /// Any text is read or refused; nothing panics.
+    #[test]
+    fn any_text_is_survived(text in "(v|f|o|g|l|vt|vn|mtllib|\\\\|#)?[ \\-0-9./a-e\\\\\r\n]{0,60}") {
+        let _ = parse(&text);
+        let _ = parse(&format!("{SQUARE}{text}\n{text}"));
+    }
+}

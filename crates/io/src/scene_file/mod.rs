@@ -1,0 +1,174 @@
+//! The scene file (TOML): bodies, meshes, lights, a camera, and the detail to compute with.
+//!
+//! ```toml
+//! up = "y"                                      # or "z": everything in the file is turned, meshes included
+//! north = 0.0                                   # degrees clockwise from −Z; azimuths are counted from there
+//! sides = "auto"                                # or "one", "two"; also per object
+//!
+//! [[object]]
+//! name = "floor"
+//! rectangle = { size = [40.0, 40.0] }           # or box = { size }, sphere = { radius }, mesh = "file" with node = "part"
+//! translation = [0.0, 0.0, 0.0]                 # rotation = [x, y, z, w], scale = s or [x, y, z]; or matrix = [16 numbers]
+//!
+//! [[light]]
+//! name = "sun"
+//! sun = { azimuth = 135.0, elevation = 40.0 }   # or direction = [x, y, z]; or point = { position }, rectangle = { center, u, v }
+//!
+//! [camera]
+//! eye = [10.0, 8.0, 10.0]
+//! target = [0.0, 0.0, 0.0]                      # up (default: the up axis); vertical_degrees (default 45) or height in metres
+//!
+//! [detail]
+//! boundary_depth = 8                            # with interior_depth; or cell = metres; or max_undecided = share
+//! ```
+//!
+//! Strict: an unknown key is an error with its line and column, so is a body or light that is given twice or not at all.
+//! An object's matrix stands to the left of the matrices inside its mesh file. A mesh file with several objects becomes
+//! a family of objects `name/part`.
+
+mod entries;
+mod lights;
+mod objects;
+
+use std::path::Path;
+
+use glam::DVec3;
+use umbriel_scene::{Camera, Projection, Sides};
+
+use crate::{
+    error::{LoadError, LoadProblem},
+    folder::Folder,
+    load::Stated,
+    model::{Model, camera},
+    options::{DetailSetting, LoadOptions, UpAxis},
+};
+use entries::{CameraEntry, DetailEntry, SceneFile, SidesName, Up};
+
+/// Degrees of view where a camera does not say.
+const DEFAULT_VIEW_DEGREES: f64 = 45.0;
+/// The greatest depth of an octree: three coordinates of 21 bits fit into a 64-bit code.
+const MAX_DEPTH: u8 = 21;
+
+/// Reads a scene file and the meshes that it names.
+pub(crate) fn read(
+    path: &Path,
+    bytes: &[u8],
+    folder: &Folder,
+    options: &LoadOptions,
+) -> Result<(Model, Stated), LoadError> {
+    let in_file = |problem: LoadProblem| problem.in_file(path);
+    let text = std::str::from_utf8(bytes).map_err(|fault| {
+        let line = bytes[..fault.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        in_file(LoadProblem::line(line, "the text is not UTF-8"))
+    })?;
+    let places = Places { text };
+    let file: SceneFile = toml::from_str(text).map_err(|fault| in_file(places.fault(&fault)))?;
+    let stated = state(&file, &places).map_err(in_file)?;
+    let up = options.up.or(stated.up).unwrap_or_default();
+    let north = options.north_degrees.unwrap_or(stated.north);
+    let mut model = Model::default();
+    let up_is_stated = options.up.or(stated.up).is_some();
+    objects::read(&mut model, path, &file.object, &objects::Context { places: &places, folder, up_is_stated })?;
+    lights::read(&mut model, &file.light, &places, up, north).map_err(in_file)?;
+    if let Some(entry) = &file.camera {
+        let eye = camera_of(entry.get_ref(), up);
+        model.camera = Some(eye.map_err(|message| in_file(places.at(entry.span(), format!("camera: {message}"))))?);
+    }
+    Ok((model, stated))
+}
+
+/// What the file says about the scene as a whole.
+fn state(file: &SceneFile, places: &Places) -> Result<Stated, LoadProblem> {
+    let unread = |kind: &str, span| places.at(span, format!("[[{kind}]] is not available yet; take it out"));
+    if let Some(cell) = file.cell.first() {
+        return Err(unread("cell", cell.span()));
+    }
+    if let Some(portal) = file.portal.first() {
+        return Err(unread("portal", portal.span()));
+    }
+    let detail = file.detail.as_ref().map(|entry| {
+        detail_of(entry.get_ref()).map_err(|message| places.at(entry.span(), format!("detail: {message}")))
+    });
+    let north = file.north.unwrap_or(0.0);
+    if !north.is_finite() {
+        return Err(LoadProblem::element("north", "it must be a finite number of degrees"));
+    }
+    Ok(Stated {
+        up: file.up.map(|up| match up {
+            Up::Y => UpAxis::Y,
+            Up::Z => UpAxis::Z,
+        }),
+        north,
+        sides: file.sides.map(sides_of),
+        detail: detail.transpose()?,
+    })
+}
+
+fn sides_of(name: SidesName) -> Sides {
+    match name {
+        SidesName::Auto => Sides::Auto,
+        SidesName::One => Sides::One,
+        SidesName::Two => Sides::Two,
+    }
+}
+
+fn detail_of(entry: &DetailEntry) -> Result<DetailSetting, &'static str> {
+    match (entry.boundary_depth, entry.interior_depth, entry.cell, entry.max_undecided) {
+        (Some(boundary), interior, None, None) => {
+            if boundary > MAX_DEPTH || interior.is_some_and(|interior| interior > boundary) {
+                Err("boundary_depth must be 21 at most, and interior_depth at most boundary_depth")
+            } else {
+                Ok(DetailSetting::Depth { interior, boundary })
+            }
+        }
+        (None, None, Some(edge), None) if edge > 0.0 && edge.is_finite() => Ok(DetailSetting::Cell { edge }),
+        (None, None, Some(_), None) => Err("cell must be a positive number of metres"),
+        (None, None, None, Some(share)) if (0.0..=1.0).contains(&share) => Ok(DetailSetting::MaxUndecided { share }),
+        (None, None, None, Some(_)) => Err("max_undecided must be a share between 0 and 1"),
+        _ => Err("give one of boundary_depth (with interior_depth, if you like), cell, max_undecided"),
+    }
+}
+
+fn camera_of(entry: &CameraEntry, up: UpAxis) -> Result<Camera, &'static str> {
+    let projection = match (entry.vertical_degrees, entry.height) {
+        (Some(_), Some(_)) => return Err("give vertical_degrees or height, not both"),
+        (None, Some(height)) => Projection::Orthographic { height },
+        (degrees, None) => Projection::Perspective { vertical_degrees: degrees.unwrap_or(DEFAULT_VIEW_DEGREES) },
+    };
+    let default_up = match up {
+        UpAxis::Y => DVec3::Y,
+        UpAxis::Z => DVec3::Z,
+    };
+    let up = entry.up.map_or(default_up, DVec3::from_array);
+    camera(DVec3::from_array(entry.eye), DVec3::from_array(entry.target), up, projection)
+}
+
+/// Lines and columns of the text.
+pub(super) struct Places<'a> {
+    text: &'a str,
+}
+
+impl Places<'_> {
+    /// A problem at the beginning of a span.
+    fn at(&self, span: std::ops::Range<usize>, message: impl Into<String>) -> LoadProblem {
+        let before = self.text.get(..span.start).unwrap_or(self.text);
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        LoadProblem::Text {
+            line: before.matches('\n').count() + 1,
+            column: Some(before[line_start..].chars().count() + 1),
+            message: message.into(),
+        }
+    }
+
+    /// What the TOML parser refuses.
+    fn fault(&self, fault: &toml::de::Error) -> LoadProblem {
+        let message = fault.message().replace('\n', ", ");
+        match fault.span() {
+            Some(span) => self.at(span, message),
+            None => LoadProblem::element("scene file", message),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

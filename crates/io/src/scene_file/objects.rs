@@ -1,0 +1,135 @@
+//! Objects of a scene file: bodies, and meshes from other files.
+
+use std::{collections::HashMap, path::Path};
+
+use glam::DAffine3;
+use toml::Spanned;
+use umbriel_geometry::{Cuboid, Rectangle, Sphere};
+use umbriel_scene::{Member, Shape, Sides};
+
+use super::{
+    Places,
+    entries::{ObjectEntry, Scale},
+    sides_of,
+};
+use crate::{
+    error::{LoadError, LoadProblem},
+    folder::{Folder, read as read_bytes},
+    load::{MeshFormat, read_mesh},
+    model::{Model, ModelObject},
+    transform::{from_matrix, from_parts},
+};
+
+/// What an object's entry is read with.
+pub(super) struct Context<'a> {
+    pub(super) places: &'a Places<'a>,
+    pub(super) folder: &'a Folder,
+    pub(super) up_is_stated: bool,
+}
+
+/// Reads all objects; a mesh file that several of them name is read once, and its geometry shared.
+pub(super) fn read(
+    model: &mut Model,
+    path: &Path,
+    entries: &[Spanned<ObjectEntry>],
+    context: &Context,
+) -> Result<(), LoadError> {
+    let mut files: HashMap<String, Model> = HashMap::new();
+    for (number, spanned) in entries.iter().enumerate() {
+        let entry = spanned.get_ref();
+        let name = entry.name.clone().unwrap_or_else(|| format!("object{}", number + 1));
+        let refused =
+            |message: String| context.places.at(spanned.span(), format!("object \"{name}\": {message}")).in_file(path);
+        let map = map_of(entry).map_err(refused)?;
+        let sides = entry.sides.map(sides_of);
+        match body_of(entry).map_err(refused)? {
+            Body::Shape(shape) => {
+                model.families.roots.push(Member::Object(model.objects.len()));
+                model.objects.push(ModelObject { name, shape, map, sides });
+            }
+            Body::Mesh(file) => {
+                if !files.contains_key(file) {
+                    files.insert(file.to_owned(), read_file(file, &name, entry, path, context)?);
+                }
+                let whole = &files[file];
+                take_in(model, whole, entry, &name, (map, sides)).map_err(refused)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+enum Body<'a> {
+    Shape(Shape),
+    Mesh(&'a str),
+}
+
+fn body_of(entry: &ObjectEntry) -> Result<Body<'_>, String> {
+    if let Some(body) = entry.unread_body() {
+        return Err(format!("the body \"{body}\" is not available yet; there are rectangle, box, sphere and mesh"));
+    }
+    let bodies = [
+        entry.rectangle.as_ref().map(|body| Body::Shape(Shape::Rectangle(Rectangle { size: body.size }))),
+        entry.cuboid.as_ref().map(|body| Body::Shape(Shape::Cuboid(Cuboid { size: body.size }))),
+        entry.sphere.as_ref().map(|body| Body::Shape(Shape::Sphere(Sphere { radius: body.radius }))),
+        entry.mesh.as_deref().map(Body::Mesh),
+    ];
+    let mut bodies = bodies.into_iter().flatten();
+    let (Some(body), None) = (bodies.next(), bodies.next()) else {
+        return Err("give exactly one body: rectangle, box, sphere or mesh".to_owned());
+    };
+    if entry.node.is_some() && !matches!(body, Body::Mesh(_)) {
+        return Err("node picks a part of a mesh file; there is no mesh here".to_owned());
+    }
+    Ok(body)
+}
+
+fn map_of(entry: &ObjectEntry) -> Result<DAffine3, String> {
+    if let Some(matrix) = &entry.matrix {
+        if entry.translation.is_some() || entry.rotation.is_some() || entry.scale.is_some() {
+            return Err("give either matrix, or translation, rotation and scale".to_owned());
+        }
+        return from_matrix(matrix);
+    }
+    let scale = match entry.scale {
+        None => [1.0; 3],
+        Some(Scale::Uniform(scale)) => [scale; 3],
+        Some(Scale::Each(scale)) => scale,
+    };
+    from_parts(entry.translation.unwrap_or([0.0; 3]), entry.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]), scale)
+}
+
+fn read_file(file: &str, name: &str, entry: &ObjectEntry, scene: &Path, context: &Context) -> Result<Model, LoadError> {
+    let place = format!("object \"{name}\"");
+    let path = context.folder.resolve(file, &place).map_err(|problem| problem.in_file(scene))?;
+    let Some(format) = MeshFormat::of(&path) else {
+        let message = format!("\"{file}\" is no mesh file; .obj, .gltf and .glb are read");
+        return Err(LoadProblem::element(place, message).in_file(scene));
+    };
+    let bytes = read_bytes(&path).map_err(|problem| problem.in_file(scene))?;
+    // An entry that turns its mesh has said which way is up.
+    let up_is_stated = context.up_is_stated || entry.rotation.is_some() || entry.matrix.is_some();
+    read_mesh(&path, format, &bytes, context.folder, up_is_stated)
+}
+
+/// Adds a mesh file, or the part of it that the entry picks.
+fn take_in(
+    model: &mut Model,
+    whole: &Model,
+    entry: &ObjectEntry,
+    name: &str,
+    (map, sides): (DAffine3, Option<Sides>),
+) -> Result<(), String> {
+    let part = match &entry.node {
+        None => whole.clone(),
+        Some(node) => whole.pick(node).ok_or_else(|| {
+            let some: Vec<_> = whole.objects.iter().take(5).map(|object| format!("\"{}\"", object.name)).collect();
+            format!("its mesh file has no node \"{node}\"; it has {}, ...", some.join(", "))
+        })?,
+    };
+    if part.objects.is_empty() {
+        return Err("its mesh file holds no triangle".to_owned());
+    }
+    model.take_in(part, name, map, sides, entry.node.is_some());
+    Ok(())
+}

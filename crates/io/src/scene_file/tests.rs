@@ -1,0 +1,253 @@
+use std::path::PathBuf;
+
+use umbriel_scene::{FindingKind, Member, Shape};
+
+use super::*;
+use crate::{load, options::LoadedScene};
+
+/// A folder with a scene file and some mesh files.
+struct Files(tempfile::TempDir);
+
+impl Files {
+    fn new(scene: &str) -> Self {
+        let files = Self(tempfile::tempdir().expect("a folder"));
+        files.with("scene.toml", scene)
+    }
+
+    fn with(self, name: &str, content: &str) -> Self {
+        std::fs::write(self.0.path().join(name), content).expect("a file");
+        self
+    }
+
+    fn path(&self) -> PathBuf {
+        self.0.path().join("scene.toml")
+    }
+
+    fn load(&self) -> Result<LoadedScene, LoadError> {
+        load(&self.path(), &LoadOptions::default())
+    }
+}
+
+fn loaded(scene: &str) -> LoadedScene {
+    Files::new(scene).load().unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn refused(scene: &str) -> LoadError {
+    Files::new(scene).load().expect_err("refused")
+}
+
+const FLOOR: &str = "[[object]]\nname = \"floor\"\nrectangle = { size = [40, 40.0] }\n";
+const TWO_PARTS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\no Roof\nf 1 2 3\no Wall\nf 3 2 1\n";
+
+#[test]
+fn bodies_stand_where_the_file_says() {
+    let scene = loaded(
+        "[[object]]\nname = \"floor\"\nrectangle = { size = [40.0, 20.0] }\ntranslation = [1, 2, 3]\nsides = \"one\"\n\
+         [[object]]\nbox = { size = [1, 2, 3] }\nscale = [1, 2, -1]\nrotation = [0, 3, 0, 3]\n\
+         [[object]]\nname = \"ball\"\nsphere = { radius = 0.5 }\nscale = 2\n\
+         [[object]]\nname = \"floor\"\nbox = { size = [1, 1, 1] }\n\
+         matrix = [0, 0, -1, 0,  0, 1, 0, 0,  1, 0, 0, 0,  7, 8, 9, 1]\n",
+    )
+    .scene;
+    let names: Vec<_> = scene.objects.iter().map(|object| object.name.as_str()).collect();
+    assert_eq!(names, ["floor", "object2", "ball", "floor_2"]);
+    assert!(matches!(scene.objects[0].shape, Shape::Rectangle(rectangle) if rectangle.size == [40.0, 20.0]));
+    assert_eq!(scene.objects[0].placement.map().translation, DVec3::new(1.0, 2.0, 3.0));
+    assert_eq!((scene.objects[0].sides, scene.objects[1].sides), (Sides::One, Sides::Auto));
+    // A quarter turn about y takes +x to −z and +z to +x; the scale comes first.
+    let turned = scene.objects[1].placement.map();
+    assert_eq!(turned.transform_point3(DVec3::ONE), DVec3::new(-1.0, 2.0, -1.0));
+    assert!(scene.objects[1].placement.is_mirrored());
+    assert_eq!(scene.objects[2].placement.map().transform_point3(DVec3::X), DVec3::new(2.0, 0.0, 0.0));
+    assert_eq!(scene.objects[3].placement.map().transform_point3(DVec3::X), DVec3::new(7.0, 8.0, 8.0));
+    assert_eq!(scene.families.roots.len(), 4);
+}
+
+#[test]
+fn lights_of_all_kinds() {
+    let scene = loaded(&format!(
+        "{FLOOR}[[light]]\nname = \"sun\"\nsun = {{ direction = [0.3, -1.0, 0.2] }}\n\
+         [[light]]\nsun = {{ azimuth = 90, elevation = 0, angular_diameter = 0.5 }}\n\
+         [[light]]\nname = \"bulb\"\npoint = {{ position = [1, 2, 3], radius = 0.1 }}\n\
+         [[light]]\nname = \"panel\"\nrectangle = {{ center = [0, 3, 0], u = [1, 0, 0], v = [0, 0, 1] }}\n\
+         [[light]]\nname = \"lamp\"\npoint = {{ position = [4, 5, 6] }}\n"
+    ))
+    .scene;
+    let towards: Vec<_> = scene.lights.iter().map(|light| light.source.xyz().to_array()).collect();
+    let expected = [[-0.3, 1.0, -0.2], [1.0, 0.0, 0.0], [1.0, 2.0, 3.0], [0.0, 3.0, 0.0], [4.0, 5.0, 6.0]];
+    assert_eq!(towards, expected);
+    let found: Vec<_> = scene.findings.iter().map(|finding| (finding.kind, finding.subject.as_str())).collect();
+    let area = FindingKind::AreaLightAsPoint;
+    assert_eq!(found, [(area, "bulb"), (area, "light2"), (area, "panel")]);
+}
+
+#[test]
+fn up_turns_everything_and_north_only_azimuths() {
+    let text = format!(
+        "up = \"z\"\nnorth = 90\n{FLOOR}translation = [1, 2, 3]\n\
+         [[light]]\nsun = {{ direction = [0, 1, -1] }}\n[[light]]\nsun = {{ azimuth = 0, elevation = 0 }}\n\
+         [[light]]\npoint = {{ position = [1, 2, 3] }}\n\
+         [camera]\neye = [0, -10, 5]\ntarget = [0, 0, 0]\n"
+    );
+    let LoadedScene { scene, north_degrees, .. } = loaded(&text);
+    assert_eq!(scene.objects[0].placement.map().translation, DVec3::new(1.0, 3.0, -2.0));
+    // Light towards +y (north) and down goes to −z and down; an azimuth of 0 is now the east.
+    assert_eq!(scene.lights[0].source.xyz(), DVec3::new(0.0, 1.0, 1.0));
+    assert_eq!(scene.lights[1].source.xyz(), DVec3::X);
+    assert_eq!(scene.lights[2].source.xyz(), DVec3::new(1.0, 3.0, -2.0));
+    let camera = scene.camera.expect("a camera");
+    assert_eq!((camera.eye, camera.up), (DVec3::new(0.0, 5.0, 10.0), DVec3::Y));
+    assert_eq!(camera.projection, Projection::Perspective { vertical_degrees: 45.0 });
+    assert_eq!(north_degrees, 90.0);
+
+    // What the caller says comes first.
+    let files = Files::new(&text);
+    let options = LoadOptions { up: Some(UpAxis::Y), north_degrees: Some(0.0), ..LoadOptions::default() };
+    let plain = load(&files.path(), &options).expect("loads");
+    assert_eq!(plain.scene.objects[0].placement.map().translation, DVec3::new(1.0, 2.0, 3.0));
+    assert_eq!(plain.scene.lights[1].source.xyz(), DVec3::NEG_Z);
+    assert_eq!(plain.sun_from_angles(90.0, 0.0), [-1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_mesh_file_is_an_object_or_a_family() {
+    let files = Files::new(
+        "sides = \"two\"\n[[object]]\nname = \"house\"\nmesh = \"parts.obj\"\nscale = 2\n\
+         [[object]]\nname = \"roof\"\nmesh = \"parts.obj\"\nnode = \"Roof\"\ntranslation = [0, 5, 0]\nsides = \"auto\"\n\
+         [[object]]\nname = \"tile\"\nmesh = \"one.obj\"\n",
+    )
+    .with("parts.obj", TWO_PARTS)
+    .with("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\nl 1 2\n");
+    let scene = files.load().unwrap_or_else(|error| panic!("{error}")).scene;
+    let names: Vec<_> = scene.objects.iter().map(|object| object.name.as_str()).collect();
+    assert_eq!(names, ["house/Roof", "house/Wall", "roof", "tile"]);
+    assert_eq!(scene.families.roots, [Member::Family(0), Member::Object(2), Member::Object(3)]);
+    assert_eq!(scene.families.families[0].name, "house");
+    assert_eq!(scene.families.families[0].members, [Member::Object(0), Member::Object(1)]);
+    assert_eq!((scene.objects[0].sides, scene.objects[2].sides), (Sides::Two, Sides::Auto));
+    assert_eq!(scene.objects[2].placement.map().translation, DVec3::new(0.0, 5.0, 0.0));
+    let (Shape::Mesh(a), Shape::Mesh(b)) = (&scene.objects[0].shape, &scene.objects[2].shape) else {
+        panic!("meshes expected");
+    };
+    assert!(std::sync::Arc::ptr_eq(a, b), "read once, shared");
+    let kinds: Vec<_> = scene.findings.iter().map(|finding| (finding.kind, finding.subject.as_str())).collect();
+    assert!(kinds.contains(&(FindingKind::NotTriangles, "tile")), "{kinds:?}");
+}
+
+#[test]
+fn detail_is_one_setting() {
+    let with = |detail: &str| loaded(&format!("{FLOOR}[detail]\n{detail}\n")).detail;
+    assert_eq!(with("boundary_depth = 8"), Some(DetailSetting::Depth { interior: None, boundary: 8 }));
+    let both = DetailSetting::Depth { interior: Some(4), boundary: 9 };
+    assert_eq!(with("boundary_depth = 9\ninterior_depth = 4"), Some(both));
+    assert_eq!(with("cell = 1"), Some(DetailSetting::Cell { edge: 1.0 }));
+    assert_eq!(with("max_undecided = 0.01"), Some(DetailSetting::MaxUndecided { share: 0.01 }));
+    assert_eq!(loaded(FLOOR).detail, None);
+    for wrong in ["", "cell = 0", "cell = 1\nmax_undecided = 0.1", "boundary_depth = 22", "max_undecided = 2"] {
+        assert!(refused(&format!("{FLOOR}[detail]\n{wrong}\n")).to_string().contains("line 4"), "{wrong}");
+    }
+    refused(&format!("{FLOOR}[detail]\nboundary_depth = 3\ninterior_depth = 4\n"));
+}
+
+#[test]
+fn faults_name_their_place() {
+    for (text, parts) in [
+        ("colour = 3\n", &["line 1", "column 1", "unknown field `colour`"][..]),
+        ("[[object]]\nname = \"a\"\nboxes = 3\n", &["line 3", "unknown field `boxes`"]),
+        ("[[object]]\nbox = { size = [1, 1, 1], edge = 2 }\n", &["line 2", "column 27", "unknown field `edge`"]),
+        ("[[object]]\nbox = { size = [1, 1] }\n", &["line 2"]),
+        ("[[object]]\nscale = \"x\"\n", &["line 2", "scale must be"]),
+        ("[[object]]\nname = \"a\n", &["line 2"]),
+        ("up = \"x\"\n", &["line 1", "unknown variant"]),
+        ("[[object]]\nname = \"a\"\n", &["line 1", "object \"a\"", "exactly one body"]),
+        ("[[object]]\nbox = { size = [1, 1, 1] }\nsphere = { radius = 1 }\n", &["object1", "exactly one body"]),
+        ("[[object]]\ncone = { radius = 1, height = 2 }\n", &["cone", "not available yet"]),
+        ("[[object]]\nquadric = { matrix = [], within = [] }\n", &["quadric", "not available yet"]),
+        ("[[cell]]\nname = \"a\"\n", &["[[cell]]", "not available yet"]),
+        ("[[portal]]\nname = \"a\"\n", &["[[portal]]", "not available yet"]),
+        ("[[object]]\nname = \"a\"\nbox = { size = [1, 0, 1] }\n", &["object \"a\"", "size"]),
+        ("[[object]]\nname = \"a\"\nsphere = { radius = -1 }\n", &["object \"a\"", "size"]),
+        ("[[object]]\nname = \"a\"\nsphere = { radius = nan }\n", &["object \"a\"", "size"]),
+        ("[[object]]\nname = \"a\"\nsphere = { radius = 1 }\nscale = 0\n", &["object \"a\"", "singular"]),
+        ("[[object]]\nname = \"a\"\nsphere = { radius = 1 }\ntranslation = [inf, 0, 0]\n", &["object \"a\"", "finite"]),
+        ("[[object]]\nsphere = { radius = 1 }\nrotation = [0, 0, 0, 0]\n", &["object1", "rotation"]),
+        ("[[object]]\nsphere = { radius = 1 }\nnode = \"x\"\n", &["object1", "node"]),
+        (
+            "[[object]]\nsphere = { radius = 1 }\nscale = 1\nmatrix = [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]\n",
+            &["object1", "either matrix"],
+        ),
+        (
+            "[[object]]\nsphere = { radius = 1 }\nmatrix = [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,2]\n",
+            &["object1", "last row"],
+        ),
+        ("north = nan\n", &["north"]),
+        ("", &["empty"]),
+    ] {
+        let error = refused(text);
+        let message = error.to_string();
+        assert!(parts.iter().all(|part| message.contains(part)), "{text}: {message}");
+        assert!(message.contains("scene.toml") && !error.is_unreadable(), "{message}");
+    }
+}
+
+#[test]
+fn faults_of_lights_and_cameras() {
+    for (text, part) in [
+        ("[[light]]\nname = \"l\"\n", "exactly one of"),
+        ("[[light]]\nname = \"l\"\nsun = { }\n", "either direction"),
+        ("[[light]]\nname = \"l\"\nsun = { azimuth = 1 }\n", "either direction"),
+        ("[[light]]\nname = \"l\"\nsun = { direction = [0, 1, 0], elevation = 1 }\n", "either direction"),
+        ("[[light]]\nname = \"l\"\nsun = { direction = [0, 0, 0] }\n", "length zero"),
+        ("[[light]]\nname = \"l\"\nsun = { azimuth = nan, elevation = 1 }\n", "azimuth"),
+        ("[[light]]\nname = \"l\"\nsun = { azimuth = 1, elevation = 91 }\n", "elevation"),
+        ("[[light]]\nname = \"l\"\nsun = { direction = [0, 1, 0], angular_diameter = -1 }\n", "angular_diameter"),
+        ("[[light]]\nname = \"l\"\npoint = { position = [0, inf, 0] }\n", "not finite"),
+        ("[[light]]\nname = \"l\"\npoint = { position = [0, 0, 0], radius = -1 }\n", "radius"),
+        ("[[light]]\nname = \"l\"\nrectangle = { center = [0, 0, 0], u = [1, 0, 0], v = [2, 0, 0] }\n", "half edges"),
+        ("[camera]\neye = [0, 0, 0]\ntarget = [0, 0, 0]\n", "two points"),
+        ("[camera]\neye = [0, 0, 0]\ntarget = [0, 1, 0]\n", "parallel"),
+        ("[camera]\neye = [0, 0, 0]\ntarget = [1, 0, 0]\nvertical_degrees = 180\n", "field of view"),
+        ("[camera]\neye = [0, 0, 0]\ntarget = [1, 0, 0]\nheight = 0\n", "height"),
+        ("[camera]\neye = [0, 0, 0]\ntarget = [1, 0, 0]\nheight = 1\nvertical_degrees = 10\n", "not both"),
+        ("[camera]\neye = [0, 0, 0]\n", "target"),
+    ] {
+        let message = refused(&format!("{FLOOR}{text}")).to_string();
+        assert!(message.contains(part) && message.contains("line 4"), "{text}: {message}");
+    }
+}
+
+#[test]
+fn mesh_files_stay_in_the_folder_and_name_their_own_faults() {
+    let object = |mesh: &str| format!("[[object]]\nname = \"a\"\nmesh = \"{mesh}\"\n");
+    let outside = refused(&object("../other/house.obj"));
+    assert!(matches!(&outside.problem, LoadProblem::Outside { .. }) && !outside.is_unreadable());
+    assert!(outside.to_string().contains("object \"a\""), "{outside}");
+    let missing = refused(&object("house.obj"));
+    assert!(missing.is_unreadable() && missing.to_string().contains("house.obj"), "{missing}");
+    let kind = Files::new(&object("house.stl")).with("house.stl", "solid").load().expect_err("refused");
+    assert!(!kind.is_unreadable() && kind.to_string().contains("no mesh file"), "{kind}");
+    let broken = Files::new(&object("house.obj")).with("house.obj", "v 0 0 x\n").load().expect_err("refused");
+    assert!(broken.to_string().contains("house.obj: line 1"), "{broken}");
+    let empty = Files::new(&object("house.obj")).with("house.obj", "v 0 0 0\n").load().expect_err("refused");
+    assert!(empty.to_string().contains("no triangle"), "{empty}");
+    let node = format!("{}node = \"Cellar\"\n", object("house.obj"));
+    let node = Files::new(&node).with("house.obj", TWO_PARTS).load().expect_err("refused");
+    assert!(node.to_string().contains("\"Cellar\"") && node.to_string().contains("\"Roof\""), "{node}");
+}
+
+#[test]
+fn unreadable_files_are_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["missing.toml", "missing.obj", "missing.glb"] {
+        let error = load(&folder.path().join(name), &LoadOptions::default()).expect_err("missing");
+        assert!(error.is_unreadable() && error.to_string().contains(name), "{error}");
+    }
+    std::fs::write(folder.path().join("scene.max"), "?").expect("a file");
+    assert!(load(&folder.path().join("scene.max"), &LoadOptions::default()).expect_err("unknown").is_unreadable());
+    let directory = folder.path().join("folder.obj");
+    std::fs::create_dir(&directory).expect("a folder");
+    assert!(load(&directory, &LoadOptions::default()).expect_err("a folder").is_unreadable());
+    std::fs::write(folder.path().join("latin.toml"), b"# caf\xe9\n").expect("a file");
+    let latin = load(&folder.path().join("latin.toml"), &LoadOptions::default()).expect_err("not UTF-8");
+    assert!(!latin.is_unreadable() && latin.to_string().contains("line 1"), "{latin}");
+}

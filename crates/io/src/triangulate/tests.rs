@@ -1,0 +1,113 @@
+use super::*;
+use proptest::prelude::*;
+
+fn area(corners: &[DVec3], triangles: &[[usize; 3]]) -> DVec3 {
+    triangles.iter().map(|t| (corners[t[1]] - corners[t[0]]).cross(corners[t[2]] - corners[t[0]]) * 0.5).sum()
+}
+
+/// n − 2 triangles, all turned as the polygon, together as large as it.
+fn check(corners: &[DVec3]) {
+    let triangles = triangulate(corners);
+    assert_eq!(triangles.len(), corners.len() - 2);
+    let whole = newell_normal(corners) * 0.5;
+    let sum = area(corners, &triangles);
+    assert!((sum - whole).length() <= 1e-12 * whole.length(), "{sum} {whole}");
+    let absolute: f64 = triangles.iter().map(|&t| area(corners, &[t]).length()).sum();
+    assert!((absolute - whole.length()).abs() <= 1e-12 * whole.length(), "a triangle overlaps another one");
+    for &triangle in &triangles {
+        assert!(area(corners, &[triangle]).dot(whole) >= 0.0, "a triangle is turned over");
+    }
+}
+
+fn flat(points: &[[f64; 2]]) -> Vec<DVec3> {
+    points.iter().map(|&[x, y]| DVec3::new(x, y, 0.0)).collect()
+}
+
+#[test]
+fn an_arrow_head_has_no_triangle_outside() {
+    let arrow = flat(&[[0.0, 0.0], [2.0, -1.0], [0.0, 3.0], [-2.0, -1.0]]);
+    for first in 0..4 {
+        let mut corners = arrow.clone();
+        corners.rotate_left(first);
+        check(&corners);
+        corners.reverse();
+        check(&corners);
+    }
+}
+
+#[test]
+fn corners_in_straight_sides_are_kept() {
+    let square = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0], [0.0, 2.0], [0.0, 1.0]];
+    check(&flat(&square));
+    let triangles = triangulate(&flat(&square));
+    assert!(triangles.iter().all(|&t| area(&flat(&square), &[t]).length() > 0.0), "{triangles:?}");
+    for corner in 0..8 {
+        assert!(triangles.iter().any(|t| t.contains(&corner)));
+    }
+}
+
+#[test]
+fn a_hole_joined_to_its_border_stays_open() {
+    let ring = [
+        [0.0, 0.0],
+        [4.0, 0.0],
+        [4.0, 4.0],
+        [0.0, 4.0],
+        [0.0, 0.0],
+        [1.0, 1.0],
+        [1.0, 3.0],
+        [3.0, 3.0],
+        [3.0, 1.0],
+        [1.0, 1.0],
+    ];
+    check(&flat(&ring));
+}
+
+#[test]
+fn a_crossing_or_flat_polygon_still_gives_its_triangles() {
+    let bow_tie = flat(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]);
+    assert_eq!(triangulate(&bow_tie).len(), 2);
+    let needle = flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]);
+    assert_eq!(triangulate(&needle).len(), 2);
+    let doubled = flat(&[[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+    check(&doubled);
+    assert!(triangulate(&[]).is_empty());
+}
+
+#[test]
+fn many_corners_are_quick() {
+    let star: Vec<_> = (0..20_000)
+        .map(|i| {
+            let angle = f64::from(i) * std::f64::consts::TAU / 20_000.0;
+            let radius = if i % 2 == 0 { 1.0 } else { 0.5 };
+            DVec3::new(radius * angle.cos(), 0.0, radius * angle.sin())
+        })
+        .collect();
+    check(&star);
+}
+
+#[test]
+fn planar_means_as_written_decimals_say() {
+    let mut corners = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+    assert!(is_planar(&corners));
+    corners[2].z = 1e-6;
+    assert!(is_planar(&corners));
+    corners[2].z = 1e-2;
+    assert!(!is_planar(&corners));
+}
+
+proptest! {
+    /// Star-shaped polygons in any plane, far from the origin or not.
+    #[test]
+    fn star_shaped_polygons_are_cut_exactly(
+        radii in proptest::collection::vec(0.1..10.0f64, 3..40), tilt in -3.0..3.0f64, turn in -3.0..3.0f64,
+    ) {
+        let n = radii.len() as f64;
+        let turn = glam::DQuat::from_euler(glam::EulerRot::XYZ, tilt, turn, 0.0);
+        let corners: Vec<_> = radii.iter().enumerate().map(|(i, radius)| {
+            let angle = i as f64 * std::f64::consts::TAU / n;
+            turn * DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.0)
+        }).collect();
+        check(&corners);
+    }
+}
