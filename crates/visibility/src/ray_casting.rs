@@ -38,7 +38,6 @@ pub struct SurfaceHit {
 #[derive(Debug)]
 pub struct RayCaster {
     tree: BoxTree,
-    boxes: Vec<Aabb>,
     bodies: Vec<Body>,
 }
 
@@ -66,12 +65,7 @@ impl RayCaster {
         let mut meshes = HashMap::new();
         let bodies = scene.objects.iter().map(|object| Body::new(object, &mut meshes)).collect();
         let boxes: Vec<Aabb> = scene.objects.iter().map(Object::bounds).collect();
-        Self { tree: BoxTree::build(&boxes), boxes, bodies }
-    }
-
-    /// The world boxes of the objects; empty for an object without surface.
-    pub fn boxes(&self) -> &[Aabb] {
-        &self.boxes
+        Self { tree: BoxTree::build(&boxes), bodies }
     }
 
     /// The first surface that `ray` meets.

@@ -6,7 +6,7 @@
 use glam::DVec3;
 use umbriel_bvh::Ray;
 use umbriel_geometry::Aabb;
-use umbriel_scene::{Camera, Projection};
+use umbriel_scene::{Camera, Object, Projection, Scene, Shape};
 
 /// A picture to be taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,33 +31,40 @@ const DEFAULT_TURN: f64 = 30.0;
 const DEFAULT_MARGIN: f64 = 1.06;
 
 impl View {
-    /// A three-quarter view from above that frames all of `boxes`: the closest pinhole, along a fixed direction, that
-    /// has every corner of every box in its picture. Empty boxes do not count; without any, the eye looks at the
-    /// origin. O(boxes).
-    pub fn framing(boxes: &[Aabb], width: u32, height: u32) -> Self {
+    /// The scene through its own camera, else framed ([`View::framing`]) by what it holds: mesh vertices, and the corners
+    /// of the boxes round other bodies. O(vertices).
+    pub fn of(scene: &Scene, width: u32, height: u32) -> Self {
+        match scene.camera {
+            Some(camera) => Self { camera, width, height },
+            None => Self::framing(scene.objects.iter().flat_map(outline), width, height),
+        }
+    }
+
+    /// A three-quarter view from above that frames all `points` (metres): the closest pinhole, along a fixed direction,
+    /// that has every one of them in its picture. Without points the eye looks at the origin. O(points).
+    pub fn framing(points: impl IntoIterator<Item = DVec3>, width: u32, height: u32) -> Self {
         let (elevation, turn) = (DEFAULT_ELEVATION.to_radians(), DEFAULT_TURN.to_radians());
         let (horizontal, vertical) = (elevation.cos(), elevation.sin());
         let back = DVec3::new(turn.sin() * horizontal, vertical, turn.cos() * horizontal);
         let basis = Basis::looking_along(-back, DVec3::Y);
-        let projection = Projection::Perspective { vertical_degrees: DEFAULT_FIELD_OF_VIEW };
         let tangent = (0.5 * DEFAULT_FIELD_OF_VIEW).to_radians().tan();
-        let tangents = [tangent * f64::from(width) / f64::from(height), tangent];
-        let all = boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union);
-        if all.is_empty() {
-            return Self { camera: Camera { eye: back, target: DVec3::ZERO, up: DVec3::Y, projection }, width, height };
+        let mut points = points.into_iter().peekable();
+        // Far from the world's origin, differences to a point of the scene keep their digits.
+        let anchor = points.peek().copied().unwrap_or(DVec3::ZERO);
+        let mut spans = [Span::new(tangent * f64::from(width) / f64::from(height)), Span::new(tangent)];
+        for point in points {
+            let seen = basis.local(point - anchor);
+            spans[0].add(seen.x, seen.z);
+            spans[1].add(seen.y, seen.z);
         }
-        let middle = all.center();
-        let corners: Vec<DVec3> = boxes
-            .iter()
-            .filter(|bounds| !bounds.is_empty())
-            .flat_map(corners)
-            .map(|c| basis.local(c - middle))
-            .collect();
-        let spans = [span(&corners, 0, tangents[0]), span(&corners, 1, tangents[1])];
-        // A scene of one point has no size; the eye then stands one metre away.
-        let distance = DEFAULT_MARGIN * spans[0].distance.max(spans[1].distance);
-        let distance = if distance > 0.0 { distance } else { 1.0 };
-        let target = middle + spans[0].center * basis.right + spans[1].center * basis.up;
+        let distance = DEFAULT_MARGIN * spans[0].distance().max(spans[1].distance());
+        let (target, distance) = if distance > 0.0 && distance.is_finite() {
+            (anchor + spans[0].center() * basis.right + spans[1].center() * basis.up, distance)
+        } else {
+            // No point, or all in one place: no size to go by.
+            (anchor, 1.0)
+        };
+        let projection = Projection::Perspective { vertical_degrees: DEFAULT_FIELD_OF_VIEW };
         let camera = Camera { eye: target + distance * back, target, up: DVec3::Y, projection };
         Self { camera, width, height }
     }
@@ -103,24 +110,50 @@ impl Basis {
     }
 }
 
+/// Points whose convex hull holds the object (for meshes, up to rounding).
+fn outline(object: &Object) -> Vec<DVec3> {
+    let map = object.placement.map();
+    match &object.shape {
+        Shape::Mesh(mesh) => {
+            let corners = mesh.triangles().iter().flatten().map(|&corner| mesh.positions()[corner as usize]);
+            corners.map(|position| map.transform_point3(position)).collect()
+        }
+        _ => corners(&object.bounds()).to_vec(),
+    }
+}
+
 fn corners(bounds: &Aabb) -> [DVec3; 8] {
     let ends = [bounds.min, bounds.max];
     std::array::from_fn(|i| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z))
 }
 
 /// How far back the eye must stand along one axis of the picture, and where its middle then is.
-struct Span {
-    distance: f64,
-    center: f64,
-}
-
+///
 /// The point (a, depth) is seen from (c, −d) within the tangent t when |a − c| ≤ (d + depth)·t. So c lies between the
 /// greatest a − depth·t, less d·t, and the least a + depth·t, plus d·t; the least d makes both ends equal.
-fn span(corners: &[DVec3], axis: usize, tangent: f64) -> Span {
-    let ends = |sign: f64| corners.iter().map(move |corner| corner[axis] + sign * corner.z * tangent);
-    let low = ends(-1.0).fold(f64::NEG_INFINITY, f64::max);
-    let high = ends(1.0).fold(f64::INFINITY, f64::min);
-    Span { distance: (low - high) / (2.0 * tangent), center: 0.5 * (low + high) }
+struct Span {
+    tangent: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Span {
+    fn new(tangent: f64) -> Self {
+        Self { tangent, low: f64::NEG_INFINITY, high: f64::INFINITY }
+    }
+
+    fn add(&mut self, along: f64, depth: f64) {
+        self.low = self.low.max(along - depth * self.tangent);
+        self.high = self.high.min(along + depth * self.tangent);
+    }
+
+    fn distance(&self) -> f64 {
+        (self.low - self.high) / (2.0 * self.tangent)
+    }
+
+    fn center(&self) -> f64 {
+        0.5 * (self.low + self.high)
+    }
 }
 
 #[cfg(test)]
@@ -149,18 +182,25 @@ mod tests {
         let boxes = [
             Aabb { min: DVec3::new(1e6, 0.0, -5.0), max: DVec3::new(1e6 + 40.0, 0.0, 35.0) },
             Aabb { min: DVec3::new(1e6 + 10.0, 0.0, 10.0), max: DVec3::new(1e6 + 13.0, 30.0, 12.0) },
-            Aabb::EMPTY,
         ];
-        let view = View::framing(&boxes, 300, 200);
+        let view = View::framing(boxes.iter().flat_map(corners), 300, 200);
         let basis = Basis::looking_along(view.camera.target - view.camera.eye, view.camera.up);
         let tangent = (0.5 * DEFAULT_FIELD_OF_VIEW).to_radians().tan();
         let mut widest: f64 = 0.0;
-        for corner in boxes[..2].iter().flat_map(corners) {
+        for corner in boxes.iter().flat_map(corners) {
             let seen = basis.local(corner - view.camera.eye);
             let (x, y) = (seen.x / seen.z / tangent / 1.5, seen.y / seen.z / tangent);
             assert!(seen.z > 0.0 && x.abs() <= 1.0 && y.abs() <= 1.0, "({x}, {y})");
             widest = widest.max(x.abs()).max(y.abs());
         }
         assert!(widest > 0.9, "{widest}");
+    }
+
+    #[test]
+    fn a_scene_without_size_still_has_a_view() {
+        for points in [vec![], vec![DVec3::splat(7.0)]] {
+            let camera = View::framing(points, 3, 2).camera;
+            assert!((camera.eye - camera.target).length() > 0.0);
+        }
     }
 }

@@ -1,7 +1,6 @@
 //! `umbriel render`: the scene with its computed shadows, as a picture.
 
 use umbriel_io::write::{Staged, write_png};
-use umbriel_scene::Scene;
 use umbriel_shadow::{Progress, Request};
 use umbriel_visibility::{RayCaster, View};
 
@@ -26,7 +25,8 @@ pub(crate) fn run(args: &RenderArgs, interrupt: &Interrupt) -> Result<(), Failur
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
     let caster = RayCaster::new(scene);
-    let view = view(scene, &caster, args.size);
+    let [width, height] = args.size;
+    let view = View::of(scene, width, height);
     interrupt.check()?;
     let receivers = seen(&caster, &view);
     let bar = Bar::new(interrupt, args.scene.quiet);
@@ -40,14 +40,6 @@ pub(crate) fn run(args: &RenderArgs, interrupt: &Interrupt) -> Result<(), Failur
         return Err(Failure::Interrupted);
     }
     output::commit_all(staged)
-}
-
-/// The scene's camera, else one that frames it.
-fn view(scene: &Scene, caster: &RayCaster, [width, height]: [u32; 2]) -> View {
-    match scene.camera {
-        Some(camera) => View { camera, width, height },
-        None => View::framing(caster.boxes(), width, height),
-    }
 }
 
 /// The objects in the picture: only they need their shadows computed. One that shows in less than a pixel may be missed

@@ -18,19 +18,19 @@ const SUBPIXELS: u32 = 2;
 
 /// Light of the lamps together, and of the sky at its zenith and below the horizon: linear, a white surface that faces
 /// the light squarely has about 1.
-const LAMPS: DVec3 = DVec3::new(0.86, 0.80, 0.68);
-const ZENITH: DVec3 = DVec3::new(0.24, 0.28, 0.36);
-const NADIR: DVec3 = DVec3::new(0.12, 0.115, 0.11);
+const LAMPS: DVec3 = DVec3::new(1.22, 1.12, 0.94);
+const ZENITH: DVec3 = DVec3::new(0.19, 0.23, 0.32);
+const NADIR: DVec3 = DVec3::new(0.11, 0.10, 0.095);
 
 /// The background, from the upper edge of the picture to the lower one.
-const BACKGROUND: [DVec3; 2] = [DVec3::new(0.62, 0.66, 0.71), DVec3::new(0.90, 0.91, 0.91)];
+const BACKGROUND: [DVec3; 2] = [DVec3::new(0.70, 0.73, 0.77), DVec3::new(0.94, 0.94, 0.94)];
 
 /// Surface colours by turns; neutral, just apart enough to tell neighbours.
 const SURFACES: [DVec3; 4] = [
-    DVec3::new(0.78, 0.77, 0.74),
-    DVec3::new(0.72, 0.72, 0.72),
-    DVec3::new(0.75, 0.71, 0.66),
-    DVec3::new(0.68, 0.70, 0.73),
+    DVec3::new(0.60, 0.59, 0.55),
+    DVec3::new(0.62, 0.56, 0.49),
+    DVec3::new(0.50, 0.54, 0.59),
+    DVec3::new(0.60, 0.51, 0.45),
 ];
 
 /// What becomes of pixels in undecided cells.

@@ -53,7 +53,8 @@ fn total(objects: &[ObjectReport]) -> ObjectReport {
 
 /// Five significant digits; scenes may be millimetres or kilometres across.
 pub(crate) fn number(value: f64) -> String {
-    if value == 0.0 {
+    // Sizes below the accepted range are zeros that were rounded outward.
+    if value.abs() < umbriel_geometry::MIN_MAGNITUDE {
         return "0".to_owned();
     }
     let magnitude = value.abs().log10().floor();

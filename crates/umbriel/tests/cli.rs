@@ -1,0 +1,17 @@
+//! The command from outside: exit codes, messages, what is written and what is not.
+
+#[path = "cli/bad_input.rs"]
+mod bad_input;
+#[path = "cli/bake.rs"]
+mod bake;
+#[cfg(unix)]
+#[path = "cli/ending.rs"]
+mod ending;
+#[path = "cli/info.rs"]
+mod info;
+#[path = "cli/query.rs"]
+mod query;
+#[path = "cli/render.rs"]
+mod render;
+#[path = "cli/workspace.rs"]
+mod workspace;

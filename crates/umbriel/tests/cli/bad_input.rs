@@ -1,0 +1,82 @@
+//! Bad input: one clear message, the right exit code, no panic, nothing written.
+
+use crate::workspace::{DARK, NOON, Workspace};
+
+/// The command on a scene of that content must end with `code` and say `words`, and leave only the scene behind.
+fn refused(name: &str, content: &str, code: i32, words: &[&str]) {
+    let workspace = Workspace::with(&[(name, content)]);
+    let run = workspace.run(&format!("bake {name} --sun 180,45 --json out.json -o out.csv -o out.glb"));
+    run.fails(code, words);
+    assert_eq!(workspace.files(), [name]);
+}
+
+#[test]
+fn missing_files() {
+    let workspace = Workspace::with(&[]);
+    for command in ["info", "bake", "query --points p.csv", "render -o out.png"] {
+        let (name, rest) = command.split_once(' ').unwrap_or((command, ""));
+        let missing = if name == "query" { "p.csv" } else { "gone.obj" };
+        workspace.run(&format!("{name} gone.obj {rest}")).fails(2, &[missing, "cannot be read"]);
+    }
+    refused("scene.toml", "[[object]]\nname = \"house\"\nmesh = \"gone.obj\"\n", 2, &["gone.obj", "cannot be read"]);
+    assert_eq!(workspace.files(), [""; 0]);
+}
+
+#[test]
+fn content_that_is_refused() {
+    refused("a.obj", "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", 1, &["a.obj", "line 3"]);
+    refused("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", 1, &["a.obj", "line 4"]);
+    refused("a.obj", "# nothing\n", 1, &["a.obj", "empty"]);
+    refused("a.toml", "[[object]]\nname = \"o\"\nsphere = { radius = 1.0 }\ncolour = 3\n", 1, &["a.toml", "colour"]);
+    refused("a.toml", "[[object]]\nname = \"o\"\nmesh = \"../b.obj\"\n", 1, &["a.toml", "../b.obj", "--allow-outside"]);
+    refused("a.toml", "[[object]]\nname = \"o\"\nsphere = { radius = inf }\n", 1, &["a.toml", "o"]);
+    let cycle = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "children": [1] }, { "children": [0] }] }"#;
+    refused("a.gltf", cycle, 1, &["a.gltf", "node"]);
+    refused("a.gltf", "{", 1, &["a.gltf"]);
+    refused("a.glb", "glTF", 1, &["a.glb"]);
+}
+
+#[test]
+fn a_scene_without_light_says_how_to_give_one() {
+    let workspace = Workspace::with(&[("dark.toml", DARK), ("p.csv", "x,y,z\n0,1,0\n")]);
+    for command in ["bake dark.toml -o out.csv", "render dark.toml -o out.png", "query dark.toml --points p.csv"] {
+        workspace.run(command).fails(1, &["dark.toml", "no light", "--sun", "--point"]);
+    }
+    assert_eq!(workspace.files(), ["dark.toml", "p.csv"]);
+    workspace.run("info dark.toml").succeeds();
+}
+
+#[test]
+fn wrong_usage() {
+    let workspace = Workspace::with(&[("noon.toml", NOON), ("p.csv", "x,y,z\n0,1,0\n")]);
+    for (arguments, words) in [
+        ("", vec!["Usage"]),
+        ("bake", vec!["SCENE"]),
+        ("bake noon.toml --sun 1", vec!["--sun", "2 are needed"]),
+        ("bake noon.toml --sun up,1", vec!["--sun", "not a finite number"]),
+        ("bake noon.toml --point 1e300,0,0", vec!["--point", "2^200"]),
+        ("bake noon.toml --light moon", vec!["--light moon", "noon"]),
+        ("bake noon.toml --receiver roof*", vec!["--receiver roof*", "info"]),
+        ("bake noon.toml --boundary-depth 2 --interior-depth 3", vec!["interior depth 3", "boundary depth 2"]),
+        ("bake noon.toml -o out.txt", vec!["out.txt", ".json or .csv or .glb"]),
+        ("bake noon.toml -o no/out.csv", vec!["no/out.csv", "folder does not exist"]),
+        ("bake noon.toml --json no/out.json", vec!["no/out.json"]),
+        ("bake noon.toml --point 0,9,0 -o out.glb", vec![".glb", "--light"]),
+        ("query noon.toml --points p.csv -o p.csv", vec!["p.csv", "is read"]),
+        ("render noon.toml -o out.jpg", vec!["out.jpg", ".png"]),
+        ("render noon.toml", vec!["--output"]),
+        ("render noon.toml -o out.png --size 0x3", vec!["--size"]),
+    ] {
+        workspace.run(arguments).fails(2, &words);
+    }
+    assert_eq!(workspace.files(), ["noon.toml", "p.csv"]);
+}
+
+#[test]
+fn help_is_a_success() {
+    let workspace = Workspace::with(&[]);
+    for arguments in ["--help", "bake --help", "--version"] {
+        assert!(workspace.run(arguments).succeeds().stdout().contains("umbriel"));
+    }
+}

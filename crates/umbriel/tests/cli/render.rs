@@ -1,0 +1,39 @@
+//! `umbriel render`: a picture of the right size with a shadow in it.
+
+use crate::workspace::{NOON, Workspace};
+
+const CAMERA: &str =
+    "\n[camera]\neye = [0.0, 10.0, 0.0]\ntarget = [0.0, 0.0, 0.0]\nup = [0.0, 0.0, -1.0]\nheight = 8.0\n";
+
+#[test]
+fn a_picture_is_written() {
+    let workspace = Workspace::noon();
+    workspace.run("render noon.toml -o a.png --size 48x32 --boundary-depth 5").succeeds();
+    workspace.run("render noon.toml -o b.png --size 48x32 --boundary-depth 5 --threads 1").succeeds();
+    workspace.run("render noon.toml -o c.png --size 48x32 --boundary-depth 5 --undecided").succeeds();
+    let (picture, again, undecided) = (workspace.read("a.png"), workspace.read("b.png"), workspace.read("c.png"));
+    assert_eq!(&picture[1..4], b"PNG");
+    assert_eq!(picture[16..24], [0, 0, 0, 48, 0, 0, 0, 32]);
+    assert_eq!(picture, again, "threads do not change a picture");
+    assert_ne!(picture, undecided, "undecided cells have a colour of their own");
+}
+
+#[test]
+fn exact_queries_make_the_picture_independent_of_the_detail() {
+    let workspace = Workspace::noon();
+    for depth in [2, 7] {
+        let arguments = format!("render noon.toml -o {depth}.png --size 48x32 --boundary-depth {depth}");
+        workspace.run(&arguments).succeeds();
+    }
+    assert_eq!(workspace.read("2.png"), workspace.read("7.png"));
+}
+
+#[test]
+fn the_camera_of_the_scene_is_used() {
+    let scene = format!("{NOON}{CAMERA}");
+    let workspace = Workspace::with(&[("own.toml", &scene), ("noon.toml", NOON)]);
+    for name in ["own", "noon"] {
+        workspace.run(&format!("render {name}.toml -o {name}.png --size 24x24 --boundary-depth 3")).succeeds();
+    }
+    assert_ne!(workspace.read("own.png"), workspace.read("noon.png"));
+}
