@@ -27,3 +27,8 @@ pub use findings::surface_findings;
 pub use load::load;
 pub use options::{DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
 pub use sun::sun_from_angles;
+
+/// The examples of the README, compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -9,6 +9,7 @@ use umbriel_io::{LoadError, LoadOptions, LoadProblem, LoadedScene, UpAxis, load,
 use umbriel_scene::{FindingKind, Member, Projection, Scene, Shape};
 
 /// The path of a scene, unless the collection is not there.
+#[expect(clippy::print_stderr, reason = "a test that is skipped says so")]
 fn data(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(name);
     let there = path.exists();

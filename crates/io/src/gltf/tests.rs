@@ -1,1 +1,487 @@
+use std::path::Path;
 
+use base64::Engine;
+use serde_json::{Value, json};
+use umbriel_scene::{Camera, Member, Projection, Shape};
+
+use super::*;
+use crate::{model::ModelObject, options::Outside};
+
+/// Bytes of a buffer, with the views and accessors that describe them.
+#[derive(Default)]
+struct Data {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Data {
+    fn add(&mut self, bytes: &[u8], component: u32, kind: &str, count: usize, normalized: bool) -> usize {
+        self.views.push(json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() }));
+        self.bytes.extend(bytes);
+        let view = self.views.len() - 1;
+        self.accessors.push(json!({
+            "bufferView": view, "componentType": component, "count": count, "type": kind, "normalized": normalized
+        }));
+        self.accessors.len() - 1
+    }
+
+    fn floats<const N: usize>(&mut self, values: &[[f32; N]]) -> usize {
+        let bytes: Vec<u8> = values.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+        self.add(&bytes, 5126, ["", "SCALAR", "VEC2", "VEC3", "VEC4"][N], values.len(), false)
+    }
+}
+
+/// A document whose mesh 0 is a triangle (1 0 0), (0 1 0), (0 0 1), with the given nodes.
+fn triangle(nodes: &Value) -> (Value, Data) {
+    let mut data = Data::default();
+    let positions = data.floats(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    let primitive = json!({ "attributes": { "POSITION": positions } });
+    let document = json!({ "asset": { "version": "2.0" }, "nodes": nodes, "meshes": [{ "primitives": [primitive] }] });
+    (document, data)
+}
+
+fn folder() -> Folder {
+    Folder::of_scene(Path::new("nowhere/scene.gltf"), Outside::Refused)
+}
+
+/// As text with a data URI.
+fn parse((mut document, data): (Value, Data)) -> Result<Model, LoadProblem> {
+    let encoded = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
+    let uri = format!("data:application/octet-stream;base64,{encoded}");
+    let fill = |document: &mut Value, key: &str, value: Value| {
+        if document.get(key).is_none() {
+            document[key] = value;
+        }
+    };
+    fill(&mut document, "buffers", json!([{ "uri": uri, "byteLength": data.bytes.len() }]));
+    fill(&mut document, "bufferViews", data.views.into());
+    fill(&mut document, "accessors", data.accessors.into());
+    read(document.to_string().as_bytes(), &folder())
+}
+
+fn model(input: (Value, Data)) -> Model {
+    parse(input).unwrap_or_else(|problem| panic!("{problem}"))
+}
+
+fn refused(input: (Value, Data)) -> String {
+    parse(input).expect_err("refused").to_string()
+}
+
+/// The document of [`triangle`] with one change.
+fn changed(change: impl FnOnce(&mut Value, &mut Data)) -> (Value, Data) {
+    let (mut document, mut data) = triangle(&json!([{ "mesh": 0 }]));
+    change(&mut document, &mut data);
+    (document, data)
+}
+
+fn mesh(object: &ModelObject) -> &umbriel_geometry::Mesh {
+    match &object.shape {
+        Shape::Mesh(mesh) => mesh,
+        other => panic!("not a mesh: {other:?}"),
+    }
+}
+
+fn names(model: &Model) -> Vec<&str> {
+    model.objects.iter().map(|object| object.name.as_str()).collect()
+}
+
+fn found(model: Model) -> Vec<(FindingKind, String, usize)> {
+    model.findings.into_list().into_iter().map(|found| (found.kind, found.subject, found.count)).collect()
+}
+
+fn glb(document: &Value, binary: &[u8]) -> Vec<u8> {
+    let mut text = document.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let mut bytes = b"glTF".to_vec();
+    let length = 12 + 8 + text.len() + 8 + binary.len();
+    for word in [2, length as u32, text.len() as u32] {
+        bytes.extend(word.to_le_bytes());
+    }
+    bytes.extend(b"JSON");
+    bytes.extend(text);
+    bytes.extend((binary.len() as u32).to_le_bytes());
+    bytes.extend(b"BIN\0");
+    bytes.extend(binary);
+    bytes
+}
+
+#[test]
+fn matrices_multiply_from_the_root_in_f64() {
+    let nodes = json!([
+        { "name": "root", "children": [1], "translation": [0.1, 0, 0], "scale": [2, -3, 0.5] },
+        { "name": "arm", "children": [2], "rotation": [0, 0, 1, 1] },
+        { "mesh": 0, "matrix": [1, 0, 0, 0,  0, 1, 0, 0,  0, 0, 1, 0,  10, 0, 0, 1] },
+    ]);
+    let model = model(triangle(&nodes));
+    assert_eq!(names(&model), ["node2"]);
+    // (10, 0, 0), turned by 90° about z, scaled, moved; 0.1 is the f64 one.
+    let map = model.objects[0].map;
+    assert_eq!(map.translation, glam::DVec3::new(0.1, -30.0, 0.0));
+    assert_eq!(map.transform_point3(glam::DVec3::X), glam::DVec3::new(0.1, -33.0, 0.0));
+    let families: Vec<_> = model.families.families.iter().map(|f| (f.name.as_str(), f.members.clone())).collect();
+    assert_eq!(families, [("root", vec![Member::Family(1)]), ("arm", vec![Member::Object(0)])]);
+    assert_eq!(model.families.roots, [Member::Family(0)]);
+}
+
+#[test]
+fn nodes_share_their_mesh() {
+    let model =
+        model(triangle(&json!([{ "name": "a", "mesh": 0 }, { "name": "b", "mesh": 0, "scale": [-1, 1, 1] }, {}])));
+    assert_eq!(names(&model), ["a", "b"]);
+    assert!(std::ptr::eq(mesh(&model.objects[0]), mesh(&model.objects[1])));
+    assert_eq!(model.families.roots, [Member::Object(0), Member::Object(1)]);
+}
+
+#[test]
+fn the_scene_is_the_default_one_else_the_first_else_everything() {
+    let nodes = json!([{ "name": "a", "mesh": 0 }, { "name": "b", "mesh": 0 }]);
+    let with = |scenes: Value, scene: Value| {
+        let (mut document, data) = triangle(&nodes);
+        document["scenes"] = scenes;
+        if !scene.is_null() {
+            document["scene"] = scene;
+        }
+        parse((document, data))
+    };
+    let scenes = json!([{ "nodes": [1] }, { "nodes": [0] }]);
+    assert_eq!(names(&with(scenes.clone(), json!(1)).expect("loads")), ["a"]);
+    assert_eq!(names(&with(scenes.clone(), Value::Null).expect("loads")), ["b"]);
+    assert_eq!(names(&with(json!([]), Value::Null).expect("loads")), ["a", "b"]);
+    assert!(with(scenes, json!(2)).is_err() && with(json!([]), json!(0)).is_err());
+    assert!(with(json!([{ "nodes": [7] }]), Value::Null).is_err());
+    assert!(with(json!([{ "nodes": [0, 0] }]), Value::Null).is_err());
+}
+
+#[test]
+fn broken_hierarchies_are_refused() {
+    let message = |nodes: Value| refused(triangle(&nodes));
+    assert!(message(json!([{ "children": [1] }, { "name": "x", "children": [0] }])).contains("cycle"));
+    assert!(message(json!([{ "children": [0] }])).contains("cycle"));
+    assert!(message(json!([{ "mesh": 0 }, { "children": [2] }, { "children": [1] }])).contains("cycle"));
+    assert!(message(json!([{ "children": [2] }, { "children": [2] }, {}])).contains("child twice"));
+    assert!(message(json!([{ "children": [1, 1] }, {}])).contains("child twice"));
+    assert!(message(json!([{ "children": [9] }])).contains("child node 9"));
+    assert!(message(json!([{ "mesh": 3 }])).contains("mesh 3"));
+    assert!(message(json!([{ "mesh": 0, "rotation": [0, 0, 0, 0] }])).contains("rotation"));
+    assert!(
+        message(json!([{ "mesh": 0, "matrix": [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] }]))
+            .contains("last row")
+    );
+    assert!(message(json!([{ "mesh": 0, "matrix": [1, 0] }])).contains("line 1"));
+    // Depth costs no stack.
+    let mut chain: Vec<_> = (1..50_000).map(|child| json!({ "children": [child] })).collect();
+    chain.push(json!({ "mesh": 0 }));
+    assert_eq!(model(triangle(&chain.into())).objects.len(), 1);
+}
+
+#[test]
+fn indices_of_every_type_and_every_mode() {
+    for (component, bytes) in [
+        (5121, vec![0, 1, 2, 3]),
+        (5123, [0u16, 1, 2, 3].iter().flat_map(|i| i.to_le_bytes()).collect()),
+        (5125, [0u32, 1, 2, 3].iter().flat_map(|i| i.to_le_bytes()).collect::<Vec<u8>>()),
+    ] {
+        for (mode, expected) in [(5, vec![[0, 1, 2], [1, 3, 2]]), (6, vec![[1, 2, 0], [2, 3, 0]])] {
+            let model = model(changed(|document, data| {
+                let corners: Vec<_> = (0..9).map(|i| [i as f32, 0.5, 0.1]).collect();
+                let positions = data.floats(&corners);
+                let indices = data.add(&bytes, component, "SCALAR", 4, false);
+                let primitive = json!({ "attributes": { "POSITION": positions }, "indices": indices, "mode": mode });
+                document["meshes"][0]["primitives"] = json!([primitive]);
+            }));
+            let mesh = mesh(&model.objects[0]);
+            assert_eq!(mesh.triangles(), expected);
+            assert_eq!(mesh.positions().len(), 4, "only the vertices in use");
+            assert_eq!(mesh.positions()[3].to_array(), [3.0, 0.5, f64::from(0.1_f32)], "32 bits become 64 exactly");
+        }
+    }
+}
+
+#[test]
+fn all_primitives_are_one_mesh() {
+    let model = model(changed(|document, data| {
+        let other = data.floats(&[[5.0, 0.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 7.0]]);
+        document["materials"] = json!([{ "alphaMode": "MASK" }, { "alphaMode": "BLEND" }]);
+        document["meshes"][0]["primitives"] = json!([
+            { "attributes": { "POSITION": 0 } },
+            { "attributes": { "POSITION": other }, "material": 0, "targets": [{ "POSITION": 0 }] },
+            { "attributes": { "POSITION": other }, "material": 1 },
+            { "attributes": { "POSITION": 0 }, "mode": 0 },
+        ]);
+    }));
+    assert_eq!(mesh(&model.objects[0]).triangles(), [[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
+    let expected = [
+        (FindingKind::MaskAsOpaque, "node0".to_owned(), 1),
+        (FindingKind::BlendAsOpaque, "node0".to_owned(), 1),
+        (FindingKind::NotTriangles, "node0".to_owned(), 1),
+        (FindingKind::Deformation, "node0".to_owned(), 1),
+    ];
+    assert_eq!(found(model), expected);
+}
+
+#[test]
+fn bad_meshes_are_refused() {
+    let message =
+        |primitive: Value| refused(changed(|document, _| document["meshes"][0]["primitives"] = json!([primitive])));
+    assert!(message(json!({ "attributes": {} })).contains("POSITION"));
+    assert!(message(json!({ "attributes": { "POSITION": 4 } })).contains("accessor 4"));
+    assert!(message(json!({ "attributes": { "POSITION": 0 }, "mode": 7 })).contains("mode 7"));
+    assert!(message(json!({ "attributes": { "POSITION": 0 }, "indices": 0 })).contains("unsigned"));
+    assert!(message(json!({ "attributes": { "POSITION": 0 }, "material": 0 })).contains("material 0"));
+    let index = refused(changed(|document, data| {
+        let indices = data.add(&[0, 1, 3], 5121, "SCALAR", 3, false);
+        document["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+    }));
+    assert!(index.contains("mesh 0, primitive 0") && index.contains("index 2 is 3"), "{index}");
+    let count = refused(changed(|document, data| {
+        let indices = data.add(&[0, 1, 2, 0], 5121, "SCALAR", 4, false);
+        document["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+    }));
+    assert!(count.contains("whole number"), "{count}");
+    let not_finite = refused(changed(|_, data| data.bytes[..4].copy_from_slice(&f32::NAN.to_le_bytes())));
+    assert!(not_finite.contains("position 0: coordinate 0 is not finite"), "{not_finite}");
+    let component = refused(changed(|_, data| data.accessors[0]["componentType"] = json!(5122)));
+    assert!(component.contains("KHR_mesh_quantization"), "{component}");
+    assert!(refused(changed(|_, data| data.accessors[0]["componentType"] = json!(5124))).contains("5124"));
+    assert!(refused(changed(|_, data| data.accessors[0]["type"] = json!("VEC4"))).contains("VEC3"));
+}
+
+#[test]
+fn sizes_are_checked_before_anything_is_allocated() {
+    let huge = usize::MAX;
+    for (key, value) in [
+        ("count", json!(4)),
+        ("count", json!(4_000_000_000_u64)),
+        ("count", json!(huge)),
+        ("byteOffset", json!(1)),
+        ("byteOffset", json!(huge)),
+        ("bufferView", json!(3)),
+    ] {
+        let message = refused(changed(|_, data| data.accessors[0][key] = value.clone()));
+        assert!(message.contains("accessor 0, buffer view"), "{key} {value}: {message}");
+    }
+    for (key, value) in [
+        ("byteLength", json!(37)),
+        ("byteOffset", json!(huge)),
+        ("byteStride", json!(8)),
+        ("byteStride", json!(huge)),
+        ("buffer", json!(1)),
+    ] {
+        let message = refused(changed(|_, data| data.views[0][key] = value.clone()));
+        assert!(message.contains("buffer"), "{key} {value}: {message}");
+    }
+    for count in [1_u64 << 23, 4_000_000_000, u64::MAX] {
+        let zeros = refused(changed(|_, data| {
+            data.accessors[0] = json!({ "componentType": 5126, "type": "VEC3", "count": count })
+        }));
+        assert!(zeros.contains("too many zeros"), "{zeros}");
+    }
+    let negative = refused(changed(|_, data| data.accessors[0]["count"] = json!(-1)));
+    assert!(negative.contains("line 1"), "{negative}");
+}
+
+#[test]
+fn sparse_accessors_replace_zeros_or_values() {
+    let sparse = |base: bool, places: &[u8]| {
+        changed(|_, data| {
+            let indices = data.add(places, 5121, "SCALAR", places.len(), false);
+            let values = data.floats(&vec![[7.0, 8.0, 9.0]; places.len()]);
+            if !base {
+                data.accessors[0] = json!({ "componentType": 5126, "type": "VEC3", "count": 3 });
+            }
+            data.accessors[0]["sparse"] = json!({
+                "count": places.len(),
+                "indices": { "bufferView": indices, "componentType": 5121 },
+                "values": { "bufferView": values },
+            });
+        })
+    };
+    let positions = |input| mesh(&model(input).objects[0]).positions().iter().map(|p| p.to_array()).collect::<Vec<_>>();
+    assert_eq!(positions(sparse(true, &[1])), [[1.0, 0.0, 0.0], [7.0, 8.0, 9.0], [0.0, 0.0, 1.0]]);
+    assert_eq!(positions(sparse(false, &[0, 2])), [[7.0, 8.0, 9.0], [0.0; 3], [7.0, 8.0, 9.0]]);
+    for places in [&[3][..], &[1, 1], &[2, 0]] {
+        assert!(refused(sparse(true, places)).contains("sparse"), "{places:?}");
+    }
+}
+
+#[test]
+fn quantized_positions_are_read_where_announced() {
+    let model = model(changed(|document, data| {
+        document["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+        document["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+        let positions = data.add(&[127, 0, 0x80, 0, 127, 0, 0, 0, 64], 5120, "VEC3", 3, true);
+        document["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(positions);
+    }));
+    let positions: Vec<_> = mesh(&model.objects[0]).positions().iter().map(|p| p.to_array()).collect();
+    assert_eq!(positions, [[1.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 0.0, 64.0 / 127.0]]);
+}
+
+fn instanced(change: impl FnOnce(&mut Data) -> Value) -> (Value, Data) {
+    let (mut document, mut data) = triangle(&json!([{ "name": "leaf", "mesh": 0, "translation": [100, 0, 0] }]));
+    let attributes = change(&mut data);
+    document["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
+    (document, data)
+}
+
+#[test]
+fn instances_of_all_types() {
+    let input = instanced(|data| {
+        let translations = data.floats(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+        // 90° about y, and nothing.
+        let turns: Vec<u8> = [0_i16, 32767, 0, 32767, 0, 0, 0, 32767].iter().flat_map(|c| c.to_le_bytes()).collect();
+        let rotations = data.add(&turns, 5122, "VEC4", 2, true);
+        let scales = data.floats(&[[1.0, 1.0, 1.0], [-2.0, 1.0, 1.0]]);
+        json!({ "TRANSLATION": translations, "ROTATION": rotations, "SCALE": scales, "_ID": 77 })
+    });
+    let model = model(input);
+    assert_eq!(names(&model), ["leaf#0", "leaf#1"]);
+    let moved = |object: usize| model.objects[object].map.transform_point3(glam::DVec3::X).to_array();
+    assert_eq!((moved(0), moved(1)), ([101.0, 2.0, 2.0], [102.0, 5.0, 6.0]));
+    assert_eq!(model.families.families[0].members, [Member::Object(0), Member::Object(1)]);
+    assert!(found(model).is_empty());
+    let small = instanced(|data| json!({ "ROTATION": data.add(&[0, 0, 127, 127], 5120, "VEC4", 1, true) }));
+    assert_eq!(self::model(small).objects[0].map.transform_vector3(glam::DVec3::X), glam::DVec3::Y);
+}
+
+#[test]
+fn bad_instances_are_refused() {
+    assert!(refused(instanced(|_| json!({}))).contains("none of TRANSLATION"));
+    let differ =
+        |data: &mut Data| json!({ "TRANSLATION": data.floats(&[[0.0; 3]; 2]), "SCALE": data.floats(&[[1.0; 3]]) });
+    assert!(refused(instanced(differ)).contains("number of instances"));
+    let integers = |data: &mut Data| json!({ "TRANSLATION": data.add(&[0; 3], 5120, "VEC3", 1, false) });
+    assert!(refused(instanced(integers)).contains("32-bit floats"));
+    assert!(refused(instanced(|data| json!({ "ROTATION": data.floats(&[[0.0; 4]]) }))).contains("instance 0"));
+}
+
+#[test]
+fn lights_shine_along_minus_z() {
+    let with = |kind: &str, node: Value| {
+        changed(|document, _| {
+            let nodes = document["nodes"].as_array_mut().expect("nodes");
+            nodes.push(node);
+            nodes[1]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
+            document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "name": "L", "type": kind }] } });
+        })
+    };
+    let sun = model(with("directional", json!({ "rotation": [-1, 0, 0, 1], "scale": [3, 3, 3] })));
+    assert!(sun.lights[0].source.is_sun() && sun.lights[0].name == "L");
+    assert_eq!(sun.lights[0].source.xyz(), glam::DVec3::new(0.0, 3.0, 0.0), "straight down, so the sun is above");
+    let spot = model(with("spot", json!({ "name": "lamp", "translation": [1, 2, 3] })));
+    assert_eq!(spot.lights[0].source.xyz(), glam::DVec3::new(1.0, 2.0, 3.0));
+    assert_eq!(found(spot), [(FindingKind::SpotAsPoint, "lamp".to_owned(), 1)]);
+    assert!(found(model(with("point", json!({})))).is_empty());
+    assert!(refused(with("area", json!({}))).contains("\"area\""));
+    assert!(refused(with("directional", json!({ "scale": [1, 1, 0] }))).contains("length zero"));
+    let missing =
+        changed(|document, _| document["nodes"][0]["extensions"] = json!({ "KHR_lights_punctual": { "light": 2 } }));
+    assert!(refused(missing).contains("light 2"));
+}
+
+#[test]
+fn the_first_camera_of_the_scene_is_taken() {
+    let with = |camera: Value| {
+        changed(|document, _| {
+            document["cameras"] = json!([{ "perspective": { "yfov": 9.0 } }, camera]);
+            let nodes = document["nodes"].as_array_mut().expect("nodes");
+            nodes.extend([json!({ "camera": 1, "translation": [1, 2, 3] }), json!({ "camera": 0 })]);
+        })
+    };
+    let camera = model(with(json!({ "perspective": { "yfov": std::f64::consts::FRAC_PI_2 } }))).camera;
+    let expected = Camera {
+        eye: glam::DVec3::new(1.0, 2.0, 3.0),
+        target: glam::DVec3::new(1.0, 2.0, 2.0),
+        up: glam::DVec3::Y,
+        projection: Projection::Perspective { vertical_degrees: 90.0 },
+    };
+    assert_eq!(camera, Some(expected));
+    let camera = model(with(json!({ "orthographic": { "ymag": 2.5 } }))).camera.expect("a camera");
+    assert_eq!(camera.projection, Projection::Orthographic { height: 5.0 });
+    assert!(refused(with(json!({ "perspective": { "yfov": 4.0 } }))).contains("field of view"));
+    assert!(refused(with(json!({}))).contains("perspective or orthographic"));
+}
+
+#[test]
+fn extensions_are_told_or_refused() {
+    let with = |key: &str, name: &str| changed(|document, _| document[key] = json!([name]));
+    assert_eq!(
+        found(model(with("extensionsUsed", "VENDOR_x"))),
+        [(FindingKind::UnknownExtension, "VENDOR_x".to_owned(), 1)]
+    );
+    assert!(found(model(with("extensionsUsed", "KHR_materials_unlit"))).is_empty());
+    assert!(parse(with("extensionsRequired", "KHR_texture_transform")).is_ok());
+    assert!(refused(with("extensionsRequired", "VENDOR_x")).contains("VENDOR_x"));
+    for name in COMPRESSION {
+        let message = refused(with("extensionsRequired", name));
+        assert!(message.contains(name) && message.contains("compression"), "{message}");
+    }
+    assert!(refused(changed(|document, _| document["asset"]["version"] = json!("1.0"))).contains("glTF 1.0"));
+    assert!(refused(changed(|document, _| document["asset"]["minVersion"] = json!("2.1"))).contains("glTF 2.1"));
+}
+
+#[test]
+fn binary_files_and_their_faults() {
+    let (mut document, data) = triangle(&json!([{ "mesh": 0 }]));
+    document["buffers"] = json!([{ "byteLength": data.bytes.len() }]);
+    document["bufferViews"] = data.views.into();
+    document["accessors"] = data.accessors.into();
+    let whole = glb(&document, &data.bytes);
+    let model = read(&whole, &folder()).unwrap_or_else(|problem| panic!("{problem}"));
+    assert_eq!(mesh(&model.objects[0]).triangles(), [[0, 1, 2]]);
+    for length in 0..whole.len() {
+        assert!(read(&whole[..length], &folder()).is_err(), "cut off after {length} bytes");
+    }
+    let with = |at: usize, value: u32| {
+        let mut bytes = whole.clone();
+        bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        read(&bytes, &folder()).expect_err("refused").to_string()
+    };
+    assert!(with(4, 1).contains("version is 1"));
+    assert!(with(8, u32::MAX).contains("4294967295"));
+    assert!(with(12, u32::MAX).contains("chunk"));
+    assert!(with(16, 7).contains("no JSON") || with(16, 7).contains("chunks"));
+    document["buffers"][0]["byteLength"] = json!(data.bytes.len() + 1);
+    assert!(read(&glb(&document, &data.bytes), &folder()).expect_err("short").to_string().contains("buffer 0"));
+}
+
+#[test]
+fn buffers_come_from_files_in_the_folder() {
+    let directory = tempfile::tempdir().expect("a folder");
+    let folder = Folder::of_scene(&directory.path().join("scene.gltf"), Outside::Refused);
+    let (mut document, data) = triangle(&json!([{ "mesh": 0 }]));
+    std::fs::write(directory.path().join("my data.bin"), &data.bytes).expect("a file");
+    document["bufferViews"] = data.views.into();
+    document["accessors"] = data.accessors.into();
+    let mut with = |uri: &str| {
+        document["buffers"] = json!([{ "byteLength": data.bytes.len(), "uri": uri }]);
+        read(document.to_string().as_bytes(), &folder)
+    };
+    assert!(with("my%20data.bin").is_ok() && with("my data.bin").is_ok() && with("./my%20data.bin").is_ok());
+    for outside in ["../my%20data.bin", "%2e%2e/my%20data.bin", "%2Fetc/hostname", "/etc/hostname"] {
+        assert!(matches!(with(outside), Err(LoadProblem::Outside { .. })), "{outside}");
+    }
+    assert!(matches!(with("missing.bin"), Err(LoadProblem::Unreadable { .. })));
+    for refused in
+        ["http://example.invalid/x.bin", "file:///etc/hostname", "data:;base64,?", "data:x", "data:,ab", "%ff"]
+    {
+        assert!(matches!(with(refused), Err(LoadProblem::Element { .. })), "{refused}");
+    }
+}
+
+proptest::proptest! {
+    /// A file with some bytes changed is read or refused; nothing panics.
+    #[test]
+    fn changed_bytes_are_survived(changes in proptest::collection::vec((0usize..2000, 0u8..=255), 1..6)) {
+        let (mut document, data) = instanced(|data| json!({ "TRANSLATION": data.floats(&[[1.0, 2.0, 3.0]]) }));
+        document["buffers"] = json!([{ "byteLength": data.bytes.len() }]);
+        document["bufferViews"] = data.views.into();
+        document["accessors"] = data.accessors.into();
+        let mut bytes = glb(&document, &data.bytes);
+        for (at, value) in changes {
+            let at = at % bytes.len();
+            bytes[at] = value;
+        }
+        let _ = read(&bytes, &folder());
+    }
+}
