@@ -238,9 +238,28 @@ impl Case {
         let objects = report.lights.first().map(|light| &light.objects[..]);
         let Some([floor, caster]) = objects else { return Err("not two objects".into()) };
         let floor_area = self.size.x * self.size.y;
-        holds("floor", floor, floor_area, floor_area - self.shadow.area)?;
-        holds("caster", caster, self.caster_area, self.caster_lit)?;
+        self.holds(floor, floor_area, floor_area - self.shadow.area)?;
+        self.holds(caster, self.caster_area, self.caster_lit)?;
         self.is_worth_something(floor)
+    }
+
+    /// The truth lies within the bounds.
+    fn holds(&self, report: &ObjectReport, area: f64, lit: f64) -> Result<(), String> {
+        let name = &self.scene.objects[report.object].name;
+        let (allowed, bounds) = (FORMULA_ERROR * area, report.lit);
+        if bounds.lower > lit + allowed || bounds.upper < lit - allowed {
+            return Err(format!("BOUNDS: the {name}'s lit area {lit} is not in {bounds:?}"));
+        }
+        if bounds.estimate < bounds.lower || bounds.estimate > bounds.upper {
+            return Err(format!("ESTIMATE: the {name}'s is outside its own bounds {bounds:?}"));
+        }
+        // The area itself is a plain float, not a bound: placed corners may have been rounded for it.
+        let place = self.scene.objects[report.object].placement.map().translation.abs().max_element();
+        let rounded = 16.0 * f64::EPSILON * place * area.sqrt();
+        if (report.area - area).abs() > allowed + rounded {
+            return Err(format!("AREA: the {name}'s is {area}, not {}", report.area));
+        }
+        Ok(())
     }
 
     /// The undecided part is a narrow band along the border.
@@ -249,14 +268,14 @@ impl Case {
         let undecided = floor.undecided();
         if undecided > 3.0 * length * edge {
             let bands = undecided / (length * edge);
-            return Err(format!("{undecided} m² of the floor are undecided: {bands} × border × cell edge"));
+            return Err(format!("WIDE: {undecided} m² of the floor are undecided: {bands} × border × cell edge"));
         }
         let cells = floor.cells.iter().filter(|cell| cell.verdict == Verdict::Undecided);
         let far: f64 = cells.filter(|cell| self.is_far(cell, 2.0 * edge)).map(|cell| self.area_of(cell)).sum();
         // All that is surely farther: the floor without a band of three cells on either side of the border.
         let all_far = (self.size.x * self.size.y - 6.0 * edge * length).max(0.0);
         if far > 0.01 * all_far {
-            return Err(format!("{far} of {all_far} m² far from the border are undecided"));
+            return Err(format!("FAR: {far} of {all_far} m² far from the border are undecided"));
         }
         Ok(())
     }
@@ -344,23 +363,8 @@ fn floor_size(dice: &mut Dice, spin: DMat3, shadow: &Shadow) -> DVec2 {
     half * 2.0 * DVec2::new(dice.float(1.02, 2.0), dice.float(1.02, 2.0))
 }
 
-fn holds(name: &str, report: &ObjectReport, area: f64, lit: f64) -> Result<(), String> {
-    let allowed = FORMULA_ERROR * area;
-    if (report.area - area).abs() > allowed {
-        return Err(format!("the {name}'s area is {area}, not {}", report.area));
-    }
-    let bounds = report.lit;
-    if bounds.lower > lit + allowed || bounds.upper < lit - allowed {
-        return Err(format!("the {name}'s lit area {lit} is not in {bounds:?}"));
-    }
-    if bounds.estimate < bounds.lower || bounds.estimate > bounds.upper {
-        return Err(format!("the {name}'s estimate is outside its own bounds {bounds:?}"));
-    }
-    Ok(())
-}
-
 fn judge_all(title: &str, is_sphere: bool, is_sun: bool) {
-    let count = cases(1_000).div_ceil(4);
+    let count = cases(100).div_ceil(4);
     let mut wrong = Vec::new();
     let mut judged = 0;
     for number in 0..count {

@@ -109,7 +109,7 @@ impl Oracle {
         if wide.iter().all(|finding| matches!(finding, Finding::Absent)) {
             return Expected { lit: Some(self.lit_in_space(position, light)), in_space: Some(true) };
         }
-        let is_found = narrow.iter().any(|finding| !matches!(finding, Finding::Absent));
+        let is_found = narrow.iter().any(|finding| matches!(finding, Finding::Turned | Finding::Counts(_)));
         let counts = narrow.iter().any(|finding| matches!(finding, Finding::Counts(_)));
         let answers: Vec<Option<bool>> = wide
             .iter()
