@@ -2,7 +2,7 @@
 //!
 //! [`load`] reads scene files (`.toml`), Wavefront OBJ and glTF 2.0 (`.gltf`, `.glb`) into a
 //! [`Scene`](umbriel_scene::Scene), strictly: a fault is an error that names its place, and what is taken otherwise
-//! than the file says is a finding. [`surface_findings`] looks at the surfaces themselves. [`write`] holds the writers.
+//! than the file says is a finding. [`surface_findings`] looks at the surfaces themselves. [`mod@write`] holds the writers.
 //!
 //! Numbers are read as f64 (32-bit floats become f64 exactly), nothing is welded, rounded or dropped. Files outside the
 //! folder of the scene are refused unless [`Outside::Allowed`] says otherwise. Nothing is fetched from a network.
