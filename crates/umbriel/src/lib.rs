@@ -28,3 +28,7 @@ pub use umbriel_octree as octree;
 pub use umbriel_scene as scene;
 pub use umbriel_shadow as shadow;
 pub use umbriel_visibility as visibility;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -4,7 +4,10 @@
 //! pulled into local coordinates. Rectangles, boxes and spheres are hit as they are, not tessellated. O(log n) a ray in
 //! practice. Double precision, rounded: for pictures, not for proofs. Equal distances go to the lower object and face.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{
+    collections::{BTreeSet, HashMap},
+    sync::Arc,
+};
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
@@ -95,6 +98,20 @@ impl RayCaster {
             (0..view.width).map(move |x| self.nearest(&middle(x)))
         };
         (0..view.height).into_par_iter().flat_map_iter(row).collect()
+    }
+
+    /// The objects seen at the middle of some pixel, in ascending order; rows are cast in parallel. What shows in less
+    /// than a pixel may be missed.
+    pub fn visible_objects(&self, view: &View) -> Vec<usize> {
+        let row = |y: u32| -> BTreeSet<usize> {
+            let seen = |x: u32| self.nearest(&view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5));
+            (0..view.width).filter_map(seen).map(|hit| hit.object).collect()
+        };
+        let union = |mut all: BTreeSet<usize>, row: BTreeSet<usize>| {
+            all.extend(row);
+            all
+        };
+        (0..view.height).into_par_iter().map(row).reduce(BTreeSet::new, union).into_iter().collect()
     }
 }
 
@@ -203,6 +220,9 @@ mod tests {
                 assert!(hit.normal.z > 0.0 && (hit.normal.length() - 1.0).abs() < 1e-12);
             }
         }
+        assert_eq!(caster.visible_objects(&View { camera, width, height }), [0, 1]);
+        let away = Camera { target: DVec3::new(0.0, 0.0, 20.0), ..camera };
+        assert!(caster.visible_objects(&View { camera: away, width, height }).is_empty());
         let middle = picture[20 * width as usize + 60].expect("the box");
         assert_eq!((middle.face, middle.normal), (5, DVec3::Z));
     }

@@ -28,7 +28,8 @@ pub(crate) fn run(args: &RenderArgs, interrupt: &Interrupt) -> Result<(), Failur
     let [width, height] = args.size;
     let view = View::of(scene, width, height);
     interrupt.check()?;
-    let receivers = seen(&caster, &view);
+    // Only what is seen needs its shadows computed. What shows in less than a pixel is answered point by point.
+    let receivers = caster.visible_objects(&view);
     let bar = Bar::new(interrupt, args.scene.quiet);
     let request = Request { detail, sampling: None, lights, receivers, keep_cells: true };
     let report = umbriel_shadow::bake(scene, &request, &bar)?;
@@ -40,13 +41,4 @@ pub(crate) fn run(args: &RenderArgs, interrupt: &Interrupt) -> Result<(), Failur
         return Err(Failure::Interrupted);
     }
     output::commit_all(staged)
-}
-
-/// The objects in the picture: only they need their shadows computed. One that shows in less than a pixel may be missed
-/// here; its points are then answered one by one.
-fn seen(caster: &RayCaster, view: &View) -> Vec<usize> {
-    let mut objects: Vec<usize> = caster.picture(view).into_iter().flatten().map(|hit| hit.object).collect();
-    objects.sort_unstable();
-    objects.dedup();
-    objects
 }

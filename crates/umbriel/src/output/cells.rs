@@ -1,5 +1,6 @@
 //! Which stored cell holds a point (u, v) of a face: binary search in a list sorted by face and Morton code.
 
+use umbriel_octree::encode2;
 use umbriel_shadow::{Cell, Verdict};
 
 /// Depth of the grid on which cells are compared; cells finer than that cannot be told apart.
@@ -25,7 +26,7 @@ impl CellMap {
     pub(crate) fn new(cells: &[Cell]) -> Self {
         let entry = |cell: &Cell| {
             let shift = DEPTH.saturating_sub(cell.level);
-            let code = interleave(cell.i << shift, cell.j << shift);
+            let code = encode2([cell.i << shift, cell.j << shift]);
             Entry { face: cell.face, level: cell.level.min(DEPTH), verdict: cell.verdict, code }
         };
         let mut cells: Vec<Entry> = cells.iter().map(entry).collect();
@@ -38,30 +39,12 @@ impl CellMap {
         let grid = f64::from(1u32 << DEPTH);
         // Casting saturates, and the far edge belongs to the last cell.
         let index = |t: f64| ((t * grid) as u32).min((1 << DEPTH) - 1);
-        let code = interleave(index(u), index(v));
+        let code = encode2([index(u), index(v)]);
         let after = self.cells.partition_point(|entry| (entry.face, entry.code) <= (face, code));
         let entry = self.cells[..after].last().filter(|entry| entry.face == face)?;
         let covers = (code - entry.code) >> (2 * (DEPTH - entry.level)) == 0;
         covers.then_some(entry.verdict)
     }
-}
-
-/// The Morton code of (i, j): the bits of i at the even places, those of j at the odd ones.
-fn interleave(i: u32, j: u32) -> u64 {
-    let spread = |value: u32| {
-        let mut bits = u64::from(value);
-        for (shift, mask) in [
-            (16, 0x0000_ffff_0000_ffff_u64),
-            (8, 0x00ff_00ff_00ff_00ff),
-            (4, 0x0f0f_0f0f_0f0f_0f0f),
-            (2, 0x3333_3333_3333_3333),
-            (1, 0x5555_5555_5555_5555),
-        ] {
-            bits = (bits | bits << shift) & mask;
-        }
-        bits
-    };
-    spread(i) | spread(j) << 1
 }
 
 #[cfg(test)]
@@ -97,12 +80,5 @@ mod tests {
         ] {
             assert_eq!(map.verdict(face, u, v), expected, "face {face} at ({u}, {v})");
         }
-    }
-
-    #[test]
-    fn bits_interleave() {
-        assert_eq!(interleave(0b11, 0), 0b101);
-        assert_eq!(interleave(0, 0b101), 0b100010);
-        assert_eq!(interleave(u32::MAX, u32::MAX), u64::MAX);
     }
 }

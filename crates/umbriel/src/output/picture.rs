@@ -28,9 +28,9 @@ const BACKGROUND: [DVec3; 2] = [DVec3::new(0.70, 0.73, 0.77), DVec3::new(0.94, 0
 /// Surface colours by turns; neutral, just apart enough to tell neighbours.
 const SURFACES: [DVec3; 4] = [
     DVec3::new(0.60, 0.59, 0.55),
-    DVec3::new(0.62, 0.56, 0.49),
-    DVec3::new(0.50, 0.54, 0.59),
-    DVec3::new(0.60, 0.51, 0.45),
+    DVec3::new(0.60, 0.56, 0.51),
+    DVec3::new(0.52, 0.55, 0.59),
+    DVec3::new(0.57, 0.52, 0.48),
 ];
 
 /// What becomes of pixels in undecided cells.
