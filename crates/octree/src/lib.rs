@@ -1,1 +1,22 @@
-//! Morton codes and a pointerless, sorted octree
+//! Morton codes and a pointerless, sorted octree.
+//!
+//! - [`Octant`] and [`Quadrant`]: cells of the halved cube and square, named by Morton codes, in Morton order.
+//! - [`Cube`]: the bounding cube of an object, its lattice of cells, decided exactly.
+//! - [`LinearOctree`]: the leaves of an octree as a sorted list, with the items that meet each.
+//! - [`Face`]: the cells of a face's parameters, square or cut to a triangle.
+//!
+//! The layer is useful alone: no files, no threads, no dependency on the rest of umbriel but its geometry.
+
+mod cube;
+mod linear;
+mod morton;
+mod quad;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
+pub use cube::{Cube, LatticeBox, depth_of_length};
+pub use linear::{BuildDefect, Leaf, Limits, LinearOctree, OctreeDefect};
+pub use morton::{Code, Octant, Quadrant, decode2, decode3, encode2, encode3};
+pub use quad::Face;

@@ -1,0 +1,190 @@
+//! The bounding cube of an object and the lattice of its cells.
+//!
+//! The cube begins at the least corner of the object's box; its edge is the smallest float that is not below the
+//! longest side. Halving it 21 times gives lattice planes at min + edge·i/2^21, which are real numbers, not floats:
+//! on which side of a plane a coordinate lies is decided exactly. Both x − min and edge·i/2^21 are rounded, and rounding
+//! is monotone, so different rounded numbers tell; equal ones leave the comparison to their errors, which are floats
+//! themselves (Knuth's sum of two, a fused multiply-add). Exact in the accepted range of coordinates. O(1) a question.
+
+use std::cmp::Ordering;
+
+use glam::DVec3;
+use umbriel_geometry::Aabb;
+
+use crate::morton::Octant;
+
+#[cfg(test)]
+mod tests;
+
+/// Lattice planes an axis, less one: the cells of the deepest level.
+const CELLS: u32 = 1 << Octant::MAX_LEVEL;
+
+/// The greatest depth, up to `deepest`, at which `edge` halved so often is not below `length`; `None` when even `edge`
+/// is. Exact: only powers of two are multiplied.
+///
+/// A length of zero or below gets `deepest`, NaN gets `None`.
+pub fn depth_of_length(edge: f64, length: f64, deepest: u8) -> Option<u8> {
+    let fits = |depth: &u8| length * 2f64.powi(i32::from(*depth)) <= edge;
+    (0..=deepest).take_while(fits).last()
+}
+
+/// An axis-aligned cube, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cube {
+    min: DVec3,
+    edge: f64,
+}
+
+/// The cells of the deepest level that a box meets: a range on each axis, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LatticeBox {
+    /// First cell on each axis.
+    pub min: [u32; 3],
+    /// Last cell on each axis.
+    pub max: [u32; 3],
+}
+
+impl LatticeBox {
+    /// Whether the box meets the closed cell.
+    pub fn meets(&self, cell: Octant) -> bool {
+        self.along_axes(cell, |[first, last], low, high| low <= last && first <= high)
+    }
+
+    /// Whether the box meets every cell of the deepest level in `cell`.
+    pub fn covers(&self, cell: Octant) -> bool {
+        self.along_axes(cell, |[first, last], low, high| low <= first && last <= high)
+    }
+
+    /// Whether `test`, given the cell's range and the box's, holds on all axes.
+    fn along_axes(&self, cell: Octant, test: impl Fn([u32; 2], u32, u32) -> bool) -> bool {
+        let (below, place) = (Octant::MAX_LEVEL - cell.level(), cell.coordinates());
+        (0..3).all(|axis| {
+            let first = place[axis] << below;
+            test([first, first + ((1 << below) - 1)], self.min[axis], self.max[axis])
+        })
+    }
+}
+
+impl Cube {
+    /// The smallest cube at the least corner of `bounds` that holds it, its edge rounded up. `None` when the box is
+    /// empty or not finite.
+    pub fn around(bounds: &Aabb) -> Option<Self> {
+        let sides = (0..3).map(|axis| difference(bounds.max[axis], bounds.min[axis]));
+        let rounded_up = sides.map(|(side, error)| if error > 0.0 { side.next_up() } else { side });
+        let edge = rounded_up.fold(0.0, f64::max);
+        let is_sound = !bounds.is_empty() && bounds.min.is_finite() && edge.is_finite();
+        is_sound.then_some(Self { min: bounds.min, edge })
+    }
+
+    /// The least corner.
+    pub fn min(&self) -> DVec3 {
+        self.min
+    }
+
+    /// The edge; zero for the cube of a single point.
+    pub fn edge(&self) -> f64 {
+        self.edge
+    }
+
+    /// The greatest depth at which a cell's edge is not below `length` ([`depth_of_length`]).
+    pub fn depth_of(&self, length: f64) -> Option<u8> {
+        depth_of_length(self.edge, length, Octant::MAX_LEVEL)
+    }
+
+    /// A box that holds the cell, its corners rounded outward by at most an ulp or two, not at all where they are floats.
+    pub fn bounds_of(&self, cell: Octant) -> Aabb {
+        let below = Octant::MAX_LEVEL - cell.level();
+        let first = cell.coordinates().map(|c| c << below);
+        let corner = |step: u32, outward: fn(f64) -> f64| {
+            DVec3::from_array(std::array::from_fn(|axis| self.near_plane(axis, first[axis] + step, outward)))
+        };
+        Aabb { min: corner(0, f64::next_down), max: corner(1 << below, f64::next_up) }
+    }
+
+    /// The cell of `level` that holds `point`; a point on a plane between cells belongs to the upper one. `None` for a
+    /// point outside the closed cube or a level that is too deep.
+    pub fn octant_at(&self, point: DVec3, level: u8) -> Option<Octant> {
+        let below = Octant::MAX_LEVEL.checked_sub(level)?;
+        let mut place = [0; 3];
+        for (axis, cell) in place.iter_mut().enumerate() {
+            let x = point[axis];
+            if self.compare(axis, x, 0)?.is_lt() || self.compare(axis, x, CELLS)?.is_gt() {
+                return None;
+            }
+            *cell = self.planes_below(axis, x).min(CELLS - 1) >> below;
+        }
+        Octant::at(level, place)
+    }
+
+    /// The cells of the deepest level that the closed box meets, cells being closed; `None` where it misses the cube.
+    ///
+    /// A box in a plane between two cells meets both. On a shallower level the box meets exactly the ancestors of these
+    /// cells ([`LatticeBox::meets`]). In the cube of a single point only the first cell counts.
+    pub fn lattice_box(&self, bounds: &Aabb) -> Option<LatticeBox> {
+        let mut met = LatticeBox { min: [0; 3], max: [0; 3] };
+        for axis in 0..3 {
+            let (low, high) = (bounds.min[axis], bounds.max[axis]);
+            if self.compare(axis, high, 0)?.is_lt() || self.compare(axis, low, CELLS)?.is_gt() || high < low {
+                return None;
+            }
+            let first = self.planes_below(axis, low);
+            let is_on_plane = self.compare(axis, low, first)?.is_eq();
+            met.min[axis] = first.saturating_sub(u32::from(is_on_plane)).min(CELLS - 1);
+            met.max[axis] = self.planes_below(axis, high).min(CELLS - 1);
+        }
+        Some(met)
+    }
+
+    /// The last lattice plane that is not above `x`; the first for any lower x.
+    fn planes_below(&self, axis: usize, x: f64) -> u32 {
+        if self.edge == 0.0 {
+            return 0;
+        }
+        // Three roundings of a number up to 2^21 put the guess at most one plane off.
+        let guess = (x - self.min[axis]) / self.edge * f64::from(CELLS);
+        let mut plane = guess.clamp(0.0, f64::from(CELLS)) as u32;
+        while plane > 0 && self.compare(axis, x, plane).is_some_and(Ordering::is_lt) {
+            plane -= 1;
+        }
+        while plane < CELLS && self.compare(axis, x, plane + 1).is_some_and(Ordering::is_ge) {
+            plane += 1;
+        }
+        plane
+    }
+
+    /// Where `x` lies seen from lattice plane `plane`: exact. `None` for NaN.
+    fn compare(&self, axis: usize, x: f64, plane: u32) -> Option<Ordering> {
+        let (from_min, error) = difference(x, self.min[axis]);
+        let (offset, offset_error) = self.offset(plane);
+        match from_min.partial_cmp(&offset)? {
+            Ordering::Equal => error.partial_cmp(&offset_error),
+            decided => Some(decided),
+        }
+    }
+
+    /// How far a lattice plane is from the least one, rounded, and what the rounding took away.
+    fn offset(&self, plane: u32) -> (f64, f64) {
+        let share = f64::from(plane) / f64::from(CELLS);
+        let offset = self.edge * share;
+        (offset, self.edge.mul_add(share, -offset))
+    }
+
+    /// The coordinate of a lattice plane; where it is no float, one step `outward` of the nearest float.
+    fn near_plane(&self, axis: usize, plane: u32, outward: fn(f64) -> f64) -> f64 {
+        let (offset, offset_error) = self.offset(plane);
+        let (sum, error) = difference(self.min[axis], -offset);
+        // Where the sum is not exact its terms do not cancel, so both errors are below an ulp of it and the corrected
+        // sum is within an ulp of the plane.
+        let rest = error + offset_error;
+        if rest == 0.0 { sum } else { outward(sum + rest) }
+    }
+}
+
+/// a − b rounded, and what the rounding took away (Knuth, "The Art of Computer Programming" 2, section 4.2.2).
+fn difference(a: f64, b: f64) -> (f64, f64) {
+    let difference = a - b;
+    let b_seen = a - difference;
+    let a_seen = difference + b_seen;
+    let error = (a - a_seen) + (b_seen - b);
+    (difference, if error.is_nan() { 0.0 } else { error })
+}
