@@ -118,33 +118,37 @@ impl Plane {
     }
 }
 
+/// What falls into the bins of an axis: how many items, and the box around them.
+type Bins = [(usize, Aabb); BINS];
+
 /// The plane of least cost over all axes; `None` when no plane has items on both sides.
 fn cheapest_plane(items: &[Entry], centers: &Aabb) -> Option<Plane> {
+    let planes = [0, 1, 2].map(|axis| Plane::bins(axis, centers));
     let mut best: Option<(f64, Plane)> = None;
-    for axis in 0..3 {
-        let mut plane = Plane::bins(axis, centers);
-        let Some((cost, last)) = cheapest_bin(&fill_bins(items, &plane)) else { continue };
+    for (bins, plane) in fill_bins(items, &planes).iter().zip(planes) {
+        let Some((cost, last)) = cheapest_bin(bins) else { continue };
         if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-            plane.last = last;
-            best = Some((cost, plane));
+            best = Some((cost, Plane { last, ..plane }));
         }
     }
     best.map(|(_, plane)| plane)
 }
 
-/// How many items fall into each bin, and the box around them.
-fn fill_bins(items: &[Entry], plane: &Plane) -> [(usize, Aabb); BINS] {
-    let mut bins = [(0, Aabb::EMPTY); BINS];
+/// Fills the bins of all axes in one walk over the items.
+fn fill_bins(items: &[Entry], planes: &[Plane; 3]) -> [Bins; 3] {
+    let mut bins = [[(0, Aabb::EMPTY); BINS]; 3];
     for entry in items {
-        let (count, bounds) = &mut bins[plane.bin_of(entry)];
-        *count += 1;
-        *bounds = bounds.union(entry.bounds);
+        for (bins, plane) in bins.iter_mut().zip(planes) {
+            let (count, bounds) = &mut bins[plane.bin_of(entry)];
+            *count += 1;
+            *bounds = bounds.union(entry.bounds);
+        }
     }
     bins
 }
 
 /// The least cost (surface area times items, both sides summed) and the last bin below its plane.
-fn cheapest_bin(bins: &[(usize, Aabb); BINS]) -> Option<(f64, usize)> {
+fn cheapest_bin(bins: &Bins) -> Option<(f64, usize)> {
     let mut above = [(0, 0.0); BINS];
     let (mut count, mut bounds) = (0, Aabb::EMPTY);
     for index in (1..BINS).rev() {
