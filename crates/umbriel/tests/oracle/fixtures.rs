@@ -116,6 +116,14 @@ fn floor() -> Object {
     object("floor", rectangle(8.0, 8.0), DAffine3::IDENTITY)
 }
 
+/// The scene scaled by a power of two, then moved far away: no coordinate is short any more.
+fn elsewhere(objects: &[Object], scale: f64, offset: DVec3) -> Scene {
+    let map = DAffine3::from_translation(offset) * DAffine3::from_scale(DVec3::splat(scale));
+    let moved =
+        |object: &Object| with_sides(&object.name, object.shape.clone(), map * *object.placement.map(), object.sides);
+    scene(objects.iter().map(moved).collect())
+}
+
 /// All small scenes by name.
 pub(crate) fn all() -> Vec<(&'static str, Scene)> {
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
@@ -168,6 +176,9 @@ pub(crate) fn all() -> Vec<(&'static str, Scene)> {
         object("tilted", cuboid(2.0, 0.5, 2.0), turned(0.0, 1.0, 0.0)),
     ];
     vec![
+        ("far boxes", elsewhere(&boxes, 1.0, DVec3::new(1e6 + 0.1, -3e5, 7e5 / 3.0))),
+        ("tiny far spheres", elsewhere(&spheres, 2f64.powi(-60), DVec3::new(1e-13, 3e-14, -7e-13))),
+        ("far crossings", elsewhere(&through, 2f64.powi(40), DVec3::new(-1e17, 1e16, 3e15))),
         ("boxes", scene(boxes)),
         ("coplanar", scene(coplanar)),
         ("instances", scene(instances)),
