@@ -1,34 +1,83 @@
 //! Detail in the user's terms, as levels of a face's parameter square.
 //!
-//! At depth d an object's octree has cells of its bounding cube's edge / 2^d. A face with longest edge e is halved until
-//! e / 2^level is no larger than that.
+//! At depth d an object's octree has cells with its bounding cube's edge / 2^d. A face is divided until none of its
+//! cells reaches farther than that, from any of its points to any other: so a cell always fits a leaf.
 
-use umbriel_geometry::{Aabb, Facets};
+use glam::DVec3;
+use umbriel_geometry::{Aabb, Point};
 
 use crate::{fine::flat::Levels, request::Detail};
 
 /// The deepest octree: 21 levels, three axes of 21 bits in a 64-bit Morton code.
 pub(crate) const MAX_DEPTH: u8 = 21;
 
-/// How often `edge` must be halved to be at most `limit`.
-fn halvings(edge: f64, limit: f64) -> u8 {
+/// The lengths of a face that its division depends on, metres, rounded.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FaceSize {
+    /// Edges along the two parameters.
+    pub(crate) edges: [f64; 2],
+    /// Longest edge.
+    longest_edge: f64,
+    /// Greatest distance of two points of the whole face.
+    whole: f64,
+    /// Greatest distance of two points of a square cell, times 2^level.
+    square: f64,
+}
+
+impl FaceSize {
+    /// Of a flat face with these corners (first, second, …, last).
+    pub(crate) fn of_flat(corners: &[Point], is_triangle: bool) -> Self {
+        let [a, b, d] = [0, 1, corners.len() - 1].map(|k| corners[k].position);
+        let edges = [length(b - a), length(d - a)];
+        let (falling, rising) = (length(b - d), length((b - a) + (d - a)));
+        let longest_edge = edges[0].max(edges[1]);
+        let square = falling.max(rising);
+        if is_triangle {
+            let longest_edge = longest_edge.max(falling);
+            Self { edges, longest_edge, whole: longest_edge, square }
+        } else {
+            Self { edges, longest_edge, whole: square, square }
+        }
+    }
+
+    /// Of a sphere's patch, from the sphere's box: a cell (level, i, j) has edges no longer than the box's / 2^level.
+    pub(crate) fn of_patch(bounds: &Aabb) -> Self {
+        let edge = bounds.size().max_element();
+        let square = edge * std::f64::consts::SQRT_2;
+        Self { edges: [edge; 2], longest_edge: edge, whole: square, square }
+    }
+
+    /// How often the face must be halved for its cells to reach no farther than `limit`.
+    fn level_within(&self, limit: f64) -> u8 {
+        if self.whole <= limit { 0 } else { halvings(self.square, limit).max(1) }
+    }
+}
+
+/// The length of a vector; the axes may change places without changing it.
+fn length(v: DVec3) -> f64 {
+    let mut squares = v.to_array().map(|coordinate| coordinate * coordinate);
+    squares.sort_by(f64::total_cmp);
+    (squares[0] + squares[1] + squares[2]).sqrt()
+}
+
+/// How often `length` must be halved to be at most `limit`.
+fn halvings(mut length: f64, limit: f64) -> u8 {
     let mut level = 0;
-    let mut length = edge;
-    while length > limit && level < MAX_DEPTH {
+    while length > limit && level < MAX_DEPTH + 1 {
         length *= 0.5;
         level += 1;
     }
     level
 }
 
-/// The levels of a face with this longest edge, in an object with these bounds, all in metres.
-pub(crate) fn of_face(detail: Detail, keep_cells: bool, bounds: &Aabb, longest_edge: f64) -> Levels {
+/// The levels of a face of this size, in an object with these bounds.
+pub(crate) fn of_face(detail: Detail, keep_cells: bool, bounds: &Aabb, size: &FaceSize) -> Levels {
     let cube = bounds.size().max_element();
-    let at_depth = |depth: u8| halvings(longest_edge, cube * (-f64::from(depth.min(MAX_DEPTH))).exp2());
+    let at_depth = |depth: u8| size.level_within(cube / f64::from(1u32 << depth.min(MAX_DEPTH)));
     let (finest, stored) = match detail {
         Detail::Depth { interior, boundary } => (at_depth(boundary), at_depth(interior)),
         Detail::Cell { edge } => {
-            let level = halvings(longest_edge, edge);
+            let level = halvings(size.longest_edge, edge);
             (level, level)
         }
         Detail::MaxUndecided { .. } => (at_depth(MAX_DEPTH), at_depth(MAX_DEPTH)),
@@ -36,11 +85,25 @@ pub(crate) fn of_face(detail: Detail, keep_cells: bool, bounds: &Aabb, longest_e
     Levels { finest, stored: keep_cells.then_some(stored) }
 }
 
-/// The edges of a flat face along u and along v, and the longest of all its edges, rounded.
-pub(crate) fn edges(facets: &Facets, facet: usize) -> ([f64; 2], f64) {
-    let corners = facets.facet(facet).corners();
-    let at = |k: usize| facets.positions()[corners[k % corners.len()] as usize];
-    let length = |k: usize| at(k).distance(at(k + 1));
-    let along = [length(0), at(0).distance(at(corners.len() - 1))];
-    ((along), (0..corners.len()).map(length).fold(0.0, f64::max))
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn levels(corners: &[[f64; 3]], is_triangle: bool, depth: u8) -> u8 {
+        let corners: Vec<Point> = corners.iter().map(|&corner| Point::exact(corner.into())).collect();
+        let size = FaceSize::of_flat(&corners, is_triangle);
+        let bounds = Aabb { min: DVec3::ZERO, max: DVec3::splat(8.0) };
+        of_face(Detail::Depth { interior: 0, boundary: depth }, false, &bounds, &size).finest
+    }
+
+    #[test]
+    fn a_cell_fits_a_leaf() {
+        // A right triangle with legs 6 and 8: its square cells reach 10 across at level 0.
+        let right = [[0.0, 0.0, 0.0], [8.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 6.0, 0.0]];
+        assert_eq!(levels(&right, true, 0), 1, "10 > 8");
+        assert_eq!(levels(&right, true, 3), 4, "10 / 16 ≤ 1");
+        let square = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0], [0.0, 4.0, 0.0]];
+        assert_eq!(levels(&square, false, 1), 1, "the diagonal is longer than 4");
+        assert_eq!(levels(&square, false, 0), 0);
+    }
 }

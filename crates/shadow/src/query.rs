@@ -144,7 +144,7 @@ impl<'a> Queries<'a> {
         }
         Ok(match self.bodies.get(object) {
             Body::Flat(facets) => {
-                let probe = flat_probe(&flat_corners(facets, face), u, v);
+                let probe = flat_probe(&flat_corners(facets, face, 0), u, v);
                 self.flat_point_is_lit(object, face, &probe, light)
             }
             Body::Round(round) => {

@@ -10,7 +10,7 @@ use crate::{
     exact::{face_blocks, flat_face_is_turned_to, sphere_is_turned_to},
     fine::{
         Blocker, Blockers, Entry, FacetId, Occluders, Receiver,
-        flat::{FLAT, FlatFace},
+        flat::{FLAT, FaceShape, FlatFace},
         lattice::Lattice,
         patch::{Patch, patch_probe},
         solid_angle::PatchArea,
@@ -113,12 +113,14 @@ impl<'a> Receivers<'a> {
             return;
         }
         let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
-        let (along, longest) = levels::edges(facets, face);
-        let levels = levels::of_face(self.detail, self.request.keep_cells, &self.bodies.boxes[object], longest);
-        let lattice = self.spacing.map(|spacing| Lattice::new(along, spacing, is_triangle));
-        let whole = |verdict| FlatFace::decided(face as u32, is_triangle, verdict, levels, lattice);
+        let corner = first_corner(facets, face);
+        let shape = FaceShape { face: face as u32, is_triangle, corner };
+        let corners = flat_corners(facets, face, corner);
+        let size = levels::FaceSize::of_flat(&corners, is_triangle);
+        let levels = levels::of_face(self.detail, self.request.keep_cells, &self.bodies.boxes[object], &size);
+        let lattice = self.spacing.map(|spacing| Lattice::new(size.edges, spacing, is_triangle));
+        let whole = |verdict| FlatFace::decided(shape, verdict, levels, lattice);
         let tally = if flat_face_is_turned_to(self.bodies, object, face, self.light) {
-            let corners = flat_corners(facets, face);
             let id = FacetId { object: object as u32, facet: face as u32 };
             let receiver = Receiver { points: corners, light: self.light, facing: Some(self.occluders.turn(id)) };
             let mut candidates = self.occluders.candidates(self.influences.occluders_of(object as u32), &corners);
@@ -131,16 +133,8 @@ impl<'a> Receivers<'a> {
                 };
                 face_blocks(self.bodies, object as usize, facet as usize, probe, self.light)
             };
-            let flat = FlatFace {
-                face: face as u32,
-                is_triangle,
-                corners,
-                blockers,
-                levels,
-                lattice,
-                blocks_exactly: &blocks_exactly,
-                is_cancelled,
-            };
+            let flat =
+                FlatFace { shape, corners, blockers, levels, lattice, blocks_exactly: &blocks_exactly, is_cancelled };
             flat.run()
         } else {
             whole(Verdict::Shadowed)
@@ -167,8 +161,8 @@ impl<'a> Receivers<'a> {
         let object = self.request.receivers[job.receiver];
         let area = PatchArea::new(&round.sphere, &round.placement);
         let bounds = &self.bodies.boxes[object];
-        // A patch's cell (level, i, j) is no longer than the bounding cube's edge / 2^level.
-        let levels = levels::of_face(self.detail, self.request.keep_cells, bounds, bounds.size().max_element());
+        let size = levels::FaceSize::of_patch(bounds);
+        let levels = levels::of_face(self.detail, self.request.keep_cells, bounds, &size);
         let quarter = bounds.size() * std::f64::consts::FRAC_PI_4;
         let along = [1, 2].map(|k| quarter[(face / 2 + k) % 3]);
         let along = if face % 2 == 1 { along } else { [along[1], along[0]] };
@@ -219,11 +213,28 @@ impl FaceSums {
     }
 }
 
-/// The corners of a flat face: first, second, third (or the first again), last.
-pub(crate) fn flat_corners(facets: &Facets, face: usize) -> [Point<'_>; FLAT] {
+/// The corner from which a face's cells are counted: on a triangle the one opposite the longest side, which gives the
+/// compactest cells.
+fn first_corner(facets: &Facets, face: usize) -> u8 {
+    let Facet::Triangle(corners) = facets.facet(face) else { return 0 };
+    let at = |k: usize| facets.positions()[corners[k % 3] as usize];
+    let opposite = |k: usize| {
+        // Smallest square first, so that the axes may change places.
+        let mut squares = (at(k + 1) - at(k + 2)).to_array().map(|d| d * d);
+        squares.sort_by(f64::total_cmp);
+        squares[0] + squares[1] + squares[2]
+    };
+    (1..3).fold(0, |first, k| if opposite(k) > opposite(first) { k } else { first }) as u8
+}
+
+/// The corners of a flat face, from corner `first` of a triangle on: first, second, third (or the first again), last.
+pub(crate) fn flat_corners(facets: &Facets, face: usize, first: u8) -> [Point<'_>; FLAT] {
     let point = |corner: u32| facets.point(corner);
     match *facets.facet(face) {
-        Facet::Triangle([a, b, c]) => [point(a), point(b), point(a), point(c)],
+        Facet::Triangle(corners) => {
+            let [a, b, c] = [0, 1, 2].map(|k| point(corners[(usize::from(first) + k) % 3]));
+            [a, b, a, c]
+        }
         Facet::Parallelogram(corners) => corners.map(point),
     }
 }

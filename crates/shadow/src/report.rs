@@ -12,12 +12,16 @@ pub enum Verdict {
     Undecided,
 }
 
-/// A part of one face: the square [i, i+1] × [j, j+1] / 2^level of the face's parameters (u, v). On a triangle the square
-/// is cut by u + v ≤ 1, which leaves the lower half where i + j + 1 = 2^level.
+/// A part of one face: the square [i, i+1] × [j, j+1] / 2^level of the face's parameters, counted from one of its
+/// corners: from the first, but on a triangle from the one opposite the longest side (the first of those, where there
+/// are several). On a triangle the square is cut by the longest side, which leaves half where i + j + 1 = 2^level.
+/// [`Cell::point`] gives points in the face's own (u, v).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Cell {
     /// Face of the object: a triangle, a side of a box, a patch of a sphere.
     pub face: u32,
+    /// The corner of the face from which the parameters are counted.
+    pub corner: u8,
     /// How often the face's parameter square was halved.
     pub level: u8,
     /// Along u.
@@ -26,6 +30,20 @@ pub struct Cell {
     pub j: u32,
     /// What is known.
     pub verdict: Verdict,
+}
+
+impl Cell {
+    /// The point (s, t) of the cell, both in 0..=1, in the parameters (u, v) of its face. Exact for dyadic s and t with
+    /// few digits.
+    pub fn point(&self, [s, t]: [f64; 2]) -> [f64; 2] {
+        let edge = 1.0 / f64::from(1u32 << self.level);
+        let (u, v) = ((f64::from(self.i) + s) * edge, (f64::from(self.j) + t) * edge);
+        match self.corner {
+            1 => [1.0 - u - v, u],
+            2 => [v, 1.0 - u - v],
+            _ => [u, v],
+        }
+    }
 }
 
 /// Lit area, square metres: the truth lies in `lower..=upper`.

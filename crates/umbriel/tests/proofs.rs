@@ -54,10 +54,8 @@ impl Case {
 
 /// A point of the closed cell; on a triangle, of what u + v ≤ 1 leaves of it. All numbers are exact.
 fn point_of(cell: &Cell, is_triangle: bool, dice: &mut Dice) -> [f64; 2] {
-    let edge = 0.5f64.powi(i32::from(cell.level));
     let is_cut = is_triangle && cell.i + cell.j + 1 == 1 << cell.level;
-    let [s, t] = dice.parameters(is_cut);
-    [(f64::from(cell.i) + s) * edge, (f64::from(cell.j) + t) * edge]
+    cell.point(dice.parameters(is_cut))
 }
 
 fn light_for(scene: &Scene, dice: &mut Dice) -> LightSource {

@@ -32,8 +32,7 @@ pub(crate) struct Levels {
 
 /// One face and all that may shadow it.
 pub(crate) struct FlatFace<'a> {
-    pub(crate) face: u32,
-    pub(crate) is_triangle: bool,
+    pub(crate) shape: FaceShape,
     pub(crate) corners: [Point<'a>; FLAT],
     pub(crate) blockers: Blockers<FLAT>,
     pub(crate) levels: Levels,
@@ -41,6 +40,15 @@ pub(crate) struct FlatFace<'a> {
     /// The exact answer for one point: whether blocker `entry` blocks it.
     pub(crate) blocks_exactly: &'a (dyn Fn(&Blockers<FLAT>, Entry, &Probe) -> bool + Sync),
     pub(crate) is_cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// Which face, and how its parameters run.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FaceShape {
+    pub(crate) face: u32,
+    pub(crate) is_triangle: bool,
+    /// The corner from which the parameters are counted.
+    pub(crate) corner: u8,
 }
 
 /// A part of the parameter square.
@@ -84,30 +92,29 @@ impl FlatFace<'_> {
 
     /// A face that is decided as a whole without looking at any blocker.
     pub(crate) fn decided(
-        face: u32,
-        is_triangle: bool,
+        shape: FaceShape,
         verdict: Verdict,
         levels: Levels,
         lattice: Option<Lattice>,
     ) -> Tally<Units> {
         let mut tally = Tally::new();
-        count(&mut tally, face, Place::WHOLE, is_triangle, verdict, levels);
+        count(&mut tally, shape, Place::WHOLE, verdict, levels);
         count_samples(&mut tally, lattice, Place::WHOLE, verdict);
         tally
     }
 
     fn divide(&self, place: Place, parent: &[Entry], tally: &mut Tally<Units>) {
-        if self.is_triangle && place.on_triangle().1 || (self.is_cancelled)() {
+        if self.shape.is_triangle && place.on_triangle().1 || (self.is_cancelled)() {
             return;
         }
         tally.examined += 1;
         let mut entries = Vec::new();
         let verdict = self.blockers.classify(&self.hull(place), parent, &mut entries);
         if verdict != Verdict::Undecided {
-            count(tally, self.face, place, self.is_triangle, verdict, self.levels);
+            count(tally, self.shape, place, verdict, self.levels);
             count_samples(tally, self.lattice, place, verdict);
         } else if place.level == self.levels.finest {
-            count(tally, self.face, place, self.is_triangle, verdict, self.levels);
+            count(tally, self.shape, place, verdict, self.levels);
             self.estimate(place, &entries, tally);
             self.decide_samples(place, &entries, tally);
         } else if entries.len() >= PARALLEL_ENTRIES {
@@ -135,7 +142,7 @@ impl FlatFace<'_> {
 
     fn hull(&self, place: Place) -> Hull<FLAT> {
         let ([u, v], edge) = place.extent();
-        let is_half = self.is_triangle && place.on_triangle().0;
+        let is_half = self.shape.is_triangle && place.on_triangle().0;
         let mut corners = vec![self.weights(u, v), self.weights(u + edge, v), self.weights(u, v + edge)];
         let mut far = u + v + edge;
         let mut center = edge / 4.0; // a dyadic, so that weights stay exact
@@ -150,7 +157,7 @@ impl FlatFace<'_> {
 
     /// The weights of the corners at (u, v).
     fn weights(&self, u: f64, v: f64) -> Weights<FLAT> {
-        if self.is_triangle {
+        if self.shape.is_triangle {
             [1.0 - u - v, u, 0.0, v]
         } else {
             [(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v]
@@ -159,8 +166,8 @@ impl FlatFace<'_> {
 
     fn estimate(&self, place: Place, entries: &[Entry], tally: &mut Tally<Units>) {
         let ([u, v], edge) = place.extent();
-        let is_half = self.is_triangle && place.on_triangle().0;
-        let lit = pattern::points(self.face, place.level, place.i, place.j).filter(|&[s, t]| {
+        let is_half = self.shape.is_triangle && place.on_triangle().0;
+        let lit = pattern::points(self.shape.face, place.level, place.i, place.j).filter(|&[s, t]| {
             // On a half cell, points beyond the long side are turned back into it.
             let [s, t] = if is_half && s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] };
             let weights = self.weights(u + s * edge, v + t * edge);
@@ -205,8 +212,8 @@ pub(crate) fn flat_probe(corners: &[Point], u: f64, v: f64) -> Probe {
     }
 }
 
-fn count(tally: &mut Tally<Units>, face: u32, place: Place, is_triangle: bool, verdict: Verdict, levels: Levels) {
-    let units = cell_units(place.level, is_triangle && place.on_triangle().0);
+fn count(tally: &mut Tally<Units>, shape: FaceShape, place: Place, verdict: Verdict, levels: Levels) {
+    let units = cell_units(place.level, shape.is_triangle && place.on_triangle().0);
     match verdict {
         Verdict::Lit => tally.lit += units,
         Verdict::Shadowed => tally.shadowed += units,
@@ -214,7 +221,8 @@ fn count(tally: &mut Tally<Units>, face: u32, place: Place, is_triangle: bool, v
     }
     let kept = levels.stored.is_some_and(|stored| place.level <= stored || verdict == Verdict::Undecided);
     if kept {
-        tally.cells.push(Cell { face, level: place.level, i: place.i, j: place.j, verdict });
+        let (FaceShape { face, corner, .. }, Place { level, i, j }) = (shape, place);
+        tally.cells.push(Cell { face, corner, level, i, j, verdict });
     }
 }
 

@@ -169,7 +169,7 @@ impl Patch<'_> {
         }
         let Place { level, i, j } = place;
         if self.levels.stored.is_some_and(|stored| level <= stored || verdict == Verdict::Undecided) {
-            tally.cells.push(Cell { face: self.face, level, i, j, verdict });
+            tally.cells.push(Cell { face: self.face, corner: 0, level, i, j, verdict });
         }
         for [u, v] in self.lattice.iter().flat_map(|lattice| lattice.points(level, i, j)) {
             let lit = match verdict {

@@ -15,6 +15,7 @@ pub(crate) struct CellMap {
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     face: u32,
+    corner: u8,
     level: u8,
     verdict: Verdict,
     /// Morton code of the cell's first corner on the finest grid.
@@ -27,7 +28,7 @@ impl CellMap {
         let entry = |cell: &Cell| {
             let shift = DEPTH.saturating_sub(cell.level);
             let code = encode2([cell.i << shift, cell.j << shift]);
-            Entry { face: cell.face, level: cell.level.min(DEPTH), verdict: cell.verdict, code }
+            Entry { face: cell.face, corner: cell.corner, level: cell.level.min(DEPTH), verdict: cell.verdict, code }
         };
         let mut cells: Vec<Entry> = cells.iter().map(entry).collect();
         cells.sort_by_key(|entry| (entry.face, entry.code));
@@ -39,6 +40,12 @@ impl CellMap {
         let grid = f64::from(1u32 << DEPTH);
         // Casting saturates, and the far edge belongs to the last cell.
         let index = |t: f64| ((t * grid) as u32).min((1 << DEPTH) - 1);
+        let first = self.cells.partition_point(|entry| entry.face < face);
+        let [u, v] = match self.cells.get(first)?.corner {
+            1 => [v, 1.0 - u - v],
+            2 => [1.0 - u - v, u],
+            _ => [u, v],
+        };
         let code = encode2([index(u), index(v)]);
         let after = self.cells.partition_point(|entry| (entry.face, entry.code) <= (face, code));
         let entry = self.cells[..after].last().filter(|entry| entry.face == face)?;
@@ -52,7 +59,7 @@ mod tests {
     use super::*;
 
     fn cell(face: u32, level: u8, i: u32, j: u32, verdict: Verdict) -> Cell {
-        Cell { face, level, i, j, verdict }
+        Cell { face, corner: 0, level, i, j, verdict }
     }
 
     #[test]

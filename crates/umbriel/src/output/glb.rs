@@ -97,12 +97,9 @@ fn is_cut(cell: &Cell) -> bool {
 
 /// The corners of a cell in its face's parameters, counter-clockwise; of its lower half only if `half`.
 fn corners(cell: &Cell, half: bool) -> Vec<(f64, f64)> {
-    // Powers of two: the quotients are exact.
-    let edge = 0.5f64.powi(i32::from(cell.level));
-    let (u, v) = (f64::from(cell.i), f64::from(cell.j));
     let steps: &[(f64, f64)] =
         if half { &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] } else { &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] };
-    steps.iter().map(|(du, dv)| ((u + du) * edge, (v + dv) * edge)).collect()
+    steps.iter().map(|&(s, t)| cell.point([s, t]).into()).collect()
 }
 
 /// The cell, or its descendants at `level` when it is coarser.
@@ -135,7 +132,7 @@ mod tests {
     }
 
     fn cell(level: u8, i: u32, j: u32) -> Cell {
-        Cell { face: 0, level, i, j, verdict: Verdict::Lit }
+        Cell { face: 0, corner: 0, level, i, j, verdict: Verdict::Lit }
     }
 
     /// Twice the area of the triangles.
