@@ -4,10 +4,7 @@
 //! pulled into local coordinates. Rectangles, boxes and spheres are hit as they are, not tessellated. O(log n) a ray in
 //! practice. Double precision, rounded: for pictures, not for proofs. Equal distances go to the lower object and face.
 
-use std::{
-    collections::{BTreeSet, HashMap},
-    sync::Arc,
-};
+use std::{collections::HashMap, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
@@ -100,18 +97,16 @@ impl RayCaster {
         (0..view.height).into_par_iter().flat_map_iter(row).collect()
     }
 
-    /// The objects seen at the middle of some pixel, in ascending order; rows are cast in parallel. What shows in less
-    /// than a pixel may be missed.
-    pub fn visible_objects(&self, view: &View) -> Vec<usize> {
-        let row = |y: u32| -> BTreeSet<usize> {
+    /// At how many pixels' middles each object is seen, by the objects' indices; rows are cast in parallel.
+    pub fn coverage(&self, view: &View) -> Vec<u64> {
+        let row = |mut counts: Vec<u64>, y: u32| {
             let seen = |x: u32| self.nearest(&view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5));
-            (0..view.width).filter_map(seen).map(|hit| hit.object).collect()
+            (0..view.width).filter_map(seen).for_each(|hit| counts[hit.object] += 1);
+            counts
         };
-        let union = |mut all: BTreeSet<usize>, row: BTreeSet<usize>| {
-            all.extend(row);
-            all
-        };
-        (0..view.height).into_par_iter().map(row).reduce(BTreeSet::new, union).into_iter().collect()
+        let none = || vec![0; self.bodies.len()];
+        let sum = |a: Vec<u64>, b: Vec<u64>| a.into_iter().zip(b).map(|(a, b)| a + b).collect();
+        (0..view.height).into_par_iter().fold(none, row).reduce(none, sum)
     }
 }
 
@@ -163,7 +158,15 @@ fn mesh_hit(bvh: &TriangleBvh, ray: &Ray, t_max: f64) -> Option<LocalHit> {
     let hit = bvh.nearest_hit(ray.origin, ray.direction, t_max)?;
     let [a, b, c] = bvh.corners(hit.triangle);
     let normal = (b - a).cross(c - a);
-    Some(LocalHit { distance: hit.t, face: hit.triangle as usize, u: hit.u, v: hit.v, normal })
+    let (u, v) = into_triangle(hit.u, hit.v);
+    Some(LocalHit { distance: hit.t, face: hit.triangle as usize, u, v, normal })
+}
+
+/// Takes back what rounding carried out of u, v ≥ 0, u + v ≤ 1. Where the sum is too large the larger parameter is at
+/// least 1/2, and 1 less that is exact (Sterbenz), so the result lies in the closed triangle exactly.
+fn into_triangle(u: f64, v: f64) -> (f64, f64) {
+    let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
+    if u > v { (u, v.min(1.0 - u)) } else { (u.min(1.0 - v), v) }
 }
 
 #[cfg(test)]
@@ -220,9 +223,10 @@ mod tests {
                 assert!(hit.normal.z > 0.0 && (hit.normal.length() - 1.0).abs() < 1e-12);
             }
         }
-        assert_eq!(caster.visible_objects(&View { camera, width, height }), [0, 1]);
+        let count = |object| picture.iter().flatten().filter(|hit| hit.object == object).count() as u64;
+        assert_eq!(caster.coverage(&View { camera, width, height }), [count(0), count(1)]);
         let away = Camera { target: DVec3::new(0.0, 0.0, 20.0), ..camera };
-        assert!(caster.visible_objects(&View { camera: away, width, height }).is_empty());
+        assert_eq!(caster.coverage(&View { camera: away, width, height }), [0, 0]);
         let middle = picture[20 * width as usize + 60].expect("the box");
         assert_eq!((middle.face, middle.normal), (5, DVec3::Z));
     }
@@ -251,6 +255,16 @@ mod tests {
         let hit = caster.nearest(&Ray::new(DVec3::new(-0.75, 0.5, 3.0), DVec3::NEG_Z)).expect("the mirrored one");
         assert_eq!((hit.object, hit.normal), (2, DVec3::Z), "a mirrored front stays in front");
         assert_eq!(caster.nearest(&Ray::new(DVec3::new(-1.5, 0.5, 3.0), DVec3::NEG_Z)), None);
+    }
+
+    #[test]
+    fn parameters_stay_in_their_triangle() {
+        for (u, v) in [(0.3, 0.7000000000000002), (1.0000000000000002, -1e-17), (0.5, 0.5), (0.1, 0.9), (0.25, 0.25)] {
+            let (inside_u, inside_v) = into_triangle(u, v);
+            assert!(inside_u >= 0.0 && inside_v >= 0.0);
+            assert!(1.0 - inside_u.max(inside_v) >= inside_u.min(inside_v));
+            assert!((inside_u - u).abs() < 1e-15 && (inside_v - v).abs() < 1e-15);
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! `umbriel render`: the scene with its computed shadows, as a picture.
 
 use umbriel_io::write::{Staged, write_png};
+use umbriel_scene::Scene;
 use umbriel_shadow::{Progress, Request};
 use umbriel_visibility::{RayCaster, View};
 
@@ -28,12 +29,11 @@ pub(crate) fn run(args: &RenderArgs, interrupt: &Interrupt) -> Result<(), Failur
     let [width, height] = args.size;
     let view = View::of(scene, width, height);
     interrupt.check()?;
-    // Only what is seen needs its shadows computed. What shows in less than a pixel is answered point by point.
-    let receivers = caster.visible_objects(&view);
+    let undecided = args.undecided.map_or(Undecided::Decide, Undecided::Show);
+    let receivers = worth_baking(scene, &caster.coverage(&view), undecided);
     let bar = Bar::new(interrupt, args.scene.quiet);
     let request = Request { detail, sampling: None, lights, receivers, keep_cells: true };
     let report = umbriel_shadow::bake(scene, &request, &bar)?;
-    let undecided = args.undecided.map_or(Undecided::Decide, Undecided::Show);
     let picture = Studio::new(scene, &caster, &report, undecided).picture(&view, &bar)?;
     let stage = |file: &output::Target| Staged::new(&file.path, |out| write_png(&picture, out));
     let staged = files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;
@@ -41,4 +41,15 @@ pub(crate) fn run(args: &RenderArgs, interrupt: &Interrupt) -> Result<(), Failur
         return Err(Failure::Interrupted);
     }
     output::commit_all(staged)
+}
+
+/// The objects whose cells the picture needs: those seen and, unless their undecided cells are to be shown, not of more
+/// faces than pixels. Everything else is answered point by point, which is less work than a cell for every face.
+fn worth_baking(scene: &Scene, coverage: &[u64], undecided: Undecided) -> Vec<usize> {
+    let shown = undecided != Undecided::Decide;
+    let worth = |&object: &usize| {
+        let (pixels, faces) = (coverage[object], scene.objects[object].face_count() as u64);
+        pixels > 0 && (shown || pixels >= faces)
+    };
+    (0..scene.objects.len()).filter(worth).collect()
 }
