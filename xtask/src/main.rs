@@ -1,1 +1,62 @@
-fn main() {}
+//! `cargo xtask <task>`: the one door to every check of the workspace. Here tasks are only told apart; each is a file.
+
+#![allow(clippy::print_stdout, reason = "what a check has to say goes to the terminal")]
+#![allow(clippy::print_stderr, reason = "what a check has to say goes to the terminal")]
+
+mod ci;
+mod downstream;
+mod fixtures;
+mod layers;
+mod regress;
+mod tidy;
+mod workspace;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// The checks of the workspace.
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask")]
+enum Task {
+    /// Everything below that checks, formatting, lints, documentation and tests included
+    Ci,
+    /// Write the generated fixtures
+    Fixtures {
+        /// Write nothing; fail where a stored fixture differs from the generated one
+        #[arg(long)]
+        check: bool,
+    },
+    /// Compute the shadows of every fixture and compare them with the stored results
+    Regress {
+        /// Store the new results, and why they changed
+        #[arg(long, value_name = "REASON")]
+        bless: Option<String>,
+    },
+    /// Check which crate uses which, and what the lower layers must not use
+    Layers,
+    /// Use each layer from a crate outside the workspace, by the example of its README
+    Downstream,
+    /// Sizes of files and functions, READMEs, leftovers
+    Tidy,
+}
+
+fn main() -> ExitCode {
+    let outcome = match Task::parse() {
+        Task::Ci => ci::run(),
+        Task::Fixtures { check: false } => fixtures::write(),
+        Task::Fixtures { check: true } => fixtures::check(),
+        Task::Regress { bless: None } => regress::compare(),
+        Task::Regress { bless: Some(reason) } => regress::bless(&reason),
+        Task::Layers => layers::run(),
+        Task::Downstream => downstream::run(),
+        Task::Tidy => tidy::run(),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

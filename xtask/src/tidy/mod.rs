@@ -1,0 +1,146 @@
+//! What no compiler checks: sizes, leftovers, READMEs, lists.
+
+mod source;
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Result, ensure};
+
+use crate::{
+    downstream::first_example,
+    workspace::{self, no_complaints},
+};
+
+/// Lines of a file without its tests; lines of a function.
+const FILE_LINES: usize = 500;
+const FUNCTION_LINES: usize = 60;
+
+/// What may be larger, and why. An entry that is not needed any more is a complaint.
+const EXCEPTIONS: [(&str, &str); 0] = [];
+
+/// Words that code must not hold. In pieces, so that this file does not hold them either.
+const LEFTOVERS: [&str; 4] =
+    [concat!("to", "do!"), concat!("unimple", "mented!"), concat!("#[ig", "nore"), concat!("TO", "DO")];
+
+/// Beginnings of paths and hosts that belong to some machine or other.
+const MACHINE_BOUND: [&str; 6] = [
+    concat!("/wo", "rk/"),
+    concat!("/ho", "me/"),
+    concat!("/ro", "ot/"),
+    concat!("/us", "ers/"),
+    concat!("index.", "crates.io"),
+    concat!("static.", "crates.io"),
+];
+
+pub(crate) fn run() -> Result<()> {
+    let files = workspace::files()?;
+    ensure!(!files.is_empty(), "git lists no files");
+    let mut complaints = Vec::new();
+    let mut used = Vec::new();
+    for file in &files {
+        let Ok(text) = fs::read_to_string(workspace::root().join(file)) else { continue };
+        complaints.extend(machine_bound(file, &text));
+        if file.extension().is_some_and(|extension| extension == "rs") {
+            complaints.extend(leftovers(file, &text));
+            let large = sizes(file, &text);
+            match exception(file) {
+                Some(excepted) if !large.is_empty() => used.push(excepted),
+                _ => complaints.extend(large),
+            }
+        }
+    }
+    let unused = EXCEPTIONS.iter().filter(|(file, _)| !used.contains(file));
+    complaints.extend(unused.map(|(file, _)| format!("{file}: needs no exception any more")));
+    complaints.extend(readmes()?);
+    complaints.extend(unlisted_fixtures(&files)?);
+    no_complaints(&complaints)?;
+    println!("{} files are tidy", files.len());
+    Ok(())
+}
+
+fn exception(file: &Path) -> Option<&'static str> {
+    EXCEPTIONS.iter().map(|(excepted, _)| *excepted).find(|excepted| file == Path::new(excepted))
+}
+
+fn sizes(file: &Path, text: &str) -> Vec<String> {
+    let is_test = file.components().any(|part| part.as_os_str() == "tests") || file.ends_with("tests.rs");
+    let mut complaints = Vec::new();
+    let own = source::without_tests(text);
+    let lines = own.lines().count();
+    if lines > FILE_LINES && !is_test {
+        complaints.push(format!("{}: {lines} lines without tests, {FILE_LINES} at most", file.display()));
+    }
+    for (name, line, length) in source::functions(&own) {
+        if length > FUNCTION_LINES {
+            complaints.push(format!("{}:{line}: {name} has {length} lines, {FUNCTION_LINES} at most", file.display()));
+        }
+    }
+    complaints
+}
+
+fn leftovers(file: &Path, text: &str) -> Vec<String> {
+    let found = text.lines().enumerate().flat_map(|(number, line)| {
+        let words = LEFTOVERS.iter().filter(move |word| line.contains(*word));
+        words.map(move |word| format!("{}:{}: {word}", file.display(), number + 1))
+    });
+    found.collect()
+}
+
+fn machine_bound(file: &Path, text: &str) -> Vec<String> {
+    let found = text.lines().enumerate().flat_map(|(number, line)| {
+        let line = line.to_lowercase();
+        let places = MACHINE_BOUND.iter().filter(move |place| line.contains(*place));
+        places.map(move |place| format!("{}:{}: speaks of {place}", file.display(), number + 1))
+    });
+    found.collect()
+}
+
+/// Crates whose README is missing or shows no code.
+fn readmes() -> Result<Vec<String>> {
+    let mut complaints = Vec::new();
+    let mut crates = fs::read_dir(workspace::root().join("crates"))?.collect::<Result<Vec<_>, _>>()?;
+    crates.retain(|entry| entry.path().join("Cargo.toml").is_file());
+    ensure!(!crates.is_empty(), "there are no crates");
+    for entry in crates {
+        let readme = fs::read_to_string(entry.path().join("README.md")).unwrap_or_default();
+        if first_example(&readme).is_none() {
+            complaints.push(format!("{}: its README has no Rust example", entry.file_name().display()));
+        }
+    }
+    Ok(complaints)
+}
+
+/// Fixtures that the list of fixtures does not name.
+fn unlisted_fixtures(files: &[PathBuf]) -> Result<Vec<String>> {
+    let list = fs::read_to_string(crate::fixtures::folder().join("README.md"))?;
+    let fixtures = files.iter().filter_map(|file| file.strip_prefix("fixtures").ok());
+    let named = fixtures.map(|file| file.display().to_string());
+    let outside = named.filter(|name| name != "README.md" && !name.starts_with("expected/"));
+    let unlisted = outside.filter(|name| !list.contains(&format!("`{name}`")));
+    Ok(unlisted.map(|name| format!("fixtures/{name} is not in fixtures/README.md")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_count_without_tests() {
+        let file = Path::new("crates/a/src/lib.rs");
+        let long = format!("fn long() {{\n{}}}\n", "    step();\n".repeat(FUNCTION_LINES));
+        assert_eq!(sizes(file, &long).len(), 1);
+        assert!(sizes(file, &format!("#[cfg(test)]\nmod tests {{\n{long}}}\n")).is_empty());
+        assert_eq!(sizes(file, &"const A: u8 = 0;\n".repeat(FILE_LINES + 1)).len(), 1);
+    }
+
+    #[test]
+    fn leftovers_and_paths_are_found() {
+        let file = Path::new("a.rs");
+        let text = format!("fine();\n{}();\nopen(\"{}x\");\n", LEFTOVERS[0], MACHINE_BOUND[0]);
+        assert_eq!(leftovers(file, &text).len(), 1);
+        assert_eq!(machine_bound(file, &text).len(), 1);
+    }
+}
