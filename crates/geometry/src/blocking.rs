@@ -82,9 +82,16 @@ fn in_plane_blocks<R: Ring>(away: &[[R; 3]], normal: &[R; 3], to_light: &[R; 3],
     if edges().any(|(from, to)| segments_meet(from, to, to_light, is_sun)) {
         return true;
     }
-    // No edge is met: the segment is inside as a whole or not at all, and so is its end x.
+    // No edge is met: the segment is inside as a whole or not at all. It starts inside when x is inside, or on an edge
+    // with the light on its inner side.
     let has_area = dot(normal, normal).sign() == Sign::Positive;
-    has_area && edges().all(|(from, to)| dot(&cross(from, to), normal).sign() != Sign::Negative)
+    let is_empty = dot(to_light, to_light).sign() == Sign::Zero;
+    has_area
+        && !is_empty
+        && edges().all(|(from, to)| match dot(&cross(from, to), normal).sign() {
+            Sign::Zero => dot(&cross(&minus(to, from), to_light), normal).sign() == Sign::Positive,
+            side => side == Sign::Positive,
+        })
 }
 
 /// Whether the open segment from the origin to `direction` (an open ray for a sun) meets the closed segment [a, b].
@@ -254,6 +261,8 @@ mod tests {
         assert!(triangle_blocks([3.0, 1.0, 2.0], &level), "through a vertex");
         assert!(triangle_blocks([0.5, 1.0, 0.5], &level), "from inside, in the plane");
         assert!(triangle_blocks([3.0, 1.0, 0.0], &level), "along an edge");
+        assert!(!triangle_blocks([0.0, 1.0, 1.0], &level), "from an edge, away");
+        assert!(triangle_blocks([1.0, 1.0, 1.0], &level), "from an edge, across");
     }
 
     #[test]

@@ -79,6 +79,35 @@ impl Sphere {
         (!is_center).then(|| self.exact_point_along(placement, &direction))
     }
 
+    /// The points of the surface on the line from a point along a vector (not zero), both in world coordinates: none, or
+    /// two (equal where the line touches).
+    pub fn points_on_line(
+        &self,
+        placement: &Placement,
+        start: &[Dyadic; 3],
+        along: &[Dyadic; 3],
+    ) -> Option<[ExactPoint<Surd>; 2]> {
+        let form = self.exact_form::<Dyadic>(placement);
+        let (one, nothing) = (Dyadic::new(1.0), Dyadic::zero());
+        let (x, way) = (form.pull_back(start, &one), form.pull_back(along, &nothing));
+        let (x, way) = ((&x, &one), (&way, &nothing));
+        let (a, b, c) = (form.value(way, way), form.value(x, way), form.value(x, x));
+        let discriminant = b.clone() * b.clone() - a.clone() * c;
+        // The roots are (−b ± √discriminant)/a, with a > 0 as the weight.
+        let point = |sign: f64| {
+            let root = match discriminant.sign() {
+                Sign::Positive => Surd::root(Dyadic::new(sign), discriminant.clone()),
+                _ => Surd::from(Dyadic::zero()),
+            };
+            let step = root - Surd::from(b.clone());
+            let xyz = std::array::from_fn(|i| {
+                Surd::from(start[i].clone() * a.clone()) + Surd::from(along[i].clone()) * step.clone()
+            });
+            ExactPoint { xyz, w: Surd::from(a.clone()) }
+        };
+        (discriminant.sign() != Sign::Negative).then(|| [point(-1.0), point(1.0)])
+    }
+
     /// A vector along the outer normal at a point of the surface: half the gradient of q.
     pub fn outward(&self, placement: &Placement, x: &ExactPoint<Surd>) -> [Surd; 3] {
         let form = self.exact_form::<Surd>(placement);

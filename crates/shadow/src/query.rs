@@ -206,8 +206,12 @@ impl<'a> Queries<'a> {
                         is_meant.then(|| self.flat_point_is_lit(object, face, &point, light))
                     })
                 }
-                Body::Round(round) => slack.point_on_sphere(round, normal).map(|probe| {
-                    sphere_is_turned_to(&self.bodies, object, &probe.exact, light) && !self.is_blocked(&probe, light)
+                Body::Round(round) => slack.point_on_sphere(round, normal).and_then(|(probe, is_meant)| {
+                    is_on_surface = true;
+                    is_meant.then(|| {
+                        sphere_is_turned_to(&self.bodies, object, &probe.exact, light)
+                            && !self.is_blocked(&probe, light)
+                    })
                 }),
             };
             if let Some(lit) = found {

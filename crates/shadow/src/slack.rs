@@ -120,25 +120,37 @@ impl SlackBox {
         (0..6).all(|plane| self.inside_by(x, plane).sign() != Sign::Negative)
     }
 
-    /// A point of a sphere inside the box whose outer normal makes an acute angle with the given one. Looks along the
-    /// rays from the centre through the middle and the corners of the box, so a sphere that only grazes the box between
-    /// them is taken for none.
-    pub(crate) fn point_on_sphere(&self, round: &Round, normal: DVec3) -> Option<Probe<Surd>> {
-        let corners = (0..8).map(|i| {
-            let sign = |bit: usize| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
-            Some([sign(0), sign(1), sign(2)])
+    /// A point of a sphere inside the box, one with its outer normal at an acute angle to the given one where it can be
+    /// had; and whether it can. Looks along the rays from the centre through the middle and the corners of the box, and
+    /// along the box's edges: where the sphere meets the box otherwise, its points are all beside the box's middle.
+    pub(crate) fn point_on_sphere(&self, round: &Round, normal: DVec3) -> Option<(Probe<Surd>, bool)> {
+        let (sphere, placement) = (&round.sphere, &round.placement);
+        let corner = |i: usize| -> [Dyadic; 3] {
+            std::array::from_fn(|axis| {
+                let half = if i >> axis & 1 == 0 { -self.half[axis] } else { self.half[axis] };
+                Dyadic::new(self.position[axis]) + Dyadic::new(half)
+            })
+        };
+        let middle = self.position.to_array().map(Dyadic::new);
+        let targets = std::iter::once(middle).chain((0..8).map(corner));
+        let radial = targets.filter_map(|target| sphere.radial_point(placement, &target));
+        let edges = (0..3).flat_map(|axis| (0..8).filter(move |i| i >> axis & 1 == 0).map(move |i| (axis, i)));
+        let crossings = edges.filter_map(|(axis, i)| {
+            let along = DVec3::AXES[axis].to_array().map(Dyadic::new);
+            sphere.points_on_line(placement, &corner(i), &along)
         });
-        std::iter::once(None).chain(corners).find_map(|corner| {
-            let target: [Dyadic; 3] = std::array::from_fn(|k| {
-                let offset = corner.map_or(0.0, |signs| signs[k] * self.half[k]);
-                Dyadic::new(self.position[k]) + Dyadic::new(offset)
-            });
-            let x = round.sphere.radial_point(&round.placement, &target)?;
-            let outward = round.sphere.outward(&round.placement, &x);
+        let mut other = None;
+        for x in radial.chain(crossings.flatten()).filter(|x| self.holds(x)) {
+            let outward = sphere.outward(placement, &x);
             let along = (0..3).map(|k| outward[k].clone() * Surd::from_f64(normal[k]));
             let is_meant = along.reduce(|sum, term| sum + term)?.sign() == Sign::Positive;
-            (is_meant && self.holds(&x)).then(|| Probe { bounds: self.whole(), exact: x })
-        })
+            let probe = Probe { bounds: self.whole(), exact: x };
+            if is_meant {
+                return Some((probe, true));
+            }
+            other = Some((probe, false));
+        }
+        other
     }
 }
 
