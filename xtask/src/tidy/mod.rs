@@ -19,7 +19,10 @@ const FILE_LINES: usize = 500;
 const FUNCTION_LINES: usize = 60;
 
 /// What may be larger, and why. An entry that is not needed any more is a complaint.
-const EXCEPTIONS: [(&str, &str); 0] = [];
+const EXCEPTIONS: [(&str, &str); 1] = [(
+    "crates/umbriel/tests/oracle/fixtures.rs",
+    "a list of small scenes, a few lines each; cutting it would tell nothing",
+)];
 
 /// Words that code must not hold. In pieces, so that this file does not hold them either.
 const LEFTOVERS: [&str; 4] =
@@ -53,7 +56,7 @@ pub(crate) fn run() -> Result<()> {
         }
     }
     let unused = EXCEPTIONS.iter().filter(|(file, _)| !used.contains(file));
-    complaints.extend(unused.map(|(file, _)| format!("{file}: needs no exception any more")));
+    complaints.extend(unused.map(|(file, reason)| format!("{file}: needs no exception any more ({reason})")));
     complaints.extend(readmes()?);
     complaints.extend(unlisted_fixtures(&files)?);
     no_complaints(&complaints)?;
