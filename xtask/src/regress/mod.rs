@@ -91,6 +91,11 @@ pub(crate) fn bless(reason: &str) -> Result<()> {
     Ok(())
 }
 
+/// Whether some lit area of a fixture is known by formula.
+pub(crate) fn has_closed_form(fixture: &str) -> bool {
+    closed_forms::all().iter().any(|form| form.fixture == fixture)
+}
+
 /// Bakes a fixture, shows its line of the table, and fails if something in it cannot be right.
 fn run(path: &Path) -> Result<(Baked, SceneResult)> {
     let begun = Instant::now();
