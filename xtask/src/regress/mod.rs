@@ -66,13 +66,14 @@ pub(crate) fn compare() -> Result<()> {
 /// Stores the new results and the reason.
 pub(crate) fn bless(reason: &str) -> Result<()> {
     ensure!(!reason.trim().is_empty() && !reason.contains('\n'), "the reason must be one line of text");
+    // All of them first: where one cannot be right, nothing is stored.
+    let results = scenes()?.iter().map(|path| run(path)).collect::<Result<Vec<_>>>()?;
     let mut changed = Vec::new();
-    for path in scenes()? {
-        let (baked, result) = run(&path)?;
+    fs::create_dir_all(folder().join("expected"))?;
+    for (baked, result) in results {
         let text = serde_json::to_string_pretty(&result)? + "\n";
         let file = expected(&baked.name);
         if fs::read_to_string(&file).ok().as_deref() != Some(&text) {
-            fs::create_dir_all(folder().join("expected"))?;
             fs::write(&file, text).with_context(|| format!("cannot write {}", file.display()))?;
             changed.push(baked.name);
         }
