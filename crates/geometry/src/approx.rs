@@ -5,7 +5,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 use crate::ring::Sign;
 
 /// Unit roundoff of f64, 2^-53.
-const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
+pub(crate) const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
 /// Covers the rounding of the error terms themselves: each is a sum of at most four non-negative products, so three
 /// additions and two multiplications in a row, below (1 + u)^5 (NUMERICS.md, "Running error bounds").

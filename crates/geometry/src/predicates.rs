@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec3;
 
 use crate::{
-    approx::Approx,
+    approx::{Approx, UNIT_ROUNDOFF},
     dyadic::Dyadic,
     light::LightSource,
     point::{ExactPoint, Point},
@@ -70,7 +70,26 @@ pub fn side_value(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
 
 /// The filter of [`side_value`] alone: the bound may straddle zero. Exact points are not looked at, only slacks.
 pub fn side_filter(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
+    let (position, slack, w) = match x {
+        Target::Point(p) => (p.position, p.slack, 1.0),
+        Target::Light(l) => (l.xyz(), DVec3::ZERO, l.w()),
+    };
+    if a.slack + b.slack + c.slack + slack == DVec3::ZERO {
+        return exact_corners_filter(a.position - c.position, b.position - c.position, position - c.position * w);
+    }
     determinant_of(&[minus(a, c), minus(b, c), row_of(x, c)])
+}
+
+/// Shewchuk's bound for the determinant of three rows, each a difference of floats (or a float): the error is at most
+/// (7 + 56u)·u times the permanent of the magnitudes ("Adaptive Precision Floating-Point Arithmetic", 1997, §4.3).
+const ROUNDED_ROWS_BOUND: f64 = (7.0 + 56.0 * UNIT_ROUNDOFF) * UNIT_ROUNDOFF;
+
+/// The filter where all coordinates are exact floats.
+fn exact_corners_filter(a: DVec3, b: DVec3, x: DVec3) -> Approx {
+    let value = a.x * (b.y * x.z - b.z * x.y) + a.y * (b.z * x.x - b.x * x.z) + a.z * (b.x * x.y - b.y * x.x);
+    let (a, b, x) = (a.abs(), b.abs(), x.abs());
+    let permanent = a.x * (b.y * x.z + b.z * x.y) + a.y * (b.z * x.x + b.x * x.z) + a.z * (b.x * x.y + b.y * x.x);
+    Approx { value, error: permanent * ROUNDED_ROWS_BOUND }
 }
 
 /// The exact determinant behind [`side_value`], times the positive weights w_a·w_b·w_c (for weights 1 it is equal).

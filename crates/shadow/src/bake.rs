@@ -17,7 +17,7 @@ use crate::{
     receivers::{FaceSums, Receivers},
     report::{Cell, LightReport, ObjectReport, Report, SampleCount, Work},
     request::{Detail, Request},
-    sums::ExactSum,
+    sums::AreaSums,
 };
 
 /// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads.
@@ -111,10 +111,7 @@ fn run(receivers: &Receivers, progress: &dyn Progress, work: &mut Work) -> Resul
 /// The sums over one object; exact, so the order of faces does not matter.
 #[derive(Default)]
 struct ObjectSums {
-    area: ExactSum,
-    lower: ExactSum,
-    upper: ExactSum,
-    estimate: ExactSum,
+    areas: AreaSums,
     cells: Vec<Cell>,
     samples: SampleCount,
     divided: bool,
@@ -122,13 +119,7 @@ struct ObjectSums {
 
 impl ObjectSums {
     fn add(&mut self, mut sums: FaceSums, work: &mut Work) {
-        for (area, lit, possible, likely) in sums.areas {
-            let add = |sum: &mut ExactSum, value: f64| sum.add(value);
-            add(&mut self.area, area.value);
-            add(&mut self.lower, lit.lower().max(0.0));
-            add(&mut self.upper, possible.upper());
-            add(&mut self.estimate, likely.value);
-        }
+        self.areas.append(sums.areas);
         self.cells.append(&mut sums.cells);
         self.samples.samples += sums.samples.samples;
         self.samples.lit += sums.samples.lit;
@@ -139,11 +130,12 @@ impl ObjectSums {
 
     fn report(self, object: usize, request: &Request, work: &mut Work) -> ObjectReport {
         work.octrees_built += u64::from(self.divided);
-        let (lower, upper) = (self.lower.rounded_down(), self.upper.rounded_up());
+        let AreaSums { area, lower, upper, estimate } = self.areas;
+        let (lower, upper) = (lower.rounded_down(), upper.rounded_up());
         ObjectReport {
             object,
-            area: self.area.nearest(),
-            lit: crate::report::LitArea { lower, upper, estimate: self.estimate.nearest().clamp(lower, upper) },
+            area: area.nearest(),
+            lit: crate::report::LitArea { lower, upper, estimate: estimate.nearest().clamp(lower, upper) },
             cells: self.cells,
             samples: request.sampling.map(|_| self.samples),
         }

@@ -19,6 +19,7 @@ use crate::{
     levels,
     report::{Cell, SampleCount, Verdict},
     request::{Detail, Request, Sampling},
+    sums::AreaSums,
 };
 
 /// Faces that one job takes.
@@ -35,8 +36,7 @@ pub(crate) struct Job {
 /// What a job found out.
 #[derive(Debug, Default)]
 pub(crate) struct FaceSums {
-    /// For each face, square metres: the area, what is proved lit, what may be lit, what is lit by the estimate.
-    pub(crate) areas: Vec<(Approx, Approx, Approx, Approx)>,
+    pub(crate) areas: AreaSums,
     pub(crate) cells: Vec<Cell>,
     pub(crate) samples: SampleCount,
     pub(crate) examined: u64,
@@ -109,7 +109,7 @@ impl<'a> Receivers<'a> {
     ) {
         let object = self.request.receivers[job.receiver];
         let area = facets.area(face);
-        if area.value == 0.0 {
+        if area.upper() == 0.0 {
             return;
         }
         let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
@@ -141,12 +141,8 @@ impl<'a> Receivers<'a> {
         };
         let all = cell_units(0, is_triangle);
         let share = |units: Units| scaled(area, units, all);
-        sums.areas.push((
-            area,
-            share(tally.lit),
-            share(all - tally.shadowed.min(all)),
-            share(tally.lit + tally.likely),
-        ));
+        let possible = share(all - tally.shadowed.min(all));
+        sums.areas.add(area, share(tally.lit), possible, share(tally.lit + tally.likely));
         sums.take(tally);
     }
 
@@ -187,7 +183,7 @@ impl<'a> Receivers<'a> {
         let tally = patch.run();
         let possible = tally.lit + tally.undecided;
         let all = possible + tally.shadowed;
-        sums.areas.push((all, tally.lit, possible, tally.lit + tally.likely));
+        sums.areas.add(all, tally.lit, possible, tally.lit + tally.likely);
         sums.take(tally);
     }
 

@@ -1,6 +1,36 @@
 //! Sums that do not depend on the order of their terms.
 
-use umbriel_geometry::Dyadic;
+use umbriel_geometry::{Approx, Dyadic};
+
+/// The areas of some faces, square metres.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct AreaSums {
+    pub(crate) area: ExactSum,
+    /// Proved lit, from below.
+    pub(crate) lower: ExactSum,
+    /// Not proved shadowed, from above.
+    pub(crate) upper: ExactSum,
+    /// Lit by the estimate.
+    pub(crate) estimate: ExactSum,
+}
+
+impl AreaSums {
+    /// Adds a face: its area, what is proved lit of it, what may be lit, what is lit by the estimate.
+    pub(crate) fn add(&mut self, area: Approx, lit: Approx, possible: Approx, likely: Approx) {
+        self.area.add(area.value);
+        self.lower.add(lit.lower().max(0.0));
+        self.upper.add(possible.upper());
+        self.estimate.add(likely.value);
+    }
+
+    /// Adds other faces.
+    pub(crate) fn append(&mut self, other: Self) {
+        self.area.append(other.area);
+        self.lower.append(other.lower);
+        self.upper.append(other.upper);
+        self.estimate.append(other.estimate);
+    }
+}
 
 /// An exact sum of floats.
 #[derive(Clone, Debug)]
@@ -17,6 +47,12 @@ impl ExactSum {
     pub(crate) fn add(&mut self, term: f64) {
         let sum = std::mem::replace(&mut self.0, Dyadic::zero());
         self.0 = sum + Dyadic::new(term);
+    }
+
+    /// Adds another sum.
+    pub(crate) fn append(&mut self, other: Self) {
+        let sum = std::mem::replace(&mut self.0, Dyadic::zero());
+        self.0 = sum + other.0;
     }
 
     /// The float nearest to the sum.

@@ -1,5 +1,6 @@
 //! What a blocker is measured against: the corners of a flat face, or of a hull round a part of a curved one.
 
+use glam::DVec3;
 use umbriel_geometry::{
     Approx, LightSource, Point, Sign,
     predicates::{Target, side_filter, side_value},
@@ -17,12 +18,22 @@ pub(crate) struct Receiver<'a, const N: usize> {
 impl<const N: usize> Receiver<'_, N> {
     /// The side of the plane (a, b, c) on which each corner lies, times `sign`.
     pub(crate) fn sides_of_plane(&self, [a, b, c]: [&Point; 3], sign: f64) -> [Approx; N] {
-        self.points.map(|point| self.evaluate(a, b, c, Target::Point(&point), sign))
+        self.at_corners(|point| self.evaluate(a, b, c, Target::Point(point), sign))
     }
 
     /// The side of the shadow plane through the edge (a, b) on which each corner lies, times `sign`.
     pub(crate) fn sides_of_shadow_plane(&self, [a, b]: [&Point; 2], sign: f64) -> [Approx; N] {
-        self.points.map(|point| self.evaluate(a, b, &point, Target::Light(self.light), sign))
+        self.at_corners(|point| self.evaluate(a, b, point, Target::Light(self.light), sign))
+    }
+
+    /// A function at each corner; at those that repeat the first one it is copied.
+    fn at_corners(&self, function: impl Fn(&Point) -> Approx) -> [Approx; N] {
+        let first = function(&self.points[0]);
+        std::array::from_fn(|k| {
+            let point = &self.points[k];
+            let repeats = point.position == self.points[0].position && point.slack == DVec3::ZERO;
+            if k == 0 || repeats { first } else { function(point) }
+        })
     }
 
     fn evaluate(&self, a: &Point, b: &Point, c: &Point, target: Target, sign: f64) -> Approx {
