@@ -4,6 +4,10 @@
 //! ends does not block. A filter answers nearly all questions; the rest goes to exact arithmetic over a [`Ring`] that
 //! holds the point's coordinates.
 
+use std::cell::LazyCell;
+
+use glam::DVec3;
+
 use crate::{
     approx::Approx,
     light::LightSource,
@@ -13,13 +17,37 @@ use crate::{
     sphere::SphereForm,
 };
 
-/// A point with exact coordinates over `R`, and floats that bound them.
-#[derive(Clone, Debug)]
-pub struct Probe<R = crate::Dyadic> {
+/// How the exact coordinates of a point are made when they are asked for.
+type Recipe<'a, R> = Box<dyn FnOnce() -> ExactPoint<R> + 'a>;
+
+/// A point with exact coordinates over `R`, made when first needed, and floats that bound them.
+pub struct Probe<'a, R = crate::Dyadic> {
     /// The bounds; its `exact` is not used.
     pub bounds: Point<'static>,
-    /// The point itself.
-    pub exact: ExactPoint<R>,
+    exact: LazyCell<ExactPoint<R>, Recipe<'a, R>>,
+}
+
+impl<'a, R: Ring> Probe<'a, R> {
+    /// A point inside `bounds` whose exact coordinates `exact` gives; called once at most.
+    pub fn new(bounds: Point<'static>, exact: impl FnOnce() -> ExactPoint<R> + 'a) -> Self {
+        Self { bounds, exact: LazyCell::new(Box::new(exact)) }
+    }
+
+    /// The point with these float coordinates.
+    pub fn at(position: DVec3) -> Self {
+        Self::new(Point::exact(position), move || ExactPoint::from_position(position))
+    }
+
+    /// The exact point.
+    pub fn exact(&self) -> &ExactPoint<R> {
+        &self.exact
+    }
+}
+
+impl<R: std::fmt::Debug> std::fmt::Debug for Probe<'_, R> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("Probe").field("bounds", &self.bounds).finish_non_exhaustive()
+    }
 }
 
 /// Whether the closed planar convex polygon with these corners meets the open segment from `x` to the light.
@@ -27,7 +55,7 @@ pub fn polygon_blocks<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSou
     filtered_polygon_blocks(corners, &x.bounds, light).unwrap_or_else(|| {
         count_fallback();
         let corners: Vec<ExactPoint<R>> = corners.iter().map(Point::to_exact).collect();
-        exact_polygon_blocks(&corners, &x.exact, &ExactPoint::from_light(light))
+        exact_polygon_blocks(&corners, x.exact(), &ExactPoint::from_light(light))
     })
 }
 
@@ -159,8 +187,28 @@ pub fn sphere_blocks<R: Ring>(
     bounds.has_root_on_the_way(light.is_sun(), |value| value.sign()).unwrap_or_else(|| {
         count_fallback();
         let light_point = ExactPoint::<R>::from_light(light);
-        let exact = Coefficients::new(&exact_form(), (&x.exact.xyz, &x.exact.w), (&light_point.xyz, &light_point.w));
+        let exact =
+            Coefficients::new(&exact_form(), (&x.exact().xyz, &x.exact().w), (&light_point.xyz, &light_point.w));
         exact.has_root_on_the_way(light.is_sun(), |value| Some(value.sign())).unwrap_or(false)
+    })
+}
+
+/// On which side of a placed sphere's tangent plane at `x`, a point of its surface, the light lies: positive outside.
+/// Where it is positive the sphere is wholly behind the plane and cannot block the point.
+pub fn sphere_light_side<R: Ring>(
+    form: &SphereForm<Approx>,
+    exact_form: impl FnOnce() -> SphereForm<R>,
+    x: &Probe<R>,
+    light: &LightSource,
+) -> Sign {
+    let (one, weight) = (Approx::exact(1.0), Approx::exact(light.w()));
+    let local_x = form.pull_back(&x.bounds.coordinates(), &one);
+    let local_light = form.pull_back(&light.xyz().to_array().map(Approx::exact), &weight);
+    form.value((&local_x, &one), (&local_light, &weight)).sign().unwrap_or_else(|| {
+        count_fallback();
+        let (form, x, light) = (exact_form(), x.exact(), ExactPoint::<R>::from_light(light));
+        let (local_x, local_light) = (form.pull_back(&x.xyz, &x.w), form.pull_back(&light.xyz, &light.w));
+        form.value((&local_x, &x.w), (&local_light, &light.w)).sign()
     })
 }
 
@@ -221,11 +269,9 @@ where
 mod tests {
     use super::*;
     use crate::{Dyadic, Placement, Sphere};
-    use glam::DVec3;
 
-    fn probe(x: [f64; 3]) -> Probe {
-        let position = DVec3::from_array(x);
-        Probe { bounds: Point::exact(position), exact: ExactPoint::from_position(position) }
+    fn probe(x: [f64; 3]) -> Probe<'static> {
+        Probe::at(DVec3::from_array(x))
     }
 
     fn triangle_blocks(x: [f64; 3], light: &LightSource) -> bool {

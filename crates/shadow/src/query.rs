@@ -4,14 +4,12 @@ use std::{ops::ControlFlow, sync::OnceLock};
 
 use glam::DVec3;
 use umbriel_bvh::{BoxTree, Shaft};
-use umbriel_geometry::{
-    Aabb, Dyadic, ExactPoint, Facets, LightSource, Point, Ring, Sign, accept_point, blocking::Probe,
-};
+use umbriel_geometry::{Aabb, Dyadic, Facets, LightSource, Ring, Sign, Surd, accept_point, blocking::Probe};
 use umbriel_scene::{Scene, Shape};
 
 use crate::{
-    bodies::{Bodies, Body},
-    exact::{face_blocks, flat_face_is_turned_to, sphere_is_turned_to},
+    bodies::{Bodies, Body, Round},
+    exact::{Turned, face_blocks, flat_face_is_turned_to, sphere_turn},
     fine::{flat::flat_probe, patch::patch_probe},
     receivers::flat_corners,
     slack::SlackBox,
@@ -111,7 +109,7 @@ impl<'a> Queries<'a> {
             }
             Place::Free { position } => {
                 let position = accept_point(position).map_err(|_| QueryDefect::BadNumber)?;
-                Ok(Answer { lit: !self.is_blocked(&float_probe(position), light), in_space: false })
+                Ok(Answer { lit: !self.is_blocked::<Dyadic>(&Probe::at(position), None, light), in_space: false })
             }
             Place::Oriented { position, normal, precision } => {
                 let position = accept_point(position).map_err(|_| QueryDefect::BadNumber)?;
@@ -147,25 +145,32 @@ impl<'a> Queries<'a> {
                 let probe = flat_probe(&flat_corners(facets, face, 0), u, v);
                 self.flat_point_is_lit(object, face, &probe, light)
             }
-            Body::Round(round) => {
-                let probe = patch_probe(round, face, u, v);
-                sphere_is_turned_to(&self.bodies, object, &probe.exact, light) && !self.is_blocked(&probe, light)
-            }
+            Body::Round(round) => self.sphere_point_is_lit(object, round, &patch_probe(round, face, u, v), light),
         })
     }
 
     fn flat_point_is_lit(&self, object: usize, face: usize, probe: &Probe, light: &LightSource) -> bool {
-        flat_face_is_turned_to(&self.bodies, object, face, light) && !self.is_blocked(probe, light)
+        flat_face_is_turned_to(&self.bodies, object, face, light)
+            && !self.is_blocked(probe, Some((object, face)), light)
     }
 
-    /// Whether any face meets the open segment from the point to the light. A point's own face never does: seen from
-    /// its lit side it is in contact only.
-    fn is_blocked<R: Ring>(&self, probe: &Probe<R>, light: &LightSource) -> bool {
+    fn sphere_point_is_lit(&self, object: usize, round: &Round, probe: &Probe<Surd>, light: &LightSource) -> bool {
+        match sphere_turn(round, self.bodies.is_one_sided(object, 0), probe, light) {
+            Turned::Away => false,
+            Turned::Outward => !self.is_blocked(probe, Some((object, 0)), light),
+            Turned::Inward => !self.is_blocked(probe, None, light),
+        }
+    }
+
+    /// Whether any face but the `harmless` one meets the open segment from the point to the light. A point's own face
+    /// is harmless: seen from its lit side it is in contact only.
+    fn is_blocked<R: Ring>(&self, probe: &Probe<R>, harmless: Option<(usize, usize)>, light: &LightSource) -> bool {
         let bounds = Aabb::of([probe.bounds.position]).widened(probe.bounds.slack);
         let shaft = Shaft::new(&bounds, light);
         let walk = self.objects.for_each_in_shaft(&shaft, |object| {
             let object = object as usize;
-            let blocks = |face: usize| face_blocks(&self.bodies, object, face, probe, light);
+            let blocks =
+                |face: usize| harmless != Some((object, face)) && face_blocks(&self.bodies, object, face, probe, light);
             match self.bodies.get(object) {
                 Body::Round(_) if blocks(0) => ControlFlow::Break(()),
                 Body::Round(_) => ControlFlow::Continue(()),
@@ -208,10 +213,7 @@ impl<'a> Queries<'a> {
                 }
                 Body::Round(round) => slack.point_on_sphere(round, normal).and_then(|(probe, is_meant)| {
                     is_on_surface = true;
-                    is_meant.then(|| {
-                        sphere_is_turned_to(&self.bodies, object, &probe.exact, light)
-                            && !self.is_blocked(&probe, light)
-                    })
+                    is_meant.then(|| self.sphere_point_is_lit(object, round, &probe, light))
                 }),
             };
             if let Some(lit) = found {
@@ -219,12 +221,7 @@ impl<'a> Queries<'a> {
             }
         }
         // On a surface whose lit side looks the other way, the side that is meant gets no light.
-        let lit = !is_on_surface && !self.is_blocked(&float_probe(position), light);
+        let lit = !is_on_surface && !self.is_blocked::<Dyadic>(&Probe::at(position), None, light);
         Answer { lit, in_space: !is_on_surface }
     }
-}
-
-/// A point given by floats.
-fn float_probe(position: DVec3) -> Probe {
-    Probe { bounds: Point::exact(position), exact: ExactPoint::from_position(position) }
 }

@@ -7,7 +7,7 @@ use umbriel_geometry::{Approx, Facet, Facets, LightSource, Point, Surd, blocking
 
 use crate::{
     bodies::{Bodies, Body, Round},
-    exact::{face_blocks, flat_face_is_turned_to, sphere_is_turned_to},
+    exact::{Turned, face_blocks, flat_face_is_turned_to, sphere_turn},
     fine::{
         Blocker, Blockers, Entry, FacetId, Occluders, Receiver,
         flat::{FLAT, FaceShape, FlatFace},
@@ -162,16 +162,21 @@ impl<'a> Receivers<'a> {
         let quarter = bounds.size() * std::f64::consts::FRAC_PI_4;
         let along = [1, 2].map(|k| quarter[(face / 2 + k) % 3]);
         let along = if face % 2 == 1 { along } else { [along[1], along[0]] };
+        let is_one_sided = self.bodies.is_one_sided(object, face);
         let is_lit_exactly = |u: f64, v: f64| {
             let probe: Probe<Surd> = patch_probe(round, face, u, v);
-            sphere_is_turned_to(self.bodies, object, &probe.exact, self.light)
-                && !self.point_is_blocked(self.influences.occluders_of(object as u32), &probe)
+            let own = match sphere_turn(round, is_one_sided, &probe, self.light) {
+                Turned::Away => return false,
+                Turned::Outward => Some(object),
+                Turned::Inward => None,
+            };
+            !self.point_is_blocked(self.influences.occluders_of(object as u32), own, &probe)
         };
         let patch = Patch {
             face: face as u32,
             object: object as u32,
             round,
-            is_one_sided: self.bodies.is_one_sided(object, face),
+            is_one_sided,
             area: &area,
             occluders: &self.occluders,
             objects: self.influences.occluders_of(object as u32),
@@ -187,11 +192,12 @@ impl<'a> Receivers<'a> {
         sums.take(tally);
     }
 
-    /// Whether anything among `objects` blocks the way from the point to the light. Exact.
-    fn point_is_blocked(&self, objects: &[u32], probe: &Probe<Surd>) -> bool {
+    /// Whether anything among `objects` but the `harmless` one blocks the way from the point to the light. Exact.
+    fn point_is_blocked(&self, objects: &[u32], harmless: Option<usize>, probe: &Probe<Surd>) -> bool {
         let candidates = self.occluders.candidates(objects, &[probe.bounds]);
         let facets = candidates.facets.iter().map(|id| (id.object, id.facet));
         let spheres = candidates.spheres.iter().map(|&object| (object, 0));
+        let spheres = spheres.filter(|&(object, _)| harmless != Some(object as usize));
         facets
             .chain(spheres)
             .any(|(object, face)| face_blocks(self.bodies, object as usize, face as usize, probe, self.light))

@@ -52,11 +52,11 @@ impl SlackBox {
     }
 
     /// A point of a flat face inside the box; `None` when they do not meet.
-    pub(crate) fn point_on_face(&self, facets: &Facets, face: usize) -> Option<Probe> {
+    pub(crate) fn point_on_face(&self, facets: &Facets, face: usize) -> Option<Probe<'static>> {
         let corners: Vec<ExactPoint> =
             facets.facet(face).corners().iter().map(|&corner| facets.point(corner).to_exact()).collect();
         let x = self.straight_to(&corners).or_else(|| self.clip(corners))?;
-        Some(Probe { bounds: self.whole(), exact: x })
+        Some(Probe::new(self.whole(), || x))
     }
 
     /// The box as a filter sees any point inside it.
@@ -123,7 +123,7 @@ impl SlackBox {
     /// A point of a sphere inside the box, one with its outer normal at an acute angle to the given one where it can be
     /// had; and whether it can. Looks along the rays from the centre through the middle and the corners of the box, and
     /// along the box's edges: where the sphere meets the box otherwise, its points are all beside the box's middle.
-    pub(crate) fn point_on_sphere(&self, round: &Round, normal: DVec3) -> Option<(Probe<Surd>, bool)> {
+    pub(crate) fn point_on_sphere(&self, round: &Round, normal: DVec3) -> Option<(Probe<'static, Surd>, bool)> {
         let (sphere, placement) = (&round.sphere, &round.placement);
         let corner = |i: usize| -> [Dyadic; 3] {
             std::array::from_fn(|axis| {
@@ -144,7 +144,7 @@ impl SlackBox {
             let outward = sphere.outward(placement, &x);
             let along = (0..3).map(|k| outward[k].clone() * Surd::from_f64(normal[k]));
             let is_meant = along.reduce(|sum, term| sum + term)?.sign() == Sign::Positive;
-            let probe = Probe { bounds: self.whole(), exact: x };
+            let probe = Probe::new(self.whole(), || x);
             if is_meant {
                 return Some((probe, true));
             }

@@ -3,7 +3,7 @@
 //! A quadtree over (u, v); each part inherits the blockers that its parent could not settle. Cost: proportional to the
 //! length of the shadow borders in cells, times the blockers that meet there.
 
-use umbriel_geometry::{Dyadic, ExactPoint, Point, Ring, blocking::Probe};
+use umbriel_geometry::{Approx, Dyadic, ExactPoint, Point, blocking::Probe};
 
 use super::{
     classify::{Blockers, Entry, Hull},
@@ -197,19 +197,24 @@ impl FlatFace<'_> {
 }
 
 /// The exact point A + u·(B − A) + v·(D − A) of a face with corners A, B, …, D, and floats round it.
-pub(crate) fn flat_probe(corners: &[Point], u: f64, v: f64) -> Probe {
-    let [a, b, d] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
-    let exact = [a, b, d].map(Point::to_exact::<Dyadic>);
-    let (u_exact, v_exact) = (Dyadic::new(u), Dyadic::new(v));
-    let xyz: [Dyadic; 3] = std::array::from_fn(|k| {
-        let [a, b, d] = [0, 1, 2].map(|i| exact[i].xyz[k].clone());
-        a.clone() + u_exact.clone() * (b - a.clone()) + v_exact.clone() * (d - a)
-    });
-    let bounds = [0, 1, 2].map(|k| xyz[k].to_approx());
-    Probe {
-        bounds: Point { position: bounds.map(|b| b.value).into(), slack: bounds.map(|b| b.error).into(), exact: None },
-        exact: ExactPoint { xyz, w: Dyadic::from_f64(1.0) },
-    }
+pub(crate) fn flat_probe<'a>(corners: &[Point<'a>], u: f64, v: f64) -> Probe<'a> {
+    let corners = [corners[0], corners[1], corners[corners.len() - 1]];
+    let [a, b, d] = corners.map(|corner| corner.coordinates());
+    let bounds: [Approx; 3] =
+        std::array::from_fn(|k| a[k] + (b[k] - a[k]) * Approx::exact(u) + (d[k] - a[k]) * Approx::exact(v));
+    let bounds = Point {
+        position: bounds.map(|bound| bound.value).into(),
+        slack: bounds.map(|bound| bound.error).into(),
+        exact: None,
+    };
+    Probe::new(bounds, move || {
+        let exact = corners.map(|corner| corner.to_exact::<Dyadic>());
+        let xyz = std::array::from_fn(|k| {
+            let [a, b, d] = [0, 1, 2].map(|i| exact[i].xyz[k].clone());
+            a.clone() + Dyadic::new(u) * (b - a.clone()) + Dyadic::new(v) * (d - a)
+        });
+        ExactPoint { xyz, w: Dyadic::new(1.0) }
+    })
 }
 
 fn count(tally: &mut Tally<Units>, shape: FaceShape, place: Place, verdict: Verdict, levels: Levels) {

@@ -187,15 +187,13 @@ impl Patch<'_> {
 }
 
 /// The exact point (u, v) of a patch, and floats round it.
-pub(crate) fn patch_probe(round: &Round, patch: usize, u: f64, v: f64) -> Probe<Surd> {
+pub(crate) fn patch_probe(round: &Round, patch: usize, u: f64, v: f64) -> Probe<'_, Surd> {
     let direction = Sphere::direction(patch, u, v);
     let local = direction * (round.sphere.radius / direction.length());
     let map = round.placement.map();
     let size = map.matrix3.abs() * local.abs() + map.translation.abs();
     // 2u − 1 may have cancelled: an error of one rounding of 1 in the direction.
     let slack = size * HULL_PADDING + map.matrix3.abs() * DVec3::splat(round.sphere.radius * HULL_PADDING);
-    Probe {
-        bounds: Point { position: map.transform_point3(local), slack, exact: None },
-        exact: round.sphere.exact_point(&round.placement, patch, u, v),
-    }
+    let bounds = Point { position: map.transform_point3(local), slack, exact: None };
+    Probe::new(bounds, move || round.sphere.exact_point(&round.placement, patch, u, v))
 }
