@@ -11,7 +11,7 @@ pub(crate) enum Body {
     /// Planar faces.
     Flat(Facets),
     /// A sphere.
-    Round(Round),
+    Round(Box<Round>),
 }
 
 /// A placed sphere.
@@ -43,11 +43,11 @@ impl<'a> Bodies<'a> {
         self.bodies[object].get_or_init(|| {
             let object = &self.scene.objects[object];
             match (&object.shape, object.facets()) {
-                (Shape::Sphere(sphere), _) => Body::Round(Round {
+                (Shape::Sphere(sphere), _) => Body::Round(Box::new(Round {
                     sphere: *sphere,
                     placement: object.placement,
                     form: sphere.form(&object.placement),
-                }),
+                })),
                 (_, facets) => Body::Flat(facets.unwrap_or_default()),
             }
         })

@@ -67,8 +67,12 @@ impl<const N: usize> Field<N> {
         let mut range = Range { min: f64::INFINITY, max: f64::NEG_INFINITY };
         for weights in corners {
             let Approx { value, error } = self.at(weights);
-            range.min = range.min.min(value - error);
-            range.max = range.max.max(value + error);
+            let (low, high) = (value - error, value + error);
+            if low.is_nan() || high.is_nan() {
+                return Range { min: f64::NEG_INFINITY, max: f64::INFINITY };
+            }
+            range.min = range.min.min(low);
+            range.max = range.max.max(high);
         }
         range
     }
