@@ -37,7 +37,7 @@ impl Face {
 
     /// The share of the face's parameter area that the cell covers; exact. The face's cells of a level sum to 1.
     pub fn share(self, cell: Quadrant) -> f64 {
-        let square = edge(cell) * edge(cell);
+        let square = cell.edge() * cell.edge();
         match self {
             Self::Square => square,
             Self::Triangle if !self.has(cell) => 0.0,
@@ -48,21 +48,23 @@ impl Face {
 
     /// The cell's corners (u, v), counter-clockwise in the parameter plane: four, or three of a half; exact.
     pub fn corners(self, cell: Quadrant) -> impl Iterator<Item = [f64; 2]> {
-        let ([u, v], edge) = (low_corner(cell), edge(cell));
+        let ([u, v], edge) = (cell.low_corner(), cell.edge());
         let corners = [[u, v], [u + edge, v], [u + edge, v + edge], [u, v + edge]];
         let is_half = self.halves(cell);
         corners.into_iter().enumerate().filter(move |(index, _)| !(is_half && *index == 2)).map(|(_, corner)| corner)
     }
 }
 
-/// The least parameters of a cell; exact.
-fn low_corner(cell: Quadrant) -> [f64; 2] {
-    cell.coordinates().map(|coordinate| f64::from(coordinate) * edge(cell))
-}
+impl Quadrant {
+    /// The least parameters of the cell; exact.
+    pub fn low_corner(self) -> [f64; 2] {
+        self.coordinates().map(|coordinate| f64::from(coordinate) * self.edge())
+    }
 
-/// The edge of a cell, 2^−level.
-fn edge(cell: Quadrant) -> f64 {
-    1.0 / (1u64 << cell.level()) as f64
+    /// The edge of the cell, 2^−level; exact.
+    pub fn edge(self) -> f64 {
+        1.0 / (1u64 << self.level()) as f64
+    }
 }
 
 /// i + j + 1 − 2^level: negative below the diagonal of the square, zero on it.

@@ -5,6 +5,7 @@
 
 mod bake;
 mod bodies;
+mod cell_octree;
 mod coarse;
 mod exact;
 mod fine;
@@ -18,6 +19,7 @@ mod slack;
 mod sums;
 
 pub use bake::bake;
+pub use cell_octree::CellOctree;
 pub use progress::{Cancelled, Progress, Silent};
 pub use query::{Answer, Place, Precision, Queries, QueryDefect};
 pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleCount, Time, Verdict, Work};

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use umbriel_bvh::Influences;
 use umbriel_geometry::{Approx, Facet, Facets, LightSource, Point, Surd, blocking::Probe};
+use umbriel_octree::Face;
 
 use crate::{
     bodies::{Bodies, Body, Round},
@@ -113,8 +114,9 @@ impl<'a> Receivers<'a> {
             return;
         }
         let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
+        let domain = if is_triangle { Face::Triangle } else { Face::Square };
         let corner = first_corner(facets, face);
-        let shape = FaceShape { face: face as u32, is_triangle, corner };
+        let shape = FaceShape { face: face as u32, domain, corner };
         let corners = flat_corners(facets, face, corner);
         let size = levels::FaceSize::of_flat(&corners, is_triangle);
         let levels = levels::of_face(self.detail, self.request.keep_cells, &self.bodies.boxes[object], &size);

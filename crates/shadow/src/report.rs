@@ -1,5 +1,7 @@
 //! What a bake answers.
 
+use umbriel_octree::Quadrant;
+
 /// What is known of all points of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u8)]
@@ -33,6 +35,12 @@ pub struct Cell {
 }
 
 impl Cell {
+    /// The cell `place` of a face.
+    pub(crate) fn new(face: u32, corner: u8, place: Quadrant, verdict: Verdict) -> Self {
+        let [i, j] = place.coordinates();
+        Self { face, corner, level: place.level(), i, j, verdict }
+    }
+
     /// The point (s, t) of the cell, both in 0..=1, in the parameters (u, v) of its face. Exact for dyadic s and t with
     /// few digits.
     pub fn point(&self, [s, t]: [f64; 2]) -> [f64; 2] {

@@ -4,6 +4,7 @@
 //! length of the shadow borders in cells, times the blockers that meet there.
 
 use umbriel_geometry::{Approx, Dyadic, ExactPoint, Point, blocking::Probe};
+use umbriel_octree::{Face, Quadrant};
 
 use super::{
     classify::{Blockers, Entry, Hull},
@@ -46,47 +47,17 @@ pub(crate) struct FlatFace<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FaceShape {
     pub(crate) face: u32,
-    pub(crate) is_triangle: bool,
+    /// What its parameters run over.
+    pub(crate) domain: Face,
     /// The corner from which the parameters are counted.
     pub(crate) corner: u8,
-}
-
-/// A part of the parameter square.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
-    pub(crate) level: u8,
-    pub(crate) i: u32,
-    pub(crate) j: u32,
-}
-
-impl Place {
-    /// The whole square.
-    pub(crate) const WHOLE: Self = Self { level: 0, i: 0, j: 0 };
-
-    /// The four parts, in Morton order (u first).
-    pub(crate) fn parts(self) -> [Self; 4] {
-        let part = |du, dv| Self { level: self.level + 1, i: 2 * self.i + du, j: 2 * self.j + dv };
-        [part(0, 0), part(1, 0), part(0, 1), part(1, 1)]
-    }
-
-    /// Least (u, v), and the edge.
-    fn extent(self) -> ([f64; 2], f64) {
-        let edge = 1.0 / f64::from(1u32 << self.level);
-        ([f64::from(self.i) * edge, f64::from(self.j) * edge], edge)
-    }
-
-    /// Whether a triangle's long side cuts the cell in half, or leaves nothing of it.
-    fn on_triangle(self) -> (bool, bool) {
-        let (reach, end) = (u64::from(self.i) + u64::from(self.j) + 1, 1u64 << self.level);
-        (reach == end, reach > end)
-    }
 }
 
 impl FlatFace<'_> {
     /// Classifies the whole face.
     pub(crate) fn run(&self) -> Tally<Units> {
         let mut tally = Tally::new();
-        self.divide(Place::WHOLE, &self.blockers.entries(), &mut tally);
+        self.divide(Quadrant::ROOT, &self.blockers.entries(), &mut tally);
         tally
     }
 
@@ -98,13 +69,13 @@ impl FlatFace<'_> {
         lattice: Option<Lattice>,
     ) -> Tally<Units> {
         let mut tally = Tally::new();
-        count(&mut tally, shape, Place::WHOLE, verdict, levels);
-        count_samples(&mut tally, lattice, Place::WHOLE, verdict);
+        count(&mut tally, shape, Quadrant::ROOT, verdict, levels);
+        count_samples(&mut tally, lattice, Quadrant::ROOT, verdict);
         tally
     }
 
-    fn divide(&self, place: Place, parent: &[Entry], tally: &mut Tally<Units>) {
-        if self.shape.is_triangle && place.on_triangle().1 || (self.is_cancelled)() {
+    fn divide(&self, place: Quadrant, parent: &[Entry], tally: &mut Tally<Units>) {
+        if (self.is_cancelled)() {
             return;
         }
         tally.examined += 1;
@@ -113,23 +84,23 @@ impl FlatFace<'_> {
         if verdict != Verdict::Undecided {
             count(tally, self.shape, place, verdict, self.levels);
             count_samples(tally, self.lattice, place, verdict);
-        } else if place.level == self.levels.finest {
+        } else if place.level() == self.levels.finest {
             count(tally, self.shape, place, verdict, self.levels);
             self.estimate(place, &entries, tally);
             self.decide_samples(place, &entries, tally);
         } else if entries.len() >= PARALLEL_ENTRIES {
             self.divide_in_parallel(place, &entries, tally);
         } else {
-            for part in place.parts() {
+            for part in self.shape.domain.children(place) {
                 self.divide(part, &entries, tally);
             }
         }
     }
 
-    fn divide_in_parallel(&self, place: Place, entries: &[Entry], tally: &mut Tally<Units>) {
+    fn divide_in_parallel(&self, place: Quadrant, entries: &[Entry], tally: &mut Tally<Units>) {
         use rayon::prelude::*;
-        let parts: Vec<Tally<Units>> = place
-            .parts()
+        let parts: Vec<Quadrant> = self.shape.domain.children(place).collect();
+        let parts: Vec<Tally<Units>> = parts
             .into_par_iter()
             .map(|part| {
                 let mut tally = Tally::new();
@@ -140,34 +111,32 @@ impl FlatFace<'_> {
         parts.into_iter().for_each(|part| tally.append(part));
     }
 
-    fn hull(&self, place: Place) -> Hull<FLAT> {
-        let ([u, v], edge) = place.extent();
-        let is_half = self.shape.is_triangle && place.on_triangle().0;
-        let mut corners = vec![self.weights(u, v), self.weights(u + edge, v), self.weights(u, v + edge)];
-        let mut far = u + v + edge;
-        let mut center = edge / 4.0; // a dyadic, so that weights stay exact
-        if !is_half {
-            corners.push(self.weights(u + edge, v + edge));
-            far += edge;
-            center = edge / 2.0;
-        }
-        let parameters = ParamBox { min: [u, v, u + v], max: [u + edge, v + edge, far] };
-        Hull { corners, center: self.weights(u + center, v + center), parameters: Some(parameters) }
+    fn hull(&self, place: Quadrant) -> Hull<FLAT> {
+        let mut parameters = ParamBox::EMPTY;
+        let corners = self.shape.domain.corners(place).map(|[u, v]| {
+            parameters = parameters.with([u, v, u + v]);
+            self.weights(u, v)
+        });
+        let corners = corners.collect();
+        // The middle of a square; inside a half it is a dyadic too, so that weights stay exact.
+        let inward = place.edge() * if self.shape.domain.halves(place) { 0.25 } else { 0.5 };
+        let [u, v] = place.low_corner();
+        Hull { corners, center: self.weights(u + inward, v + inward), parameters: Some(parameters) }
     }
 
     /// The weights of the corners at (u, v).
     fn weights(&self, u: f64, v: f64) -> Weights<FLAT> {
-        if self.shape.is_triangle {
+        if self.shape.domain == Face::Triangle {
             [1.0 - u - v, u, 0.0, v]
         } else {
             [(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v]
         }
     }
 
-    fn estimate(&self, place: Place, entries: &[Entry], tally: &mut Tally<Units>) {
-        let ([u, v], edge) = place.extent();
-        let is_half = self.shape.is_triangle && place.on_triangle().0;
-        let lit = pattern::points(self.shape.face, place.level, place.i, place.j).filter(|&[s, t]| {
+    fn estimate(&self, place: Quadrant, entries: &[Entry], tally: &mut Tally<Units>) {
+        let ([u, v], edge) = (place.low_corner(), place.edge());
+        let is_half = self.shape.domain.halves(place);
+        let lit = pattern::points(place).filter(|&[s, t]| {
             // On a half cell, points beyond the long side are turned back into it.
             let [s, t] = if is_half && s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] };
             let weights = self.weights(u + s * edge, v + t * edge);
@@ -175,12 +144,12 @@ impl FlatFace<'_> {
         });
         let lit = lit.count() as u64;
         tally.points += 16;
-        tally.likely += cell_units(place.level, is_half) / 16 * lit;
+        tally.likely += cell_units(place.level(), is_half) / 16 * lit;
     }
 
-    fn decide_samples(&self, place: Place, entries: &[Entry], tally: &mut Tally<Units>) {
+    fn decide_samples(&self, place: Quadrant, entries: &[Entry], tally: &mut Tally<Units>) {
         let Some(lattice) = &self.lattice else { return };
-        for [u, v] in lattice.points(place.level, place.i, place.j) {
+        for [u, v] in lattice.points(place) {
             let blocked = entries.iter().any(|&entry| self.blocks(entry, u, v));
             tally.samples.samples += 1;
             tally.samples.lit += u64::from(!blocked);
@@ -217,23 +186,22 @@ pub(crate) fn flat_probe<'a>(corners: &[Point<'a>], u: f64, v: f64) -> Probe<'a>
     })
 }
 
-fn count(tally: &mut Tally<Units>, shape: FaceShape, place: Place, verdict: Verdict, levels: Levels) {
-    let units = cell_units(place.level, shape.is_triangle && place.on_triangle().0);
+fn count(tally: &mut Tally<Units>, shape: FaceShape, place: Quadrant, verdict: Verdict, levels: Levels) {
+    let units = cell_units(place.level(), shape.domain.halves(place));
     match verdict {
         Verdict::Lit => tally.lit += units,
         Verdict::Shadowed => tally.shadowed += units,
         Verdict::Undecided => tally.undecided += units,
     }
-    let kept = levels.stored.is_some_and(|stored| place.level <= stored || verdict == Verdict::Undecided);
+    let kept = levels.stored.is_some_and(|stored| place.level() <= stored || verdict == Verdict::Undecided);
     if kept {
-        let (FaceShape { face, corner, .. }, Place { level, i, j }) = (shape, place);
-        tally.cells.push(Cell { face, corner, level, i, j, verdict });
+        tally.cells.push(Cell::new(shape.face, shape.corner, place, verdict));
     }
 }
 
-fn count_samples(tally: &mut Tally<Units>, lattice: Option<Lattice>, place: Place, verdict: Verdict) {
+fn count_samples(tally: &mut Tally<Units>, lattice: Option<Lattice>, place: Quadrant, verdict: Verdict) {
     let Some(lattice) = lattice else { return };
-    let samples = lattice.points(place.level, place.i, place.j).count() as u64;
+    let samples = lattice.points(place).count() as u64;
     tally.samples.samples += samples;
     tally.samples.lit += if verdict == Verdict::Lit { samples } else { 0 };
 }

@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use umbriel_octree::Quadrant;
+
 /// A face's lattice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Lattice {
@@ -41,7 +43,8 @@ impl Lattice {
     }
 
     /// The points (u, v) in a cell.
-    pub(crate) fn points(&self, level: u8, i: u32, j: u32) -> impl Iterator<Item = [f64; 2]> + '_ {
+    pub(crate) fn points(&self, cell: Quadrant) -> impl Iterator<Item = [f64; 2]> + '_ {
+        let (level, [i, j]) = (cell.level(), cell.coordinates());
         let across = self.indices(1, level, j);
         self.indices(0, level, i).flat_map(move |a| {
             let u = self.coordinate(0, a);
@@ -60,8 +63,11 @@ mod tests {
         for is_triangle in [false, true] {
             for (n, m) in [(1, 1), (1, 7), (13, 5), (64, 64), (100, 3)] {
                 let lattice = Lattice { counts: [n, m], is_triangle };
-                let whole = lattice.points(0, 0, 0).count();
-                let parts: usize = (0..64).map(|cell| lattice.points(3, cell % 8, cell / 8).count()).sum();
+                let whole = lattice.points(Quadrant::ROOT).count();
+                let parts: usize = (0..64)
+                    .filter_map(|code| Quadrant::from_bits(3, code))
+                    .map(|cell| lattice.points(cell).count())
+                    .sum();
                 assert_eq!(parts, whole, "{n} × {m}");
                 assert!(whole >= 1);
                 if !is_triangle {

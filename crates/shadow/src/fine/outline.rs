@@ -22,6 +22,14 @@ pub(crate) struct ParamBox {
 impl ParamBox {
     const EVERYTHING: Self = Self { min: [f64::NEG_INFINITY; 3], max: [f64::INFINITY; 3] };
 
+    /// Holds nothing.
+    pub(crate) const EMPTY: Self = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+
+    /// Grown to hold a point.
+    pub(crate) fn with(&self, point: [f64; 3]) -> Self {
+        self.union(&Self { min: point, max: point })
+    }
+
     fn union(&self, other: &Self) -> Self {
         Self {
             min: std::array::from_fn(|k| self.min[k].min(other.min[k])),

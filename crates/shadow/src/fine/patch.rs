@@ -8,12 +8,13 @@
 use umbriel_geometry::{Approx, Point, Sign, Sphere, Surd, blocking::Probe};
 
 use glam::DVec3;
+use umbriel_octree::Quadrant;
 
 use super::{
     Blocker, Candidates, Occluders, Receiver,
     classify::Hull,
     field::Weights,
-    flat::{Levels, Place},
+    flat::Levels,
     lattice::Lattice,
     pattern,
     solid_angle::PatchArea,
@@ -57,14 +58,14 @@ impl Patch<'_> {
     /// Classifies the whole patch.
     pub(crate) fn run(&self) -> Tally<Approx> {
         let mut tally = Tally::new();
-        let hull = self.hull(Place::WHOLE);
+        let hull = self.hull(Quadrant::ROOT);
         let mut candidates = self.occluders.candidates(self.objects, &hull.points);
         candidates.spheres.retain(|&object| object != self.object);
-        self.divide(Place::WHOLE, &candidates, &mut tally);
+        self.divide(Quadrant::ROOT, &candidates, &mut tally);
         tally
     }
 
-    fn divide(&self, place: Place, candidates: &Candidates, tally: &mut Tally<Approx>) {
+    fn divide(&self, place: Quadrant, candidates: &Candidates, tally: &mut Tally<Approx>) {
         if (self.is_cancelled)() {
             return;
         }
@@ -78,10 +79,10 @@ impl Patch<'_> {
                 (if open { Verdict::Undecided } else { verdict }, left)
             }
         };
-        if verdict != Verdict::Undecided || place.level == self.levels.finest {
+        if verdict != Verdict::Undecided || place.level() == self.levels.finest {
             self.count(place, verdict, tally);
         } else {
-            for part in place.parts() {
+            for part in place.children() {
                 self.divide(part, &left, tally);
             }
         }
@@ -129,11 +130,9 @@ impl Patch<'_> {
         (verdict, left)
     }
 
-    fn hull(&self, place: Place) -> CellHull {
-        let edge = 1.0 / f64::from(1u32 << place.level);
-        let at = |du: f64, dv: f64| {
-            Sphere::direction(self.face as usize, (f64::from(place.i) + du) * edge, (f64::from(place.j) + dv) * edge)
-        };
+    fn hull(&self, place: Quadrant) -> CellHull {
+        let ([u, v], edge) = (place.low_corner(), place.edge());
+        let at = |s: f64, t: f64| Sphere::direction(self.face as usize, u + s * edge, v + t * edge);
         let corners = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
         let middle = at(0.5, 0.5).normalize();
         let radius = self.round.sphere.radius;
@@ -151,27 +150,24 @@ impl Patch<'_> {
         CellHull { points, local: local.map(|point| point.to_array().map(bounded)) }
     }
 
-    fn count(&self, place: Place, verdict: Verdict, tally: &mut Tally<Approx>) {
-        let area = self.area.of_cell(self.face as usize, place.level, place.i, place.j);
+    fn count(&self, place: Quadrant, verdict: Verdict, tally: &mut Tally<Approx>) {
+        let area = self.area.of_cell(self.face as usize, place);
         match verdict {
             Verdict::Lit => tally.lit.add(&area),
             Verdict::Shadowed => tally.shadowed.add(&area),
             Verdict::Undecided => {
                 tally.undecided.add(&area);
-                let edge = 1.0 / f64::from(1u32 << place.level);
-                let points = pattern::points(self.face, place.level, place.i, place.j);
-                let lit = points.filter(|&[s, t]| {
-                    (self.is_lit_exactly)((f64::from(place.i) + s) * edge, (f64::from(place.j) + t) * edge)
-                });
+                let ([u, v], edge) = (place.low_corner(), place.edge());
+                let points = pattern::points(place);
+                let lit = points.filter(|&[s, t]| (self.is_lit_exactly)(u + s * edge, v + t * edge));
                 tally.likely.add(&area.part(lit.count() as u64));
                 tally.points += 16;
             }
         }
-        let Place { level, i, j } = place;
-        if self.levels.stored.is_some_and(|stored| level <= stored || verdict == Verdict::Undecided) {
-            tally.cells.push(Cell { face: self.face, corner: 0, level, i, j, verdict });
+        if self.levels.stored.is_some_and(|stored| place.level() <= stored || verdict == Verdict::Undecided) {
+            tally.cells.push(Cell::new(self.face, 0, place, verdict));
         }
-        for [u, v] in self.lattice.iter().flat_map(|lattice| lattice.points(level, i, j)) {
+        for [u, v] in self.lattice.iter().flat_map(|lattice| lattice.points(place)) {
             let lit = match verdict {
                 Verdict::Lit => true,
                 Verdict::Shadowed => false,

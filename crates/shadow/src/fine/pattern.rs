@@ -4,12 +4,14 @@
 //! (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018), in 24-bit fixed point, so every point is
 //! an exact dyadic.
 
+use umbriel_octree::Quadrant;
+
 const STEP: [u32; 2] = [12_664_746, 9_560_334];
 const BITS: u32 = 24;
 
 /// Points in the unit square, the same for the same code.
-pub(crate) fn points(face: u32, level: u8, i: u32, j: u32) -> impl Iterator<Item = [f64; 2]> {
-    let seed = mix(u64::from(face) << 32 | u64::from(i)) ^ mix(u64::from(j) << 8 | u64::from(level));
+pub(crate) fn points(cell: Quadrant) -> impl Iterator<Item = [f64; 2]> {
+    let seed = mix(cell.bits()) ^ mix(!u64::from(cell.level()));
     let start = [seed as u32, (seed >> 32) as u32];
     (0..16u32).map(move |k| {
         std::array::from_fn(|axis| {
@@ -32,9 +34,9 @@ mod tests {
 
     #[test]
     fn the_points_spread_over_the_cell() {
-        for code in 0..50 {
+        for code in 0..64 {
             let mut quarters = [0; 4];
-            for [u, v] in points(code, 3, code, 7) {
+            for [u, v] in points(Quadrant::from_bits(3, code).expect("a cell")) {
                 quarters[usize::from(u >= 0.5) + 2 * usize::from(v >= 0.5)] += 1;
             }
             assert!(quarters.iter().all(|&count| (2..=6).contains(&count)), "{quarters:?}");

@@ -8,6 +8,7 @@
 use umbriel_geometry::{Approx, Placement, Sphere};
 
 use glam::{DMat3, DVec3};
+use umbriel_octree::Quadrant;
 
 /// Parts of a cell over which the stretch of a placement that is no similarity is bounded: at most 2^-LEVEL of a patch.
 const STRETCH_LEVEL: u8 = 7;
@@ -47,8 +48,9 @@ impl PatchArea {
         Self { radius_squared: radius * radius, cofactors, uniform: is_uniform.then_some(uniform), greatest: most }
     }
 
-    /// The area of cell (level, i, j) of a patch, square metres.
-    pub(crate) fn of_cell(&self, patch: usize, level: u8, i: u32, j: u32) -> Approx {
+    /// The area of a cell of a patch, square metres.
+    pub(crate) fn of_cell(&self, patch: usize, cell: Quadrant) -> Approx {
+        let (level, [i, j]) = (cell.level(), cell.coordinates());
         if let Some(stretch) = self.uniform {
             return self.radius_squared * stretch * solid_angle(level, i, j);
         }
@@ -96,10 +98,8 @@ mod tests {
     fn total(area: &PatchArea, level: u8) -> Approx {
         let mut sum = Approx::exact(0.0);
         for patch in 0..6 {
-            for i in 0..1 << level {
-                for j in 0..1 << level {
-                    sum = sum + area.of_cell(patch, level, i, j);
-                }
+            for code in 0..1 << (2 * level) {
+                sum = sum + area.of_cell(patch, Quadrant::from_bits(level, code).expect("a cell"));
             }
         }
         sum
