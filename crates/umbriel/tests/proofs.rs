@@ -5,58 +5,17 @@
 //! number of cells, and then each is asked at 100 points.
 
 mod oracle;
+mod proving;
 
 use oracle::{
     Oracle, asked_cases, cases,
     dice::Dice,
-    fixtures::{all, features, lit_by, tricky_light},
+    fixtures::{all, features, tricky_light},
 };
+use proving::Case;
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Scene, Shape};
-use umbriel_shadow::{Cell, Detail, Report, Request, Silent, Verdict, bake};
-
-/// A baked scene with one light.
-struct Case {
-    title: String,
-    scene: Scene,
-    light: LightSource,
-    report: Report,
-}
-
-impl Case {
-    fn new(name: &str, scene: &Scene, light: LightSource, depth: u8) -> Self {
-        let scene = lit_by(scene.clone(), light);
-        let detail = Detail::Depth { interior: depth, boundary: depth };
-        let request = Request { keep_cells: true, ..Request::everything(&scene, detail) };
-        let report = bake(&scene, &request, &Silent).expect("nobody cancels");
-        Self { title: format!("{name} under {light:?} at depth {depth}"), scene, light, report }
-    }
-
-    /// The decided cells with their objects.
-    fn proved(&self) -> Vec<(usize, Cell)> {
-        let objects = self.report.lights.iter().flat_map(|light| &light.objects);
-        let cells = objects.flat_map(|object| object.cells.iter().map(|&cell| (object.object, cell)));
-        cells.filter(|(_, cell)| cell.verdict != Verdict::Undecided).collect()
-    }
-
-    /// Asks the oracle about points of one decided cell.
-    fn judge(&self, oracle: &Oracle, (object, cell): (usize, Cell), points: u64, dice: &mut Dice) -> Option<String> {
-        let is_mesh = matches!(self.scene.objects[object].shape, Shape::Mesh(_));
-        let expected = cell.verdict == Verdict::Lit;
-        (0..points).find_map(|_| {
-            let [u, v] = point_of(&cell, is_mesh, dice);
-            let lit = oracle.lit(object, cell.face as usize, [u, v], &self.light);
-            let name = &self.scene.objects[object].name;
-            (lit != expected).then(|| format!("{}: {name} {cell:?} is wrong at ({u}, {v})", self.title))
-        })
-    }
-}
-
-/// A point of the closed cell; on a triangle, of what u + v ≤ 1 leaves of it. All numbers are exact.
-fn point_of(cell: &Cell, is_triangle: bool, dice: &mut Dice) -> [f64; 2] {
-    let is_cut = is_triangle && cell.i + cell.j + 1 == 1 << cell.level;
-    cell.point(dice.parameters(is_cut))
-}
+use umbriel_shadow::{Cell, Verdict};
 
 fn light_for(scene: &Scene, dice: &mut Dice) -> LightSource {
     let features = features(scene);

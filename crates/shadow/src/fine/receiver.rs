@@ -26,12 +26,15 @@ impl<const N: usize> Receiver<'_, N> {
         self.at_corners(|point| self.evaluate(a, b, point, Target::Light(self.light), sign))
     }
 
-    /// A function at each corner; at those that repeat the first one it is copied.
+    /// A function at each corner; at those that repeat the first one it is copied. Both must be exact: corners that
+    /// only round alike are two.
     fn at_corners(&self, function: impl Fn(&Point) -> Approx) -> [Approx; N] {
-        let first = function(&self.points[0]);
+        let origin = &self.points[0];
+        let first = function(origin);
         std::array::from_fn(|k| {
             let point = &self.points[k];
-            let repeats = point.position == self.points[0].position && point.slack == DVec3::ZERO;
+            let is_exact = point.slack == DVec3::ZERO && origin.slack == DVec3::ZERO;
+            let repeats = is_exact && point.position == origin.position;
             if k == 0 || repeats { first } else { function(point) }
         })
     }

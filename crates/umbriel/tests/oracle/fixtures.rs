@@ -117,7 +117,7 @@ fn floor() -> Object {
 }
 
 /// The scene scaled by a power of two, then moved far away: no coordinate is short any more.
-fn elsewhere(objects: &[Object], scale: f64, offset: DVec3) -> Scene {
+pub(crate) fn elsewhere(objects: &[Object], scale: f64, offset: DVec3) -> Scene {
     let map = DAffine3::from_translation(offset) * DAffine3::from_scale(DVec3::splat(scale));
     let moved =
         |object: &Object| with_sides(&object.name, object.shape.clone(), map * *object.placement.map(), object.sides);
