@@ -364,7 +364,7 @@ fn floor_size(dice: &mut Dice, spin: DMat3, shadow: &Shadow) -> DVec2 {
 }
 
 fn judge_all(title: &str, is_sphere: bool, is_sun: bool) {
-    let count = cases(100).div_ceil(4);
+    let count = cases(1_000).div_ceil(4);
     let mut wrong = Vec::new();
     let mut judged = 0;
     for number in 0..count {
