@@ -4,12 +4,16 @@
 //! orientation of input coordinates (`robust`). A polygon of n corners gives n − 2 triangles of its own orientation.
 //! Every corner is kept, one in the middle of a straight side too: dropping it would open the surface there, which is
 //! why no general triangulation library is used. A polygon that crosses itself still gives n − 2 triangles whose signed
-//! areas sum to its own. O(n·r) for r corners that are not convex.
+//! areas sum to its own. Corners that spoil an ear are found in a tree: O(n log n) in practice.
+
+mod corner_tree;
 
 use std::collections::VecDeque;
 
 use glam::DVec3;
 use robust::{Coord, orient2d};
+
+use corner_tree::CornerTree;
 
 /// The triangles of the polygon, as places in `corners` (three at least).
 pub(crate) fn triangulate(corners: &[DVec3]) -> Vec<[usize; 3]> {
@@ -65,9 +69,9 @@ struct EarClipping {
     next: Vec<usize>,
     previous: Vec<usize>,
     cut: Vec<bool>,
-    /// Corners that were not strictly convex at the start, by x. Only these can lie in an ear, and no others join
-    /// them: cutting an ear makes the angles at its neighbours smaller.
-    blockers: Vec<usize>,
+    /// Corners that were not strictly convex at the start and are not cut. Only these can lie in an ear, and no others
+    /// join them: cutting an ear makes the angles at its neighbours smaller.
+    blockers: CornerTree,
 }
 
 impl EarClipping {
@@ -76,8 +80,7 @@ impl EarClipping {
         let next: Vec<_> = (0..n).map(|i| (i + 1) % n).collect();
         let previous: Vec<_> = (0..n).map(|i| (i + n - 1) % n).collect();
         let convex = |i: usize| orient2d(at[previous[i]], at[i], at[next[i]]) > 0.0;
-        let mut blockers: Vec<_> = (0..n).filter(|&i| !convex(i)).collect();
-        blockers.sort_by(|&a, &b| at[a].x.total_cmp(&at[b].x));
+        let blockers = CornerTree::new(&at, (0..n).filter(|&i| !convex(i)).collect());
         Self { at, next, previous, cut: vec![false; n], blockers }
     }
 
@@ -112,6 +115,7 @@ impl EarClipping {
         self.next[before] = after;
         self.previous[after] = before;
         self.cut[tip] = true;
+        self.blockers.remove(tip);
         [before, tip, after]
     }
 
@@ -120,11 +124,7 @@ impl EarClipping {
         if self.turn(ear[0], ear[1], ear[2]) <= 0.0 {
             return false;
         }
-        let xs = ear.map(|corner| self.at[corner].x);
-        let (low, high) = (xs[0].min(xs[1]).min(xs[2]), xs[0].max(xs[1]).max(xs[2]));
-        let start = self.blockers.partition_point(|&blocker| self.at[blocker].x < low);
-        let in_reach = self.blockers[start..].iter().take_while(|&&blocker| self.at[blocker].x <= high);
-        !in_reach.into_iter().any(|&blocker| !self.cut[blocker] && self.blocks(blocker, ear))
+        !self.blockers.any(ear.map(|corner| self.at[corner]), |blocker| self.blocks(blocker, ear))
     }
 
     fn turn(&self, a: usize, b: usize, c: usize) -> f64 {
