@@ -1,0 +1,161 @@
+//! What must not change the answer: the scale (powers of two), the order of the axes (in turn), of objects and of
+//! triangles, the number of threads.
+//!
+//! Scale, objects and threads change no bit. Axes and triangles that change places change the order of some roundings
+//! (never a sign at a corner), so now and then a cell is decided one level later, or an area differs in its last digit;
+//! proofs never contradict each other, and such scenes are rare even here, where everything degenerates.
+
+mod chance;
+mod oracle;
+mod proving;
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use chance::{any_light, any_scene};
+use glam::{DAffine3, DMat3, DVec3};
+use oracle::{
+    cases,
+    dice::Dice,
+    fixtures::{elsewhere, scene, with_sides},
+};
+use proving::Case;
+use umbriel_geometry::{LightSource, Mesh};
+use umbriel_scene::{Scene, Shape};
+use umbriel_shadow::{Cell, ObjectReport, Verdict};
+
+/// A bake's answers, one an object.
+fn answers(scene: &Scene, light: LightSource) -> Vec<ObjectReport> {
+    let mut case = Case::new("the same", scene, light, 3);
+    case.report.lights.remove(0).objects
+}
+
+/// Whether all sums are equal, after a factor, and all cells as well.
+fn same(a: &ObjectReport, b: &ObjectReport, factor: f64) -> bool {
+    let sums = |report: &ObjectReport| [report.area, report.lit.lower, report.lit.upper, report.lit.estimate];
+    sums(a).map(|sum| sum * factor) == sums(b) && a.cells == b.cells
+}
+
+fn light_from(light: &LightSource, change: impl Fn(DVec3) -> DVec3) -> LightSource {
+    let xyz = change(light.xyz()).to_array();
+    let changed = if light.is_sun() { LightSource::sun(xyz.map(|c| -c)) } else { LightSource::point(xyz) };
+    changed.expect("a light")
+}
+
+/// Bakes random scenes as they are and changed; `compare` says what differs. One scene in `rare` may.
+fn judge(title: &str, rare: Option<u64>, compare: impl Fn(&Scene, LightSource, &mut Dice) -> Option<String>) {
+    let count = cases(200);
+    let wrong: Vec<String> = (0..count)
+        .filter_map(|number| {
+            let mut dice = Dice::new(title, number);
+            let scene = any_scene(&mut dice);
+            let light = any_light(&scene, &mut dice);
+            compare(&scene, light, &mut dice).map(|text| format!("scene {number}: {text}"))
+        })
+        .collect();
+    let allowed = rare.map_or(0, |rare| count.div_ceil(rare));
+    let shown = wrong[..wrong.len().min(3)].join("\n");
+    assert!(wrong.len() as u64 <= allowed, "{} of {count}: {shown}", wrong.len());
+}
+
+/// Whether two bakes of one surface can both be true: the bounds overlap, and no cell is lit in one, shadowed in the
+/// other.
+fn agree(a: &ObjectReport, b: &ObjectReport) -> bool {
+    let proved = |report: &ObjectReport| -> BTreeMap<(u32, u8, u32, u32), Verdict> {
+        let place = |cell: &Cell| (cell.face, cell.level, cell.i, cell.j);
+        let cells = report.cells.iter().filter(|cell| cell.verdict != Verdict::Undecided);
+        cells.map(|cell| (place(cell), cell.verdict)).collect()
+    };
+    let (first, second) = (proved(a), proved(b));
+    let contradicts = first.iter().any(|(place, verdict)| second.get(place).is_some_and(|other| other != verdict));
+    !contradicts && a.lit.lower <= b.lit.upper && b.lit.lower <= a.lit.upper
+}
+
+fn first_difference(a: &[ObjectReport], b: &[ObjectReport], factor: f64) -> Option<String> {
+    assert!(a.iter().zip(b).all(|(a, b)| factor != 1.0 || agree(a, b)), "proofs contradict each other");
+    let pair = a.iter().zip(b).find(|(a, b)| !same(a, b, factor))?;
+    let cell = |x: &ObjectReport, y: &ObjectReport| x.cells.iter().find(|cell| !y.cells.contains(cell)).copied();
+    let cells: [Option<Cell>; 2] = [cell(pair.0, pair.1), cell(pair.1, pair.0)];
+    Some(format!(
+        "object {}: {:?} {:?} or {:?} {:?}, {} {} {cells:?}",
+        pair.0.object,
+        pair.0.area,
+        pair.0.lit,
+        pair.1.area,
+        pair.1.lit,
+        pair.0.cells.len(),
+        pair.1.cells.len()
+    ))
+}
+
+#[test]
+fn powers_of_two() {
+    judge("scale", None, |scene, light, dice| {
+        let factor = 2f64.powi(dice.pick(&[-60, 20, 60]));
+        let scaled = elsewhere(&scene.objects, factor, DVec3::ZERO);
+        let changed = answers(&scaled, light_from(&light, |xyz| xyz * factor));
+        first_difference(&answers(scene, light), &changed, factor * factor)
+    });
+}
+
+/// x to y, y to z, z to x.
+fn turned(objects: &Scene) -> Scene {
+    let cycle = DAffine3::from_mat3(DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X));
+    let turned = objects
+        .objects
+        .iter()
+        .map(|object| with_sides(&object.name, object.shape.clone(), cycle * *object.placement.map(), object.sides));
+    scene(turned.collect())
+}
+
+#[test]
+fn axes_in_turn() {
+    judge("axes", Some(12), |scene, light, _| {
+        let changed = answers(&turned(scene), light_from(&light, |xyz| DVec3::new(xyz.z, xyz.x, xyz.y)));
+        first_difference(&answers(scene, light), &changed, 1.0)
+    });
+}
+
+#[test]
+fn objects_in_another_order() {
+    judge("objects", None, |whole, light, _| {
+        let reversed = scene(whole.objects.iter().rev().cloned().collect());
+        let mut changed = answers(&reversed, light);
+        changed.reverse();
+        first_difference(&answers(whole, light), &changed, 1.0)
+    });
+}
+
+#[test]
+fn triangles_in_another_order() {
+    judge("triangles", Some(12), |whole, light, _| {
+        let mut changed = whole.clone();
+        for object in &mut changed.objects {
+            let Shape::Mesh(mesh) = &object.shape else { continue };
+            let triangles = mesh.triangles().iter().rev().copied().collect();
+            let positions = mesh.positions().iter().map(|position| position.to_array()).collect();
+            object.shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("the same mesh")));
+        }
+        let mut changed: Vec<ObjectReport> = answers(&changed, light);
+        for (report, object) in changed.iter_mut().zip(&whole.objects) {
+            if let Shape::Mesh(mesh) = &object.shape {
+                let last = mesh.triangles().len() as u32 - 1;
+                report.cells.iter_mut().for_each(|cell| cell.face = last - cell.face);
+                report.cells.sort_by_key(|cell| cell.face);
+            }
+        }
+        // The estimate's points depend on the face's number.
+        let mut plain = answers(whole, light);
+        plain.iter_mut().chain(&mut changed).for_each(|report| report.lit.estimate = report.lit.lower);
+        first_difference(&plain, &changed, 1.0)
+    });
+}
+
+#[test]
+fn one_thread_or_many() {
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+    let (one, many) = (pool(1), pool(7));
+    judge("threads", None, |scene, light, _| {
+        let alone = one.install(|| answers(scene, light));
+        first_difference(&alone, &many.install(|| answers(scene, light)), 1.0)
+    });
+}
