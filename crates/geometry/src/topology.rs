@@ -87,6 +87,7 @@ pub(crate) fn unify(positions: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
         }
         place[index as usize] = distinct.len() as u32 - 1;
     }
+    distinct.shrink_to_fit(); // kept as long as the body
     (distinct, place)
 }
 

@@ -54,6 +54,7 @@ pub(super) fn build(boxes: &[Aabb]) -> BoxTree {
         }
     }
     let (item_boxes, ids) = entries.iter().map(|entry| (entry.bounds, entry.id)).unzip();
+    nodes.shrink_to_fit(); // a tree may be kept for each of thousands of objects
     BoxTree { nodes, boxes: item_boxes, ids, len: boxes.len() }
 }
 

@@ -129,6 +129,7 @@ impl<'a> Occluders<'a> {
                     items.push(facet as u32);
                 }
             }
+            items.shrink_to_fit();
             (BoxTree::build(&boxes), items)
         });
         ObjectIndex { turns, trees: trees.collect() }
