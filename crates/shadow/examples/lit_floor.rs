@@ -1,5 +1,7 @@
 //! A ball over a floor under the sun: how much of the floor is lit, with bounds.
 
+#![expect(clippy::print_stdout, reason = "an example shows its results")]
+
 use std::error::Error;
 
 use glam::{DAffine3, DVec3};
