@@ -10,10 +10,10 @@
 //! rounded number. Nothing is proved by it. Equal t goes to the lower triangle, so the answer does not depend on the
 //! tree.
 
-use std::ops::ControlFlow;
+use std::{ops::ControlFlow, sync::Arc};
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, MeshDefect, NumberDefect};
+use umbriel_geometry::{Aabb, Mesh};
 
 use crate::{box_tree::BoxTree, ray::Ray, shaft::Shaft};
 
@@ -33,36 +33,18 @@ pub struct Hit {
     pub v: f64,
 }
 
-/// Triangles in a tree of boxes. Both sides of a triangle count.
+/// The triangles of a mesh in a tree of boxes. Both sides of a triangle count. The mesh is shared, not copied.
 #[derive(Clone, Debug)]
 pub struct TriangleBvh {
     tree: BoxTree,
-    positions: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
+    mesh: Arc<Mesh>,
 }
 
 impl TriangleBvh {
-    /// Builds the tree over triangles given as indices into positions (world coordinates, metres). O(n log n).
-    ///
-    /// # Errors
-    /// [`MeshDefect`] for a coordinate that is not finite, an index that is out of range, or too many of either.
-    pub fn build(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> Result<Self, MeshDefect> {
-        if positions.len() >= u32::MAX as usize || triangles.len() >= u32::MAX as usize {
-            return Err(MeshDefect::TooMany);
-        }
-        for (vertex, position) in positions.iter().enumerate() {
-            if let Some(axis) = (0..3).find(|&axis| !position[axis].is_finite()) {
-                return Err(MeshDefect::Coordinate { vertex, axis, defect: NumberDefect::NotFinite });
-            }
-        }
-        for (triangle, corners) in triangles.iter().enumerate() {
-            if let Some(&index) = corners.iter().find(|&&index| index as usize >= positions.len()) {
-                return Err(MeshDefect::Index { triangle, index, vertices: positions.len() });
-            }
-        }
-        let boxes: Vec<Aabb> =
-            triangles.iter().map(|corners| Aabb::of(corners.map(|index| positions[index as usize]))).collect();
-        Ok(Self { tree: BoxTree::build(&boxes), positions, triangles })
+    /// Builds the tree, in the coordinates of the mesh. O(n log n).
+    pub fn build(mesh: Arc<Mesh>) -> Self {
+        let boxes: Vec<Aabb> = mesh.triangles().iter().map(|triangle| Aabb::of(corners(&mesh, triangle))).collect();
+        Self { tree: BoxTree::build(&boxes), mesh }
     }
 
     /// The tree over the triangles' boxes.
@@ -72,12 +54,12 @@ impl TriangleBvh {
 
     /// How many triangles.
     pub fn len(&self) -> usize {
-        self.triangles.len()
+        self.mesh.triangles().len()
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.triangles.is_empty()
+        self.mesh.triangles().is_empty()
     }
 
     /// The corners of a triangle.
@@ -85,7 +67,7 @@ impl TriangleBvh {
     /// # Panics
     /// When there is no such triangle.
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        self.triangles[triangle as usize].map(|index| self.positions[index as usize])
+        corners(&self.mesh, &self.mesh.triangles()[triangle as usize])
     }
 
     /// Whether `blocks` is true for any triangle whose box may meet the segment: a [`Segment`](crate::Segment) from a
@@ -112,6 +94,10 @@ impl TriangleBvh {
         });
         nearest
     }
+}
+
+fn corners(mesh: &Mesh, triangle: &[u32; 3]) -> [DVec3; 3] {
+    triangle.map(|index| mesh.positions()[index as usize])
 }
 
 /// The change of coordinates that turns a ray into the unit z axis.

@@ -67,9 +67,30 @@ pub enum LoadProblem {
         /// What to do about it.
         advice: &'static str,
     },
+    /// A scene that multiplies what its files hold beyond the limits told in the crate's documentation.
+    #[error(
+        "the scene makes {count} {what} out of its files; at most {most} are read; leave instances out or split it"
+    )]
+    TooMuch {
+        /// What is too much.
+        what: &'static str,
+        /// How many there would be, at least.
+        count: u64,
+        /// How many are read at most.
+        most: u64,
+    },
     /// Neither a triangle nor a body.
     #[error("the scene is empty: it holds no triangle and no body, so nothing can cast or receive a shadow")]
     Empty,
+}
+
+/// Text of a file for use in a message: not too much of it.
+pub(crate) fn excerpt(text: &str) -> std::borrow::Cow<'_, str> {
+    const LONGEST: usize = 60;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &text[..end]).into(),
+        None => text.into(),
+    }
 }
 
 impl LoadProblem {

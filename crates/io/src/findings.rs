@@ -2,36 +2,83 @@
 //!
 //! All three are decided exactly on the placed vertices, and every instance is looked at where it stands, since rounding
 //! may join vertices in one place and not in another. Vertices that are equal in a mesh are equal wherever it stands; so
-//! an instance with as many distinct positions as its mesh has the mesh's own topology, which is found once.
-//! O(n log n) in the triangles of all meshes and the vertices of all instances.
+//! an instance in which rounding joins no others has the mesh's own topology, which is found once. O(n log n) in the
+//! triangles of all meshes, O(n) in those of all instances unless rounding comes near to joining vertices.
 
 use std::{collections::HashMap, sync::Arc};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use robust::{Coord, orient2d};
 use umbriel_geometry::{Facets, Mesh, Placement};
-use umbriel_scene::{Finding, FindingKind, Scene, Shape};
+use umbriel_scene::{Finding, FindingKind, Object, Scene, Shape};
 
-/// The findings about the surfaces of all triangle meshes of a scene, object by object. Rectangles, boxes and spheres
+/// The findings about the surfaces of all triangle meshes of a scene, mesh by mesh: what is found about objects that
+/// share a mesh is one finding, with the name of the first of them and the count over all. Rectangles, boxes and spheres
 /// are what they are: nothing is found about them.
 pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
-    let mut own: HashMap<*const Mesh, Joints> = HashMap::new();
-    let mut findings = Vec::new();
+    let mut place_of: HashMap<*const Mesh, usize> = HashMap::new();
+    let mut groups: Vec<Group> = Vec::new();
     for object in &scene.objects {
         let Shape::Mesh(mesh) = &object.shape else { continue };
-        let local = *own.entry(Arc::as_ptr(mesh)).or_insert_with(|| Joints::of(mesh, &Placement::IDENTITY));
+        let place = *place_of.entry(Arc::as_ptr(mesh)).or_insert_with(|| {
+            groups.push(Group {
+                own: Joints::of(mesh, &Placement::IDENTITY),
+                gap: gap(mesh),
+                found: [const { None }; 3],
+            });
+            groups.len() - 1
+        });
+        groups[place].add(object, mesh);
+    }
+    groups.into_iter().flat_map(|group| group.found.into_iter().flatten()).collect()
+}
+
+/// What is found about the objects that share a mesh.
+struct Group {
+    own: Joints,
+    gap: f64,
+    found: [Option<Finding>; 3],
+}
+
+impl Group {
+    fn add(&mut self, object: &Object, mesh: &Mesh) {
         let placed: Vec<DVec3> = mesh.positions().iter().map(|&position| object.placement.round(position)).collect();
-        let joined_by_rounding = distinct(&placed) != local.positions;
-        let joints = if joined_by_rounding { Joints::of(mesh, &object.placement) } else { local };
+        let kept_apart =
+            stay_apart(self.gap, &object.placement.map().matrix3, &placed) || distinct(&placed) == self.own.positions;
+        let joints = if kept_apart { self.own } else { Joints::of(mesh, &object.placement) };
         let counts = [
             (FindingKind::OpenEdges, joints.open_edges),
             (FindingKind::ZeroAreaFaces, without_area(mesh, &placed)),
             (FindingKind::DuplicateFaces, joints.duplicates),
         ];
-        let found = counts.into_iter().filter(|&(_, count)| count > 0);
-        findings.extend(found.map(|(kind, count)| Finding { kind, subject: object.name.clone(), count }));
+        for (found, (kind, count)) in self.found.iter_mut().zip(counts).filter(|(_, (_, count))| *count > 0) {
+            found.get_or_insert_with(|| Finding { kind, subject: object.name.clone(), count: 0 }).count += count;
+        }
     }
-    findings
+}
+
+/// The least difference other than zero between two vertices in the same coordinate: vertices that are not equal are at
+/// least so far apart, by the largest coordinate of their difference. Rounded to the nearest.
+fn gap(mesh: &Mesh) -> f64 {
+    let of_axis = |axis: usize| {
+        let mut values: Vec<f64> = mesh.positions().iter().map(|position| position[axis]).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        let gaps = values.windows(2).map(|pair| pair[1] - pair[0]).filter(|&gap| gap > 0.0);
+        gaps.fold(f64::INFINITY, f64::min)
+    };
+    (0..3).map(of_axis).fold(f64::INFINITY, f64::min)
+}
+
+/// Whether vertices that are `gap` apart are sure to stay apart when placed and rounded; may say no in vain.
+///
+/// |d| ≤ ‖A⁻¹‖·|A·d| by the largest coordinate, and rounding moves two points together by one ulp of the largest placed
+/// coordinate at most, which is 2^-52 of it. While ‖A‖·‖A⁻¹‖ < 2^32 the computed inverse is off by less than a share of
+/// 2^-16; the 16 below covers that, and the roundings of both sides.
+fn stay_apart(gap: f64, map: &DMat3, placed: &[DVec3]) -> bool {
+    let norm = |m: &DMat3| (m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs()).max_element();
+    let (own, inverse) = (norm(map), norm(&map.inverse()));
+    let largest = placed.iter().fold(DVec3::ZERO, |largest, at| largest.max(at.abs())).max_element();
+    own * inverse < 4_294_967_296.0 && gap > 16.0 * inverse * largest * f64::EPSILON
 }
 
 /// How the triangles of a mesh hang together.
@@ -121,6 +168,28 @@ mod tests {
         let expected =
             [(FindingKind::OpenEdges, "near".to_owned(), 3), (FindingKind::ZeroAreaFaces, "far".to_owned(), 1)];
         assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn instances_are_told_once() {
+        let mesh =
+            Arc::new(Mesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).expect("a mesh"));
+        let mut scene = Scene::default();
+        for number in 0..7 {
+            scene.objects.push(object(&format!("leaf#{number}"), Shape::Mesh(Arc::clone(&mesh))));
+        }
+        let found = surface_findings(&scene);
+        assert_eq!(found.len(), 1);
+        assert_eq!((found[0].kind, &*found[0].subject, found[0].count), (FindingKind::OpenEdges, "leaf#0", 21));
+    }
+
+    #[test]
+    fn vertices_are_known_to_stay_apart_only_where_they_do() {
+        let at = |x: f64| vec![DVec3::splat(x)];
+        assert!(stay_apart(0.1, &DMat3::IDENTITY, &at(1000.0)));
+        assert!(!stay_apart(f64::EPSILON, &DMat3::IDENTITY, &at(1.0)));
+        let flat = DMat3::from_diagonal(DVec3::new(1.0, 1.0, 1e-12));
+        assert!(!stay_apart(0.1, &flat, &at(1.0)), "too badly conditioned to tell");
     }
 
     #[test]

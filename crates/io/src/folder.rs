@@ -5,11 +5,11 @@
 //! that is opened.
 
 use std::{
-    fs, io,
     path::{Component, Path, PathBuf},
+    rc::Rc,
 };
 
-use crate::{error::LoadProblem, options::Outside};
+use crate::{error::LoadProblem, ledger::Ledger, options::Outside};
 
 /// Where relative paths start, and where they have to stay.
 #[derive(Clone, Debug)]
@@ -17,6 +17,16 @@ pub(crate) struct Folder {
     base: PathBuf,
     root: PathBuf,
     outside: Outside,
+    ledger: Rc<Ledger>,
+}
+
+/// A file that a scene names.
+#[derive(Clone, Debug)]
+pub(crate) struct Located {
+    /// What messages call it: relative as the scene itself is.
+    pub(crate) shown: PathBuf,
+    /// The resolved path, which is opened.
+    pub(crate) real: PathBuf,
 }
 
 impl Folder {
@@ -25,7 +35,7 @@ impl Folder {
         let base = parent(scene);
         // A folder that cannot be resolved cannot be read either; the read says so.
         let root = base.canonicalize().unwrap_or_else(|_| base.clone());
-        Self { base, root, outside }
+        Self { base, root, outside, ledger: Rc::default() }
     }
 
     /// The folder of a file that the scene names: relative paths start there, the borders stay the scene's.
@@ -33,8 +43,13 @@ impl Folder {
         Self { base: parent(file), ..self.clone() }
     }
 
+    /// The account of the scene.
+    pub(crate) fn ledger(&self) -> &Ledger {
+        &self.ledger
+    }
+
     /// The file that `path` means, if it exists and may be read. `place` is the element that names it.
-    pub(crate) fn resolve(&self, path: &str, place: &str) -> Result<PathBuf, LoadProblem> {
+    pub(crate) fn resolve(&self, path: &str, place: &str) -> Result<Located, LoadProblem> {
         let outside = || LoadProblem::Outside { place: place.to_owned(), path: path.to_owned() };
         let joined = self.base.join(path);
         let confined = self.outside == Outside::Refused;
@@ -42,12 +57,12 @@ impl Folder {
         if confined && !self.stays_inside(Path::new(path)) {
             return Err(outside());
         }
-        let resolved =
-            joined.canonicalize().map_err(|source| LoadProblem::Unreadable { path: joined.clone(), source })?;
-        if confined && !resolved.starts_with(&self.root) {
+        let shown = joined.strip_prefix(".").unwrap_or(&joined).to_path_buf();
+        let real = joined.canonicalize().map_err(|source| LoadProblem::Unreadable { path: shown.clone(), source })?;
+        if confined && !real.starts_with(&self.root) {
             return Err(outside());
         }
-        Ok(resolved)
+        Ok(Located { shown, real })
     }
 
     /// Whether the path, as written, never climbs above the folder of the scene.
@@ -73,18 +88,10 @@ fn parent(file: &Path) -> PathBuf {
     }
 }
 
-/// The bytes of a regular file.
-pub(crate) fn read(path: &Path) -> Result<Vec<u8>, LoadProblem> {
-    let unreadable = |source| LoadProblem::Unreadable { path: path.to_path_buf(), source };
-    // A pipe or a device may never end.
-    if !fs::metadata(path).map_err(unreadable)?.is_file() {
-        return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")));
-    }
-    fs::read(path).map_err(unreadable)
-}
-
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

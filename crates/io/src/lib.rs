@@ -6,11 +6,16 @@
 //!
 //! Numbers are read as f64 (32-bit floats become f64 exactly), nothing is welded, rounded or dropped. Files outside the
 //! folder of the scene are refused unless [`Outside::Allowed`] says otherwise. Nothing is fetched from a network.
+//!
+//! What is written out in a file is read, however much it is; what a file multiplies is limited. A scene may hold 2^26
+//! triangles (counted for every instance), 2^18 objects, families and lights, and 2^24 decoded elements of accessors,
+//! and of each one more for every byte of its files.
 
 mod error;
 mod findings;
 mod folder;
 mod gltf;
+mod ledger;
 mod load;
 mod model;
 mod names;

@@ -6,8 +6,9 @@ use umbriel_scene::Sides;
 
 use crate::{
     error::{LoadError, LoadProblem},
-    folder::{Folder, read},
+    folder::Folder,
     gltf,
+    ledger::as_named,
     model::Model,
     obj,
     options::{DetailSetting, LoadOptions, LoadedScene, UpAxis},
@@ -21,10 +22,10 @@ use crate::{
 ///
 /// # Errors
 /// A file that is missing, unreadable or of an unknown kind, content that is refused, or a scene without any triangle
-/// or body; see [`LoadError::is_unreadable`].
+/// or body, or one that makes too much of small files; see [`LoadError::is_unreadable`].
 pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedScene, LoadError> {
-    let bytes = read(path).map_err(|problem| problem.in_file(path))?;
     let folder = Folder::of_scene(path, options.outside);
+    let bytes = folder.ledger().read(&as_named(path)).map_err(|problem| problem.in_file(path))?;
     let (model, stated) = match Format::of(path) {
         Some(Format::SceneFile) => scene_file::read(path, &bytes, &folder, options)?,
         Some(Format::Mesh(format)) => {
@@ -36,8 +37,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedScene, LoadError
     let up = options.up.or(stated.up).unwrap_or_default();
     let north_degrees = options.north_degrees.unwrap_or(stated.north);
     let sides = options.sides.or(stated.sides).unwrap_or_default();
-    let scene = model.into_scene(up.turn(), sides).map_err(|problem| problem.in_file(path))?;
-    Ok(LoadedScene { scene, detail: stated.detail, north_degrees })
+    let scene = model.into_scene(up.turn(), sides, folder.ledger()).map_err(|problem| problem.in_file(path))?;
+    Ok(LoadedScene { scene, detail: stated.detail, north_degrees, files: folder.ledger().files() })
 }
 
 /// What a scene file says about the scene as a whole.

@@ -8,7 +8,11 @@ use umbriel_scene::{
     Camera, Family, FamilyTree, Finding, FindingKind, Light, Member, Object, Projection, Scene, Shape, Sides,
 };
 
-use crate::{error::LoadProblem, names::Names};
+use crate::{
+    error::LoadProblem,
+    ledger::{Ledger, Quantity},
+    names::Names,
+};
 
 /// A body as read. Its name need not be unique within a scene yet.
 #[derive(Clone, Debug)]
@@ -113,8 +117,20 @@ impl Model {
         Some(Self { objects, families, findings, ..Self::default() })
     }
 
+    /// Whether there are not too many objects, families and lights.
+    pub(crate) fn check_size(&self, ledger: &Ledger) -> Result<(), LoadProblem> {
+        let parts = self.objects.len() + self.families.families.len() + self.lights.len();
+        ledger.check(Quantity::Parts, parts as u64)
+    }
+
     /// Turns the content into a scene: names made unique, everything turned by `turn`, every object checked.
-    pub(crate) fn into_scene(self, turn: DAffine3, sides: Sides) -> Result<Scene, LoadProblem> {
+    pub(crate) fn into_scene(self, turn: DAffine3, sides: Sides, ledger: &Ledger) -> Result<Scene, LoadProblem> {
+        self.check_size(ledger)?;
+        let triangles = |object: &ModelObject| match &object.shape {
+            Shape::Mesh(mesh) => mesh.triangles().len() as u64,
+            _ => 0,
+        };
+        ledger.check(Quantity::PlacedTriangles, self.objects.iter().map(triangles).sum())?;
         let mut names = Names::default();
         let mut objects = Vec::with_capacity(self.objects.len());
         for object in self.objects {

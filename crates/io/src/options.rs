@@ -1,5 +1,7 @@
 //! What a user may say about a scene besides the file, and what the file says besides the scene.
 
+use std::path::PathBuf;
+
 use glam::{DAffine3, DMat3, DVec3};
 use umbriel_scene::{Scene, Sides};
 
@@ -82,6 +84,8 @@ pub struct LoadedScene {
     pub detail: Option<DetailSetting>,
     /// Where north lies, degrees clockwise from −Z seen from above.
     pub north_degrees: f64,
+    /// Every file that was read, absolute and without symbolic links.
+    pub files: Vec<PathBuf>,
 }
 
 impl LoadedScene {

@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_millis(500);
 pub(crate) struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Listens to Ctrl-C from now on. Where that is impossible, Ctrl-C ends the process as it does everywhere.
+    /// Listens to Ctrl-C from now on; while files are read it still ends the process at once. Where that is impossible, Ctrl-C ends the process as it does everywhere.
     pub(crate) fn install() -> Self {
         let interrupt = Self::default();
         let flag = interrupt.0.clone();

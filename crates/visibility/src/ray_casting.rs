@@ -113,7 +113,11 @@ impl RayCaster {
 impl Body {
     fn new(object: &Object, meshes: &mut HashMap<*const Mesh, Arc<TriangleBvh>>) -> Self {
         let shape = match &object.shape {
-            Shape::Mesh(mesh) => mesh_tree(mesh, meshes).map_or(LocalShape::Unknown, LocalShape::Mesh),
+            Shape::Mesh(mesh) => {
+                let tree =
+                    meshes.entry(Arc::as_ptr(mesh)).or_insert_with(|| Arc::new(TriangleBvh::build(Arc::clone(mesh))));
+                LocalShape::Mesh(Arc::clone(tree))
+            }
             Shape::Rectangle(rectangle) => LocalShape::Rectangle(*rectangle),
             Shape::Cuboid(cuboid) => LocalShape::Cuboid(*cuboid),
             Shape::Sphere(sphere) => LocalShape::Sphere(*sphere),
@@ -142,16 +146,6 @@ impl Body {
     fn world_normal(&self, local: DVec3) -> DVec3 {
         (self.to_local.matrix3.transpose() * local).normalize_or_zero()
     }
-}
-
-/// The tree of a mesh, built at its first use. `None` never comes of a mesh that was accepted.
-fn mesh_tree(mesh: &Arc<Mesh>, trees: &mut HashMap<*const Mesh, Arc<TriangleBvh>>) -> Option<Arc<TriangleBvh>> {
-    if let Some(tree) = trees.get(&Arc::as_ptr(mesh)) {
-        return Some(tree.clone());
-    }
-    let tree = TriangleBvh::build(mesh.positions().to_vec(), mesh.triangles().to_vec()).ok().map(Arc::new)?;
-    trees.insert(Arc::as_ptr(mesh), tree.clone());
-    Some(tree)
 }
 
 fn mesh_hit(bvh: &TriangleBvh, ray: &Ray, t_max: f64) -> Option<LocalHit> {

@@ -7,9 +7,14 @@ use crate::{
     arbitrary::{point, whole_light, whole_point},
 };
 
+fn bvh(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> TriangleBvh {
+    let positions = positions.iter().map(DVec3::to_array).collect();
+    TriangleBvh::build(Arc::new(Mesh::new(positions, triangles).expect("a sound mesh")))
+}
+
 fn soup(corners: Vec<[DVec3; 3]>) -> TriangleBvh {
     let triangles = (0..corners.len() as u32).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
-    TriangleBvh::build(corners.into_iter().flatten().collect(), triangles).expect("sound triangles")
+    bvh(corners.into_iter().flatten().collect(), triangles)
 }
 
 /// Whether the closed triangle crosses the open segment; exact on whole numbers. In-plane contact is left out.
@@ -79,7 +84,7 @@ proptest! {
         let origin = DVec3::from_array(inside) * 0.1;
         let corners = triangles[edge.index(triangles.len())].map(|index| positions[index as usize]);
         let target = corners[0] + (corners[1] - corners[0]) * along;
-        let bvh = TriangleBvh::build(positions, triangles).expect("a sound mesh");
+        let bvh = bvh(positions, triangles);
         prop_assert!(bvh.nearest_hit(origin, target - origin, f64::INFINITY).is_some());
     }
 }
@@ -110,12 +115,10 @@ fn star(heights: &[f64]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
 }
 
 #[test]
-fn what_is_no_mesh_is_refused() {
-    let triangle = || vec![[0, 1, 2]];
-    let index = TriangleBvh::build(vec![DVec3::ZERO; 2], triangle()).expect_err("index 2 of 2");
-    assert_eq!(index, MeshDefect::Index { triangle: 0, index: 2, vertices: 2 });
-    let endless = TriangleBvh::build(vec![DVec3::ZERO, DVec3::INFINITY, DVec3::X], triangle()).expect_err("infinity");
-    assert_eq!(endless, MeshDefect::Coordinate { vertex: 1, axis: 0, defect: NumberDefect::NotFinite });
+fn the_mesh_is_shared() {
+    let mesh = Arc::new(Mesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).expect("a mesh"));
+    let trees = [TriangleBvh::build(Arc::clone(&mesh)), TriangleBvh::build(Arc::clone(&mesh))];
+    assert_eq!(Arc::strong_count(&mesh), 1 + trees.len());
 }
 
 #[test]

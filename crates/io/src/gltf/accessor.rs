@@ -2,9 +2,9 @@
 
 use super::{
     container::Buffers,
-    json::{Accessor, Document, Sparse, element},
+    json::{Accessor, Document, Sparse, existing},
 };
-use crate::error::LoadProblem;
+use crate::{error::LoadProblem, ledger::Ledger};
 
 /// Most elements of an accessor without bytes of its own (all zeros): nothing in the file bounds their number.
 const MOST_ZEROS: usize = 1 << 22;
@@ -97,7 +97,7 @@ impl<'a> Accessors<'a> {
     /// The declared accessor.
     pub(super) fn declared(&self, index: usize) -> Result<(&'a Accessor, Component), LoadProblem> {
         let refused = |message| LoadProblem::element(format!("accessor {index}"), message);
-        let accessor = element(&self.document.accessors, index, "accessor").map_err(refused)?;
+        let accessor = existing(&self.document.accessors, index, "accessor")?;
         Component::of(accessor.component_type).map(|component| (accessor, component)).map_err(refused)
     }
 
@@ -119,9 +119,14 @@ impl<'a> Accessors<'a> {
         let mut elements = match accessor.buffer_view {
             Some(view) => {
                 let strided = self.strided(view, accessor.byte_offset, size, accessor.count);
-                strided.map_err(|problem| within(problem, &place()))?.iter().map(decode).collect()
+                let strided = strided.map_err(|problem| within(problem, &place()))?;
+                self.count(accessor.count)?;
+                strided.iter().map(decode).collect()
             }
-            None if accessor.count <= MOST_ZEROS => vec![[0.0; N]; accessor.count],
+            None if accessor.count <= MOST_ZEROS => {
+                self.count(accessor.count)?;
+                vec![[0.0; N]; accessor.count]
+            }
             None => {
                 let message = format!("it has no buffer view and claims {} elements, too many zeros", accessor.count);
                 return Err(LoadProblem::element(place(), message));
@@ -131,6 +136,16 @@ impl<'a> Accessors<'a> {
             self.replace(sparse, size, decode, &mut elements).map_err(|problem| within(problem, &place()))?;
         }
         Ok(elements)
+    }
+
+    /// Enters elements into the account of the scene, before there are any.
+    pub(super) fn count(&self, elements: usize) -> Result<(), LoadProblem> {
+        self.buffers.ledger().decode(elements)
+    }
+
+    /// The account of the scene.
+    pub(super) fn ledger(&self) -> &Ledger {
+        self.buffers.ledger()
     }
 
     /// Indices of vertices: unsigned integers of any size.
@@ -175,7 +190,7 @@ impl<'a> Accessors<'a> {
     fn strided(&self, view: usize, offset: usize, size: usize, count: usize) -> Result<Strided<'_>, LoadProblem> {
         let place = format!("buffer view {view}");
         let refused = |message: String| LoadProblem::element(&place, message);
-        let declared = element(&self.document.buffer_views, view, "buffer view").map_err(refused)?;
+        let declared = existing(&self.document.buffer_views, view, "buffer view")?;
         let buffer = self.buffers.bytes(declared.buffer)?;
         let end = declared.byte_offset.checked_add(declared.byte_length);
         let bytes = end.and_then(|end| buffer.get(declared.byte_offset..end));
@@ -202,10 +217,10 @@ impl<'a> Accessors<'a> {
     }
 }
 
-/// The same problem, told of the accessor that led to it.
-fn within(problem: LoadProblem, accessor: &str) -> LoadProblem {
+/// The same problem, told of the element that led to it.
+pub(super) fn within(problem: LoadProblem, outer: &str) -> LoadProblem {
     match problem {
-        LoadProblem::Element { place, message } => LoadProblem::element(format!("{accessor}, {place}"), message),
+        LoadProblem::Element { place, message } => LoadProblem::element(format!("{outer}, {place}"), message),
         other => other,
     }
 }

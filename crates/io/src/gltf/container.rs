@@ -1,13 +1,19 @@
 //! Where the bytes of a glTF are: the chunks of a GLB, and buffers inside it, in data URIs and in files.
 
-use std::{borrow::Cow, cell::OnceCell};
+use std::{
+    cell::{OnceCell, RefCell},
+    collections::HashMap,
+    path::PathBuf,
+    rc::Rc,
+};
 
 use base64::Engine;
 
-use super::json::{Buffer, element};
+use super::json::{Buffer, existing};
 use crate::{
-    error::LoadProblem,
-    folder::{Folder, read},
+    error::{LoadProblem, excerpt},
+    folder::Folder,
+    ledger::Ledger,
 };
 
 /// The JSON text and the binary chunk of a file; a `.gltf` is all text.
@@ -50,19 +56,41 @@ pub(super) struct Buffers<'a> {
     declared: &'a [Buffer],
     binary: Option<&'a [u8]>,
     folder: &'a Folder,
-    loaded: Vec<OnceCell<Cow<'a, [u8]>>>,
+    loaded: Vec<OnceCell<Bytes<'a>>>,
+    /// Files by their resolved paths: several buffers may name one.
+    files: RefCell<HashMap<PathBuf, Rc<Vec<u8>>>>,
+}
+
+/// The bytes behind a buffer.
+#[derive(Clone, Debug)]
+enum Bytes<'a> {
+    Chunk(&'a [u8]),
+    Own(Rc<Vec<u8>>),
+}
+
+impl Bytes<'_> {
+    fn get(&self) -> &[u8] {
+        match self {
+            Self::Chunk(bytes) => bytes,
+            Self::Own(bytes) => bytes,
+        }
+    }
 }
 
 impl<'a> Buffers<'a> {
     pub(super) fn new(declared: &'a [Buffer], binary: Option<&'a [u8]>, folder: &'a Folder) -> Self {
-        Self { declared, binary, folder, loaded: declared.iter().map(|_| OnceCell::new()).collect() }
+        let loaded = declared.iter().map(|_| OnceCell::new()).collect();
+        Self { declared, binary, folder, loaded, files: RefCell::default() }
+    }
+
+    /// The account of the scene.
+    pub(super) fn ledger(&self) -> &Ledger {
+        self.folder.ledger()
     }
 
     /// The declared bytes of a buffer.
     pub(super) fn bytes(&self, index: usize) -> Result<&[u8], LoadProblem> {
-        let place = || format!("buffer {index}");
-        let declared =
-            element(self.declared, index, "buffer").map_err(|message| LoadProblem::element(place(), message))?;
+        let declared = existing(self.declared, index, "buffer")?;
         let cell = &self.loaded[index];
         let bytes = match cell.get() {
             Some(bytes) => bytes,
@@ -71,32 +99,41 @@ impl<'a> Buffers<'a> {
                 cell.get_or_init(|| bytes)
             }
         };
+        let bytes = bytes.get();
         bytes.get(..declared.byte_length).ok_or_else(|| {
             let message = format!("it should have {} bytes, but {} are there", declared.byte_length, bytes.len());
-            LoadProblem::element(place(), message)
+            LoadProblem::element(format!("buffer {index}"), message)
         })
     }
 
-    fn fetch(&self, index: usize, declared: &Buffer) -> Result<Cow<'a, [u8]>, LoadProblem> {
+    fn fetch(&self, index: usize, declared: &Buffer) -> Result<Bytes<'a>, LoadProblem> {
         let place = format!("buffer {index}");
         let Some(uri) = &declared.uri else {
             return match self.binary {
-                Some(binary) if index == 0 => Ok(Cow::Borrowed(binary)),
+                Some(binary) if index == 0 => Ok(Bytes::Chunk(binary)),
                 _ => Err(LoadProblem::element(place, "it has no uri, and there is no binary chunk for it")),
             };
         };
         if let Some(data) = uri.strip_prefix("data:") {
-            return decode_data(data).map(Cow::Owned).map_err(|message| LoadProblem::element(place, message));
+            let bytes = decode_data(data).map_err(|message| LoadProblem::element(place, message))?;
+            return Ok(Bytes::Own(Rc::new(bytes)));
         }
         if has_scheme(uri) {
             return Err(LoadProblem::element(
                 place,
-                format!("\"{uri}\" is not a file; only files and data URIs are read"),
+                format!("\"{}\" is not a file; only files and data URIs are read", excerpt(uri)),
             ));
         }
         let path = percent_encoding::percent_decode_str(uri).decode_utf8();
         let path = path.map_err(|_| LoadProblem::element(&place, "its uri is not UTF-8 once percent-decoded"))?;
-        Ok(Cow::Owned(read(&self.folder.resolve(&path, &place)?)?))
+        let file = self.folder.resolve(&path, &place)?;
+        let mut files = self.files.borrow_mut();
+        if let Some(bytes) = files.get(&file.real) {
+            return Ok(Bytes::Own(Rc::clone(bytes)));
+        }
+        let bytes = Rc::new(self.ledger().read(&file)?);
+        files.insert(file.real, Rc::clone(&bytes));
+        Ok(Bytes::Own(bytes))
     }
 }
 

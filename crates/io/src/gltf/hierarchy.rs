@@ -103,6 +103,9 @@ fn roots(document: &Document, has_parent: &[bool]) -> Result<Vec<usize>, LoadPro
 /// A node's own matrix.
 fn own_map(node: &Node) -> Result<DAffine3, String> {
     match &node.matrix {
+        Some(_) if node.translation.is_some() || node.rotation.is_some() || node.scale.is_some() => {
+            Err("it has both a matrix and translation, rotation or scale; glTF allows one of the two".to_owned())
+        }
         Some(matrix) => from_matrix(matrix),
         None => from_parts(
             node.translation.unwrap_or([0.0; 3]),

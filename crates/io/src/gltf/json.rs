@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde_json::Value;
 
+use crate::error::LoadProblem;
+
 #[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
+#[serde(rename_all = "camelCase", expecting = "a glTF document, which is an object")]
 pub(super) struct Document {
     pub(super) asset: Asset,
     #[serde(default)]
@@ -190,6 +192,13 @@ pub(super) struct BufferView {
 pub(super) struct Buffer {
     pub(super) uri: Option<String>,
     pub(super) byte_length: usize,
+}
+
+/// An element of the document by its index; a message about it is told of the element.
+pub(super) fn existing<'a, T>(list: &'a [T], index: usize, kind: &str) -> Result<&'a T, LoadProblem> {
+    let missing =
+        || LoadProblem::element(format!("{kind} {index}"), format!("there is none; the file has {}", list.len()));
+    list.get(index).ok_or_else(missing)
 }
 
 /// An element of the document by its index, or what is wrong with the index.

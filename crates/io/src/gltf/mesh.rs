@@ -5,8 +5,8 @@ use std::{collections::HashMap, rc::Rc, sync::Arc};
 use umbriel_geometry::{Mesh, accept_point};
 
 use super::{
-    accessor::{Accessors, Component},
-    json::{Document, Primitive, element},
+    accessor::{Accessors, Component, within},
+    json::{Document, Primitive, element, existing},
 };
 use crate::error::LoadProblem;
 
@@ -52,8 +52,7 @@ impl<'a> Meshes<'a> {
 
     fn read(&mut self, index: usize) -> Result<LoadedMesh, LoadProblem> {
         let place = format!("mesh {index}");
-        let declared = element(&self.document.meshes, index, "mesh");
-        let declared = declared.map_err(|message| LoadProblem::element(&place, message))?;
+        let declared = existing(&self.document.meshes, index, "mesh")?;
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
         let (mut masked, mut blended, mut not_triangles) = (0, 0, 0);
         for (number, primitive) in declared.primitives.iter().enumerate() {
@@ -90,11 +89,14 @@ impl<'a> Meshes<'a> {
         let Some(&accessor) = primitive.attributes.get("POSITION") else {
             return Err(refused("it has no POSITION attribute".to_owned()));
         };
-        let vertices = self.positions(accessor)?;
+        let vertices = self.positions(accessor).map_err(|problem| within(problem, place))?;
         let count = u32::try_from(vertices.len()).map_err(|_| refused("it has more than 2^32 vertices".to_owned()))?;
         let corners = match primitive.indices {
-            Some(indices) => self.accessors.indices(indices)?,
-            None => (0..count).collect(),
+            Some(indices) => self.accessors.indices(indices).map_err(|problem| within(problem, place))?,
+            None => {
+                self.accessors.count(vertices.len())?;
+                (0..count).collect()
+            }
         };
         if let Some((at, index)) = corners.iter().enumerate().find(|&(_, &index)| index >= count) {
             return Err(refused(format!("index {at} is {index}, but there are {count} vertices")));

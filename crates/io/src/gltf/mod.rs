@@ -40,7 +40,7 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder) -> Result<Model, LoadProblem> 
     let (text, binary) = container::split(bytes)?;
     let document: Document = serde_json::from_slice(text).map_err(|fault| LoadProblem::Text {
         line: fault.line(),
-        column: Some(fault.column()),
+        column: Some(fault.column().max(1)),
         message: format!("its JSON is not glTF 2.0: {}", without_place(&fault)),
     })?;
     check_version(&document)?;
@@ -54,10 +54,11 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder) -> Result<Model, LoadProblem> 
     Ok(model)
 }
 
-/// The message without the line and column that end it.
+/// The message without the line and column that end it, in words of the format.
 fn without_place(fault: &serde_json::Error) -> String {
     let message = fault.to_string();
-    message.rsplit_once(" at line ").map_or(message.clone(), |(text, _)| text.to_owned())
+    let text = message.rsplit_once(" at line ").map_or(&*message, |(text, _)| text);
+    text.replace("usize", "a whole number, 0 or more")
 }
 
 fn check_version(document: &Document) -> Result<(), LoadProblem> {

@@ -7,13 +7,14 @@ use umbriel_geometry::LightSource;
 use umbriel_scene::{Camera, Family, FindingKind, Light, Member, Projection, Shape};
 
 use super::{
-    accessor::{Accessors, Component},
+    accessor::{Accessors, Component, within},
     hierarchy::{Hierarchy, Placed, place},
     json::{Document, Eye, Instancing, Node, PunctualLight, element},
     mesh::{LoadedMesh, Meshes},
 };
 use crate::{
     error::LoadProblem,
+    ledger::Quantity,
     model::{Model, ModelObject, camera},
     transform::from_parts,
 };
@@ -34,9 +35,10 @@ pub(super) fn read(
         if let Some(mesh) = node.mesh {
             let name = name_of(placed.node, node);
             let maps = instances(node, &place(placed.node, node), accessors)?;
-            let mesh = meshes.get(mesh)?;
+            let mesh = meshes.get(mesh).map_err(|problem| within(problem, &place(placed.node, node)))?;
             tell(&mut model, &name, node, mesh);
             add_objects(&mut model, &name, placed, maps, mesh);
+            model.check_size(accessors.ledger())?;
         }
         objects_of.push(first..model.objects.len());
         if let Some(reference) = &node.extensions.light {
@@ -111,6 +113,7 @@ fn instances(node: &Node, place: &str, accessors: &Accessors) -> Result<Option<V
     if counts.any(|other| other != count) {
         return Err(refused("its attributes differ in their number of instances".to_owned()));
     }
+    accessors.ledger().check(Quantity::Parts, count as u64)?;
     let map = |i: usize| {
         let translation = translations.as_ref().map_or([0.0; 3], |list| list[i]);
         let rotation = rotations.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |list| list[i]);

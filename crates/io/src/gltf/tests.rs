@@ -485,3 +485,37 @@ proptest::proptest! {
         let _ = read(&bytes, &folder());
     }
 }
+
+#[test]
+fn a_small_file_does_not_become_a_large_scene() {
+    let zeros = |document: &mut Value, data: &mut Data, count: usize| {
+        data.accessors.push(json!({ "componentType": 5126, "count": count, "type": "VEC3" }));
+        let accessor = data.accessors.len() - 1;
+        document["meshes"][0]["primitives"] = json!(vec![json!({ "attributes": { "POSITION": accessor } }); 100]);
+        accessor
+    };
+    let primitives = refused(changed(|document, data| {
+        zeros(document, data, 600_000);
+    }));
+    assert!(primitives.contains("decoded elements") && primitives.contains("at most"), "{primitives}");
+    let instances = refused(changed(|document, data| {
+        let accessor = zeros(document, data, 3_000_000);
+        document["meshes"][0]["primitives"] = json!([{ "attributes": { "POSITION": 0 } }]);
+        let attributes = json!({ "attributes": { "TRANSLATION": accessor } });
+        document["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": attributes });
+    }));
+    assert!(instances.contains("3000000 objects"), "{instances}");
+}
+
+#[test]
+fn what_a_node_or_primitive_names_is_told_with_its_name() {
+    let mesh = refused(changed(|document, _| document["nodes"][0] = json!({ "name": "roof", "mesh": 4 })));
+    assert_eq!(mesh, "node 0 (\"roof\"), mesh 4: there is none; the file has 1");
+    let accessor = refused(changed(|document, _| {
+        document["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(9);
+    }));
+    assert_eq!(accessor, "node 0, mesh 0, primitive 0, accessor 9: there is none; the file has 1");
+    let both = json!({ "mesh": 0, "scale": [1, 1, 1], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] });
+    let both = refused(changed(|document, _| document["nodes"][0] = both));
+    assert!(both.contains("both a matrix and translation"), "{both}");
+}

@@ -27,6 +27,10 @@ use parser::{Owner, Parser, Polygon};
 
 /// Reads an OBJ file. `stem` names what stands before any object or group.
 pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, up_is_stated: bool) -> Result<Model, LoadProblem> {
+    if let Some(at) = bytes.iter().position(|&byte| byte == 0) {
+        let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
+        return Err(LoadProblem::line(line, "a zero byte: this is no text in UTF-8 or ASCII, which an OBJ file is"));
+    }
     let text = String::from_utf8_lossy(bytes);
     let mut parser = Parser::default();
     for (line, statement) in statements(text.strip_prefix('\u{feff}').unwrap_or(&text)) {

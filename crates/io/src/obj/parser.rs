@@ -6,7 +6,10 @@ use glam::DVec3;
 use umbriel_geometry::accept_point;
 use umbriel_scene::FindingKind;
 
-use crate::{error::LoadProblem, model::Findings};
+use crate::{
+    error::{LoadProblem, excerpt},
+    model::Findings,
+};
 
 /// Statements that say nothing about flat surfaces.
 const WITHOUT_EFFECT: &str = "s usemtl mg vp deg bmat step cstype parm trim hole scrv sp \
@@ -147,7 +150,7 @@ impl Parser {
         let mut has = [false; 3];
         for (kind, part) in word.split('/').enumerate() {
             if kind > 2 || (part.is_empty() && kind != 1) {
-                return Err(format!("\"{word}\" is not a corner (v, v/vt, v//vn or v/vt/vn)"));
+                return Err(format!("\"{}\" is not a corner (v, v/vt, v//vn or v/vt/vn)", excerpt(word)));
             }
             if part.is_empty() {
                 continue;
@@ -180,7 +183,7 @@ impl Parser {
 
 /// An index counted from 0, from one counted from 1 or (if negative) back from the `count` elements so far.
 fn absolute(text: &str, count: usize, kind: &str) -> Result<usize, String> {
-    let index: i64 = text.parse().map_err(|_| format!("\"{text}\" is not an index"))?;
+    let index: i64 = text.parse().map_err(|_| format!("\"{}\" is not an index", excerpt(text)))?;
     let from_zero = if index < 0 { index + count as i64 } else { index - 1 };
     if index == 0 || from_zero < 0 || from_zero >= i64::from(u32::MAX) {
         return Err(format!(
@@ -197,9 +200,9 @@ fn numbers<'a>(
 ) -> Result<Vec<f64>, String> {
     let mut numbers = Vec::with_capacity(3);
     for word in words {
-        let number: f64 = word.parse().map_err(|_| format!("\"{word}\" is not a number"))?;
+        let number: f64 = word.parse().map_err(|_| format!("\"{}\" is not a number", excerpt(word)))?;
         if !number.is_finite() {
-            return Err(format!("\"{word}\" is not a finite number"));
+            return Err(format!("\"{}\" is not a finite number", excerpt(word)));
         }
         numbers.push(number);
     }

@@ -162,7 +162,9 @@ impl Places<'_> {
 
     /// What the TOML parser refuses.
     fn fault(&self, fault: &toml::de::Error) -> LoadProblem {
-        let message = fault.message().replace('\n', ", ");
+        let message = fault.message().replace('\n', ", ").replace("u8", "a whole number from 0 to 21");
+        // Lists of tables are all that this format has of sequences at its top.
+        let message = message.replace("invalid type: map, expected a sequence", "write it with two brackets, [[...]]");
         match fault.span() {
             Some(span) => self.at(span, message),
             None => LoadProblem::element("scene file", message),

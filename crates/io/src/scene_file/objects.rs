@@ -1,6 +1,9 @@
 //! Objects of a scene file: bodies, and meshes from other files.
 
-use std::{collections::HashMap, path::Path};
+use std::{
+    collections::HashMap,
+    path::{Path, PathBuf},
+};
 
 use glam::DAffine3;
 use toml::Spanned;
@@ -14,7 +17,7 @@ use super::{
 };
 use crate::{
     error::{LoadError, LoadProblem},
-    folder::{Folder, read as read_bytes},
+    folder::{Folder, Located},
     load::{MeshFormat, read_mesh},
     model::{Model, ModelObject},
     transform::{from_matrix, from_parts},
@@ -34,7 +37,7 @@ pub(super) fn read(
     entries: &[Spanned<ObjectEntry>],
     context: &Context,
 ) -> Result<(), LoadError> {
-    let mut files: HashMap<String, Model> = HashMap::new();
+    let mut files: HashMap<PathBuf, Model> = HashMap::new();
     for (number, spanned) in entries.iter().enumerate() {
         let entry = spanned.get_ref();
         let name = entry.name.clone().unwrap_or_else(|| format!("object{}", number + 1));
@@ -48,11 +51,15 @@ pub(super) fn read(
                 model.objects.push(ModelObject { name, shape, map, sides });
             }
             Body::Mesh(file) => {
-                if !files.contains_key(file) {
-                    files.insert(file.to_owned(), read_file(file, &name, entry, path, context)?);
+                let place = format!("object \"{name}\"");
+                let located = context.folder.resolve(file, &place).map_err(|problem| problem.in_file(path))?;
+                if !files.contains_key(&located.real) {
+                    let content = read_file(&located, place, entry, path, context)?;
+                    files.insert(located.real.clone(), content);
                 }
-                let whole = &files[file];
+                let whole = &files[&located.real];
                 take_in(model, whole, entry, &name, (map, sides)).map_err(refused)?;
+                model.check_size(context.folder.ledger()).map_err(|problem| problem.in_file(path))?;
             }
         }
     }
@@ -99,17 +106,21 @@ fn map_of(entry: &ObjectEntry) -> Result<DAffine3, String> {
     from_parts(entry.translation.unwrap_or([0.0; 3]), entry.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]), scale)
 }
 
-fn read_file(file: &str, name: &str, entry: &ObjectEntry, scene: &Path, context: &Context) -> Result<Model, LoadError> {
-    let place = format!("object \"{name}\"");
-    let path = context.folder.resolve(file, &place).map_err(|problem| problem.in_file(scene))?;
-    let Some(format) = MeshFormat::of(&path) else {
-        let message = format!("\"{file}\" is no mesh file; .obj, .gltf and .glb are read");
+fn read_file(
+    file: &Located,
+    place: String,
+    entry: &ObjectEntry,
+    scene: &Path,
+    context: &Context,
+) -> Result<Model, LoadError> {
+    let Some(format) = MeshFormat::of(&file.shown) else {
+        let message = format!("\"{}\" is no mesh file; .obj, .gltf and .glb are read", file.shown.display());
         return Err(LoadProblem::element(place, message).in_file(scene));
     };
-    let bytes = read_bytes(&path).map_err(|problem| problem.in_file(scene))?;
+    let bytes = context.folder.ledger().read(file).map_err(|problem| problem.in_file(scene))?;
     // An entry that turns its mesh has said which way is up.
     let up_is_stated = context.up_is_stated || entry.rotation.is_some() || entry.matrix.is_some();
-    read_mesh(&path, format, &bytes, context.folder, up_is_stated)
+    read_mesh(&file.shown, format, &bytes, context.folder, up_is_stated)
 }
 
 /// Adds a mesh file, or the part of it that the entry picks.
@@ -124,11 +135,13 @@ fn take_in(
         None => whole.clone(),
         Some(node) => whole.pick(node).ok_or_else(|| {
             let some: Vec<_> = whole.objects.iter().take(5).map(|object| format!("\"{}\"", object.name)).collect();
-            format!("its mesh file has no node \"{node}\"; it has {}, ...", some.join(", "))
+            let more = if whole.objects.len() > some.len() { ", ..." } else { "" };
+            format!("its mesh file has no node \"{node}\"; it has {}{more}", some.join(", "))
         })?,
     };
     if part.objects.is_empty() {
-        return Err("its mesh file holds no triangle".to_owned());
+        let file = entry.mesh.as_deref().unwrap_or_default();
+        return Err(format!("its mesh file \"{file}\" holds no triangle"));
     }
     model.take_in(part, name, map, sides, entry.node.is_some());
     Ok(())

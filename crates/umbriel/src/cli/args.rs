@@ -62,7 +62,7 @@ pub(crate) struct SceneArgs {
 #[derive(Debug, ClapArgs)]
 pub(crate) struct LightArgs {
     /// Add a sun: azimuth and elevation in degrees
-    #[arg(long, value_name = "AZ,EL", allow_hyphen_values = true, value_parser = numbers::<2>)]
+    #[arg(long, value_name = "AZ,EL", allow_hyphen_values = true, value_parser = angles)]
     pub(crate) sun: Vec<[f64; 2]>,
     /// Add a point light, metres
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
@@ -193,6 +193,13 @@ fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     parts.try_into().map_err(|parts: Vec<f64>| format!("{} numbers where {N} are needed", parts.len()))
 }
 
+/// Azimuth and elevation.
+fn angles(text: &str) -> Result<[f64; 2], String> {
+    let angles = numbers(text)?;
+    let above = (-90.0..=90.0).contains(&angles[1]);
+    if above { Ok(angles) } else { Err("the elevation is not between -90 and 90 degrees".to_owned()) }
+}
+
 /// Largest edge of a picture, pixels.
 const LARGEST_EDGE: u32 = 16_384;
 
@@ -233,6 +240,8 @@ mod tests {
         for wrong in [
             "--sun 1",
             "--sun 1,2,3",
+            "--sun 0,91",
+            "--sun 0,-90.5",
             "--point 1,2,nan",
             "--cell 0",
             "--cell 1 --boundary-depth 3",

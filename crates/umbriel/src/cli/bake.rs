@@ -23,10 +23,12 @@ use crate::{
     progress::{Bar, Interrupt},
 };
 
-pub(crate) fn run(args: &BakeArgs, interrupt: &Interrupt) -> Result<(), Failure> {
+pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     let begun = Instant::now();
     let outputs = Outputs::new(args)?;
     let mut loaded = plan::load(&args.scene)?;
+    output::check_unread(&outputs.files, &loaded.file.files)?;
+    let interrupt = &Interrupt::install();
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     outputs.check_lights(lights.len())?;
     let scene = &loaded.file.scene;
@@ -67,7 +69,7 @@ impl Outputs {
         let mut files = output::targets(&args.output, &[Format::Json, Format::Csv, Format::Glb], &inputs)?;
         if let Some(path) = args.json.clone().filter(|_| !json_to_stdout) {
             output::check_file(&path, &inputs)?;
-            files.push(Target { path, format: Format::Json });
+            output::add_target(&mut files, Target { path, format: Format::Json })?;
         }
         Ok(Self { files, json_to_stdout })
     }

@@ -77,17 +77,20 @@ fn lights(text: &mut String, scene: &Scene) -> std::fmt::Result {
 const LISTED: usize = 100;
 
 fn objects(text: &mut String, scene: &Scene, findings: &[Finding]) -> std::fmt::Result {
-    let open: HashSet<&str> = findings
+    // Objects that share a mesh share the finding.
+    let told: HashSet<&str> = findings
         .iter()
         .filter(|finding| finding.kind == FindingKind::OpenEdges)
         .map(|finding| finding.subject.as_str())
         .collect();
+    let with_finding = scene.objects.iter().filter(|object| told.contains(object.name.as_str()));
+    let open: HashSet<_> = with_finding.filter_map(mesh_of).map(Arc::as_ptr).collect();
     writeln!(text, "surfaces")?;
     for object in scene.objects.iter().take(LISTED) {
         let size = object.bounds().size();
         let kind = match &object.shape {
             Shape::Mesh(mesh) => {
-                let state = if open.contains(object.name.as_str()) { "open" } else { "closed" };
+                let state = if open.contains(&Arc::as_ptr(mesh)) { "open" } else { "closed" };
                 format!("{} triangles, {state}", mesh.triangles().len())
             }
             Shape::Rectangle(_) => "rectangle".to_owned(),

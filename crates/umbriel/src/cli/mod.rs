@@ -18,8 +18,6 @@ use clap::Parser;
 
 pub(crate) use failure::Failure;
 
-use crate::progress::Interrupt;
-
 /// Parses, runs, reports. clap's own complaints exit with 2, `--help` with 0.
 pub(crate) fn main() -> ExitCode {
     let args = match args::Args::try_parse() {
@@ -37,12 +35,11 @@ pub(crate) fn main() -> ExitCode {
 }
 
 fn run(args: &args::Args) -> Result<(), Failure> {
-    let interrupt = Interrupt::install();
     match &args.command {
         args::Command::Info(args) => info::run(args),
-        args::Command::Bake(args) => bake::run(args, &interrupt),
-        args::Command::Query(args) => query::run(args, &interrupt),
-        args::Command::Render(args) => render::run(args, &interrupt),
+        args::Command::Bake(args) => bake::run(args),
+        args::Command::Query(args) => query::run(args),
+        args::Command::Render(args) => render::run(args),
     }
 }
 

@@ -1,7 +1,8 @@
 //! `umbriel query`: exact answers to single points, one row a point and one column a light.
 
 use std::{
-    fs::File,
+    fs::{self, File},
+    io,
     path::Path,
     sync::atomic::{AtomicU64, Ordering},
 };
@@ -20,10 +21,12 @@ use crate::{
 /// Points answered between two looks at the interrupt flag.
 const CHUNK: usize = 256;
 
-pub(crate) fn run(args: &QueryArgs, interrupt: &Interrupt) -> Result<(), Failure> {
+pub(crate) fn run(args: &QueryArgs) -> Result<(), Failure> {
     let files = output::targets(&args.output, &[Format::Csv], &[&args.scene.scene, &args.points])?;
     let points = read(&args.points)?;
     let mut loaded = plan::load(&args.scene)?;
+    output::check_unread(&files, &loaded.file.files)?;
+    let interrupt = &Interrupt::install();
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
@@ -48,6 +51,10 @@ pub(crate) fn run(args: &QueryArgs, interrupt: &Interrupt) -> Result<(), Failure
 
 fn read(path: &Path) -> Result<PointTable, Failure> {
     let unreadable = |error| Failure::Unusable(format!("{} cannot be read: {error}", path.display()));
+    // A pipe or a device may never end.
+    if !fs::metadata(path).map_err(unreadable)?.is_file() {
+        return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")));
+    }
     let file = File::open(path).map_err(unreadable)?;
     read_points(file).map_err(|error| match error {
         PointsError::Unreadable(error) => unreadable(error),

@@ -18,9 +18,11 @@ use crate::{
     progress::{Bar, Interrupt},
 };
 
-pub(crate) fn run(args: &RenderArgs, interrupt: &Interrupt) -> Result<(), Failure> {
+pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let files = output::targets(&args.output, &[Format::Png], &[&args.scene.scene])?;
     let mut loaded = plan::load(&args.scene)?;
+    output::check_unread(&files, &loaded.file.files)?;
+    let interrupt = &Interrupt::install();
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
     let scene = &loaded.file.scene;

@@ -11,7 +11,7 @@ mod target;
 
 use std::io::{self, Write};
 
-pub(crate) use target::{Format, Target, check_file, commit_all, targets};
+pub(crate) use target::{Format, Target, add_target, check_file, check_unread, commit_all, targets};
 
 use crate::cli::Failure;
 

@@ -48,12 +48,37 @@ pub(crate) fn targets(paths: &[PathBuf], formats: &[Format], inputs: &[&Path]) -
             Failure::Unusable(format!("-o {}: the name must end in {}", path.display(), known.join(" or ")))
         })?;
         check_file(path, inputs)?;
-        if targets.iter().any(|target| target.path == *path) {
-            return Err(Failure::Unusable(format!("{} is to be written twice", path.display())));
-        }
-        targets.push(Target { path: path.clone(), format });
+        add_target(&mut targets, Target { path: path.clone(), format })?;
     }
     Ok(targets)
+}
+
+/// Adds a file, unless it is there already under whichever name of its folder.
+pub(crate) fn add_target(targets: &mut Vec<Target>, target: Target) -> Result<(), Failure> {
+    if targets.iter().any(|other| place(&other.path) == place(&target.path)) {
+        return Err(Failure::Unusable(format!("{} is to be written twice", target.path.display())));
+    }
+    targets.push(target);
+    Ok(())
+}
+
+/// A path whose folder is resolved; the file itself need not exist.
+fn place(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    match (folder.canonicalize(), path.file_name()) {
+        (Ok(folder), Some(name)) => folder.join(name),
+        _ => path.to_path_buf(),
+    }
+}
+
+/// Whether none of the files was read: by now all that the scene names are known, resolved.
+pub(crate) fn check_unread(targets: &[Target], read: &[PathBuf]) -> Result<(), Failure> {
+    let is_read = |target: &&Target| fs::canonicalize(&target.path).is_ok_and(|path| read.contains(&path));
+    targets.iter().find(is_read).map_or(Ok(()), |target| Err(is_read_failure(&target.path)))
+}
+
+fn is_read_failure(path: &Path) -> Failure {
+    Failure::Unusable(format!("{} is read; choose another file for the results", path.display()))
 }
 
 /// Whether the file can be written, and is not read.
@@ -64,7 +89,7 @@ pub(crate) fn check_file(path: &Path, inputs: &[&Path]) -> Result<(), Failure> {
         _ => false,
     };
     if inputs.iter().any(same) {
-        return Err(Failure::Unusable(format!("{} is read; choose another file for the results", path.display())));
+        return Err(is_read_failure(path));
     }
     Ok(())
 }
@@ -91,6 +116,7 @@ mod tests {
             (vec![at("a")], "must end in"),
             (vec![at("no/a.csv")], "folder does not exist"),
             (vec![at("a.csv"), at("a.csv")], "twice"),
+            (vec![at("a.csv"), at("./a.csv")], "twice"),
             (vec![at("in.csv")], "is read"),
         ] {
             let failure = check(&paths).expect_err(expected);

@@ -54,6 +54,9 @@ fn wrong_usage() {
         ("", vec!["Usage"]),
         ("bake", vec!["SCENE"]),
         ("bake noon.toml --sun 1", vec!["--sun", "2 are needed"]),
+        ("bake noon.toml --sun 0,91", vec!["--sun", "between -90 and 90"]),
+        ("bake noon.toml -o out.csv -o ./out.csv", vec!["out.csv", "twice"]),
+        ("bake noon.toml -o out.json --json out.json", vec!["out.json", "twice"]),
         ("bake noon.toml --sun up,1", vec!["--sun", "not a finite number"]),
         ("bake noon.toml --point 1e300,0,0", vec!["--point", "2^200"]),
         ("bake noon.toml --light moon", vec!["--light moon", "noon"]),
@@ -79,4 +82,49 @@ fn help_is_a_success() {
     for arguments in ["--help", "bake --help", "--version"] {
         assert!(workspace.run(arguments).succeeds().stdout().contains("umbriel"));
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn what_a_scene_reads_is_not_written_over() {
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\n";
+    let scene = "[[object]]\nname = \"roof\"\nmesh = \"roof.obj\"\n";
+    let workspace = Workspace::with(&[("roof.obj", triangle), ("scene.toml", scene)]);
+    std::os::unix::fs::symlink("roof.obj", workspace.path("roof.csv")).expect("a link");
+    workspace.run("bake scene.toml --sun 9,9 -o roof.csv").fails(2, &["roof.csv", "is read"]);
+    assert_eq!(workspace.text("roof.obj"), triangle);
+}
+
+#[test]
+fn messages_name_the_file_at_fault_as_the_user_knows_it() {
+    let scene = "[[object]]\nname = \"roof\"\nmesh = \"parts/roof.obj\"\n";
+    let workspace = Workspace::with(&[("scene.toml", scene)]);
+    std::fs::create_dir(workspace.path("parts")).expect("a folder");
+    workspace.run("info scene.toml").fails(2, &["scene.toml: parts/roof.obj cannot be read"]);
+    std::fs::write(workspace.path("parts/roof.obj"), "v 0 0 nan\n").expect("written");
+    workspace.run("info scene.toml").fails(1, &["umbriel: parts/roof.obj: line 1"]);
+    std::fs::write(workspace.path("parts/roof.obj"), "v 0 0 0\n").expect("written");
+    workspace.run("info scene.toml").fails(1, &["scene.toml", "\"roof\"", "parts/roof.obj", "no triangle"]);
+    std::fs::write(workspace.path("parts/roof.obj"), format!("v {}\n", "x".repeat(9000))).expect("written");
+    let run = workspace.run("info scene.toml");
+    assert!(run.stderr().len() < 300, "{}", run.stderr());
+    std::fs::write(workspace.path("parts/roof.obj"), "\n\n\0").expect("written");
+    workspace.run("info scene.toml").fails(1, &["line 3", "no text"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn what_may_never_end_is_not_read() {
+    let workspace = Workspace::noon();
+    workspace.run("query noon.toml --points /dev/zero").fails(2, &["/dev/zero", "not a regular file"]);
+    std::os::unix::fs::symlink("/dev/zero", workspace.path("a.obj")).expect("a link");
+    workspace.run("info a.obj").fails(2, &["a.obj", "not a regular file"]);
+}
+
+#[test]
+fn a_small_scene_file_does_not_become_a_large_scene() {
+    let mesh = format!("v 0 0 0\nv 1 0 0\nv 0 1 1\n{}", "f 1 2 3\n".repeat(20_000));
+    let scene = "[[object]]\nmesh = \"roof.obj\"\n".repeat(4_000);
+    let workspace = Workspace::with(&[("roof.obj", &mesh), ("many.toml", &scene)]);
+    workspace.run("info many.toml").fails(1, &["many.toml", "80000000 placed triangles", "at most"]);
 }

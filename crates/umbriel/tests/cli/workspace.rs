@@ -55,6 +55,10 @@ impl Workspace {
         command.spawn().expect("the command starts")
     }
 
+    pub(crate) fn path(&self, name: &str) -> std::path::PathBuf {
+        self.0.path().join(name)
+    }
+
     pub(crate) fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.0.path().join(name)).expect("a file")
     }

@@ -1,0 +1,131 @@
+//! What a scene has cost so far, against limits that grow with its files.
+//!
+//! A small file can ask for much: thousands of nodes that place one mesh, primitives that share one accessor, accessors
+//! without bytes of their own. Each quantity may reach a generous base, plus one for every byte of the files that were
+//! read; so whatever is written out in full is always read, and only multiplication is limited.
+
+use std::{
+    cell::RefCell,
+    collections::BTreeSet,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use crate::{error::LoadProblem, folder::Located};
+
+/// What is limited.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    /// Elements of accessors, decoded.
+    Elements,
+    /// Objects, families and lights.
+    Parts,
+    /// Triangles, counted once for every object that places them.
+    PlacedTriangles,
+}
+
+impl Quantity {
+    /// The limit for a scene without files.
+    fn base(self) -> u64 {
+        match self {
+            Self::Elements => 1 << 24,
+            Self::Parts => 1 << 18,
+            Self::PlacedTriangles => 1 << 26,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Elements => "decoded elements of accessors",
+            Self::Parts => "objects, families and lights",
+            Self::PlacedTriangles => "placed triangles",
+        }
+    }
+}
+
+/// The account of one scene.
+#[derive(Debug, Default)]
+pub(crate) struct Ledger {
+    account: RefCell<Account>,
+}
+
+#[derive(Debug, Default)]
+struct Account {
+    files: BTreeSet<PathBuf>,
+    bytes: u64,
+    elements: u64,
+}
+
+impl Ledger {
+    /// The bytes of a regular file.
+    pub(crate) fn read(&self, file: &Located) -> Result<Vec<u8>, LoadProblem> {
+        let unreadable = |source| LoadProblem::Unreadable { path: file.shown.clone(), source };
+        // A pipe or a device may never end.
+        if !fs::metadata(&file.real).map_err(unreadable)?.is_file() {
+            return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")));
+        }
+        let bytes = fs::read(&file.real).map_err(unreadable)?;
+        let mut account = self.account.borrow_mut();
+        if account.files.insert(file.real.clone()) {
+            account.bytes += bytes.len() as u64;
+        }
+        Ok(bytes)
+    }
+
+    /// Whether so much is acceptable.
+    pub(crate) fn check(&self, quantity: Quantity, count: u64) -> Result<(), LoadProblem> {
+        let most = quantity.base() + self.account.borrow().bytes;
+        if count <= most { Ok(()) } else { Err(LoadProblem::TooMuch { what: quantity.name(), count, most }) }
+    }
+
+    /// Adds to the elements that were decoded, before they are.
+    pub(crate) fn decode(&self, count: usize) -> Result<(), LoadProblem> {
+        let mut account = self.account.borrow_mut();
+        account.elements = account.elements.saturating_add(count as u64);
+        let elements = account.elements;
+        drop(account);
+        self.check(Quantity::Elements, elements)
+    }
+
+    /// All files that were read.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        self.account.borrow().files.iter().cloned().collect()
+    }
+}
+
+/// A file that the user names: nothing to resolve.
+pub(crate) fn as_named(path: &Path) -> Located {
+    let real = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    Located { shown: path.to_path_buf(), real }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_grow_with_the_files_and_each_file_counts_once() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.bin");
+        fs::write(&path, [7; 1000]).expect("written");
+        let ledger = Ledger::default();
+        let base = Quantity::Parts.base();
+        assert!(ledger.check(Quantity::Parts, base).is_ok() && ledger.check(Quantity::Parts, base + 1).is_err());
+        for _ in 0..3 {
+            assert_eq!(ledger.read(&as_named(&path)).expect("bytes").len(), 1000);
+        }
+        assert!(ledger.check(Quantity::Parts, base + 1000).is_ok());
+        assert!(ledger.check(Quantity::Parts, base + 1001).is_err());
+        assert_eq!(ledger.files(), [path.canonicalize().expect("a path")]);
+    }
+
+    #[test]
+    fn decoded_elements_add_up() {
+        let ledger = Ledger::default();
+        let most = Quantity::Elements.base() as usize;
+        assert!(ledger.decode(most / 2).is_ok() && ledger.decode(most / 2).is_ok());
+        let message = ledger.decode(1).expect_err("too much").to_string();
+        assert!(message.contains("decoded elements") && message.contains(&most.to_string()), "{message}");
+        assert!(ledger.decode(usize::MAX).is_err());
+    }
+}
