@@ -7,7 +7,7 @@ use super::{
 use crate::{error::LoadProblem, ledger::Ledger};
 
 /// Most elements of an accessor without bytes of its own (all zeros): nothing in the file bounds their number.
-const MOST_ZEROS: usize = 1 << 22;
+const MOST_ZEROS: usize = 1 << 20;
 
 /// The type of a component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

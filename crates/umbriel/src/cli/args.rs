@@ -50,8 +50,8 @@ pub(crate) struct SceneArgs {
     /// Let the scene name files outside its own folder
     #[arg(long)]
     pub(crate) allow_outside: bool,
-    /// Threads to compute with [default: all]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    /// Threads to compute with, 1 to 1024 [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
     /// No progress bar
     #[arg(long)]
@@ -251,6 +251,7 @@ mod tests {
             "--samples 0",
             "--samples 5 --spacing 1",
             "--threads 0",
+            "--threads 1025",
             "--up x",
         ] {
             let args = ["umbriel", "bake", "a.obj"].into_iter().chain(wrong.split(' '));

@@ -13,7 +13,7 @@ use crate::{
     },
     output::{
         self, Format,
-        picture::{Studio, Undecided},
+        picture::{SUBPIXELS, Studio, Undecided},
     },
     progress::{Bar, Interrupt},
 };
@@ -46,12 +46,16 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
 }
 
 /// The objects whose cells the picture needs: those seen and, unless their undecided cells are to be shown, not of more
-/// faces than pixels. Everything else is answered point by point, which is less work than a cell for every face.
+/// faces than pixels. A bake places every face that may cast a shadow, so none is worth it in a scene of more faces than
+/// the picture has points. Everything else is answered point by point, which looks only at what its rays come near.
 fn worth_baking(scene: &Scene, coverage: &[u64], undecided: Undecided) -> Vec<usize> {
     let shown = undecided != Undecided::Decide;
+    let faces = |object: usize| scene.objects[object].face_count() as u64;
+    let points = coverage.iter().sum::<u64>() * u64::from(SUBPIXELS * SUBPIXELS);
+    let few = (0..scene.objects.len()).map(faces).sum::<u64>() <= points;
     let worth = |&object: &usize| {
-        let (pixels, faces) = (coverage[object], scene.objects[object].face_count() as u64);
-        pixels > 0 && (shown || pixels >= faces)
+        let pixels = coverage[object];
+        pixels > 0 && (shown || few && pixels >= faces(object))
     };
     (0..scene.objects.len()).filter(worth).collect()
 }

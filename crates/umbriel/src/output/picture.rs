@@ -14,7 +14,7 @@ use umbriel_visibility::{Ray, RayCaster, SurfaceHit, View};
 use crate::output::cells::CellMap;
 
 /// Rays a pixel along each of its edges.
-const SUBPIXELS: u32 = 2;
+pub(crate) const SUBPIXELS: u32 = 2;
 
 /// Light of the lamps together, and of the sky at its zenith and below the horizon: linear, a white surface that faces
 /// the light squarely has about 1.
