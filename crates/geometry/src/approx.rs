@@ -11,10 +11,13 @@ pub(crate) const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
 /// additions and two multiplications in a row, below (1 + u)^5 (NUMERICS.md, "Running error bounds").
 const ERROR_PADDING: f64 = 1.0 + 8.0 * UNIT_ROUNDOFF;
 
+/// The error of a product above this is a normal number: 2^-969, 2^53 times the least normal number.
+const UNDERFLOW_LIMIT: f64 = f64::MIN_POSITIVE / f64::EPSILON * 2.0;
+
 /// A value with a bound: the exact number lies in [`value − error`, `value + error`].
 ///
-/// The bounds hold as long as nothing overflows and no nonzero product underflows, which the accepted range of
-/// coordinates guarantees up to degree four (NUMERICS.md).
+/// The bounds hold as long as nothing overflows; where a product may underflow the error has an absolute part. Inside the
+/// accepted range of coordinates neither happens up to degree four (NUMERICS.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approx {
     /// The middle of the interval.
@@ -66,9 +69,18 @@ impl Approx {
         if least.is_nan() || least <= 0.0 || !self.error.is_finite() {
             return Self::UNKNOWN;
         }
+        if self.is_zero() {
+            return self;
+        }
         let value = self.value / divisor.value;
         let error = (self.error + value.abs() * divisor.error) / least * (1.0 + 8.0 * f64::EPSILON);
-        Self { value, error: (error + value.abs() * UNIT_ROUNDOFF * 2.0) * ERROR_PADDING }
+        let error = (error + value.abs() * UNIT_ROUNDOFF * 2.0) * ERROR_PADDING;
+        Self { value, error: if value.abs() < UNDERFLOW_LIMIT { error + f64::MIN_POSITIVE } else { error } }
+    }
+
+    /// Whether this is zero, exactly.
+    fn is_zero(self) -> bool {
+        self.value == 0.0 && self.error == 0.0
     }
 }
 
@@ -92,7 +104,10 @@ impl Mul for Approx {
     fn mul(self, other: Self) -> Self {
         let value = self.value * other.value;
         let carried = self.value.abs() * other.error + other.value.abs() * self.error + self.error * other.error;
-        Self { value, error: (carried + value.abs() * UNIT_ROUNDOFF) * ERROR_PADDING }
+        let error = (carried + value.abs() * UNIT_ROUNDOFF) * ERROR_PADDING;
+        // Below this the terms may have underflowed, each by less than the least subnormal number.
+        let may_underflow = value.abs() < UNDERFLOW_LIMIT && !self.is_zero() && !other.is_zero();
+        Self { value, error: if may_underflow { error + f64::MIN_POSITIVE } else { error } }
     }
 }
 

@@ -14,15 +14,17 @@ pub(crate) struct DirectedEdge {
     high: u32,
     /// From `low` to `high`, or back.
     forward: bool,
+    /// The polygon's next corner: a name for the polygon that does not depend on the order of the faces.
+    apex: u32,
     polygon: u32,
     side: u8,
 }
 
 impl DirectedEdge {
-    /// The edge from point `from` to point `to` of the object, side `side` of blocker `polygon`; `flipped` when the
-    /// light sees the polygon's corners run clockwise.
-    pub(crate) fn new(object: u32, [from, to]: [u32; 2], flipped: bool, polygon: u32, side: u8) -> Self {
-        Self { object, low: from.min(to), high: from.max(to), forward: (from < to) != flipped, polygon, side }
+    /// The edge from the first to the second of three consecutive corners of a facet, side `side` of blocker
+    /// `polygon`; `flipped` when the light sees the corners run clockwise.
+    pub(crate) fn new(object: u32, [from, to, apex]: [u32; 3], flipped: bool, polygon: u32, side: u8) -> Self {
+        Self { object, low: from.min(to), high: from.max(to), forward: (from < to) != flipped, apex, polygon, side }
     }
 }
 

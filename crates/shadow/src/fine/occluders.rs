@@ -155,7 +155,7 @@ fn box_corners(bounds: &Aabb) -> [Point<'static>; 8] {
 fn push_edges(edges: &mut Vec<DirectedEdge>, id: FacetId, facet: &Facet, flipped: bool, polygon: u32) {
     let corners = facet.corners();
     for (side, &from) in corners.iter().enumerate() {
-        let to = corners[(side + 1) % corners.len()];
-        edges.push(DirectedEdge::new(id.object, [from, to], flipped, polygon, side as u8));
+        let [to, apex] = [1, 2].map(|step| corners[(side + step) % corners.len()]);
+        edges.push(DirectedEdge::new(id.object, [from, to, apex], flipped, polygon, side as u8));
     }
 }

@@ -5,7 +5,7 @@
 //! over the hull are signs over the cell ("curved cells use outward depth bounds"). Whether the surface faces the light
 //! is the sign of its polar form, affine in the point; a sphere shadows itself exactly where it faces away.
 
-use umbriel_geometry::{Approx, Point, Sign, Sphere, Surd, blocking::Probe};
+use umbriel_geometry::{Approx, Dyadic, ExactPoint, Point, Ring, Sign, Sphere, Surd, blocking::Probe};
 
 use glam::DVec3;
 use umbriel_octree::Quadrant;
@@ -97,19 +97,31 @@ impl Patch<'_> {
         let local = |k: usize| form.lift(&hull.local[k]);
         let one = Approx::exact(1.0);
         let polar = (0..HULL).map(|k| form.value((&local(k), &one), (&local_light, &weight)));
-        let inside = !light.is_sun()
-            && form.value((&local_light, &weight), (&local_light, &weight)).sign() != Some(Sign::Positive);
         let signs: Vec<Option<Sign>> = polar.map(|value| value.sign()).collect();
         let all = |wanted: Sign| signs.iter().all(|&sign| sign == Some(wanted));
         // Seen from inside, a two-sided sphere turns its inner side to the light.
-        let lit_from_inside = inside && !self.is_one_sided;
+        let lit_from_inside = || !self.is_one_sided && !light.is_sun() && !self.light_is_outside();
         if all(Sign::Positive) {
             Some(true)
         } else if all(Sign::Negative) {
-            Some(lit_from_inside)
+            Some(lit_from_inside())
         } else {
             None
         }
+    }
+
+    /// Whether a point light lies strictly outside the sphere. Exact: one on the surface is not outside.
+    fn light_is_outside(&self) -> bool {
+        let (form, source) = (&self.round.form, self.occluders.light);
+        let weight = Approx::exact(source.w());
+        let local = form.pull_back(&source.xyz().to_array().map(Approx::exact), &weight);
+        let sign = form.value((&local, &weight), (&local, &weight)).sign().unwrap_or_else(|| {
+            let form = self.round.sphere.exact_form::<Dyadic>(&self.round.placement);
+            let light = ExactPoint::<Dyadic>::from_light(source);
+            let local = form.pull_back(&light.xyz, &light.w);
+            form.value((&local, &light.w), (&local, &light.w)).sign()
+        });
+        sign == Sign::Positive
     }
 
     fn classify(&self, hull: &CellHull, candidates: &Candidates) -> (Verdict, Candidates) {

@@ -129,12 +129,7 @@ fn any_map(dice: &mut Dice) -> DAffine3 {
 
 fn any_object(number: u64, dice: &mut Dice) -> Object {
     let shape = any_shape(dice);
-    let is_round = matches!(shape, Shape::Sphere(_));
-    let sides = match dice.pick(&[Sides::Auto, Sides::Auto, Sides::Auto, Sides::One, Sides::Two]) {
-        // A lamp that is only rounded onto a two-sided sphere is a case of its own.
-        Sides::Two if is_round => Sides::One,
-        sides => sides,
-    };
+    let sides = dice.pick(&[Sides::Auto, Sides::Auto, Sides::Auto, Sides::One, Sides::Two]);
     loop {
         if let Ok(placement) = Placement::new(any_map(dice)) {
             return Object::new(format!("{number}"), shape, placement, sides).expect("an accepted object");
