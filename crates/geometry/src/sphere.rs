@@ -125,7 +125,8 @@ impl Sphere {
         Aabb { min: map.translation, max: map.translation }.widened(reach)
     }
 
-    /// The quadratic form of the placed sphere, with error bounds.
+    /// The quadratic form of the placed sphere, with error bounds, times a power of four: r·det becomes about one, so that
+    /// products of its values stay far from underflow whatever the scale.
     pub fn form(&self, placement: &Placement) -> SphereForm<Approx> {
         let adjugate = placement.adjugate();
         let m = placement.map().matrix3;
@@ -134,8 +135,12 @@ impl Sphere {
             + Approx::exact(m.y_axis.x) * adjugate[1][0]
             + Approx::exact(m.z_axis.x) * adjugate[2][0];
         let scaled_radius = Approx::exact(self.radius) * determinant;
+        // The exponent with its sign turned.
+        let factor = f64::from_bits((2046 << 52) - (scaled_radius.value.abs().to_bits() & (0x7ff << 52)));
+        let scaled = |number: Approx| Approx { value: number.value * factor, error: number.error * factor };
+        let (determinant, scaled_radius) = (scaled(determinant), scaled(scaled_radius));
         SphereForm {
-            adjugate,
+            adjugate: adjugate.map(|row| row.map(scaled)),
             translation: placement.map().translation.to_array().map(Approx::exact),
             determinant,
             radius_squared: scaled_radius * scaled_radius,

@@ -4,7 +4,9 @@ use std::{ops::ControlFlow, sync::OnceLock};
 
 use glam::DVec3;
 use umbriel_bvh::{BoxTree, Shaft};
-use umbriel_geometry::{Aabb, Dyadic, Facets, LightSource, Ring, Sign, Surd, accept_point, blocking::Probe};
+use umbriel_geometry::{
+    Aabb, Dyadic, Facets, LightSource, MIN_MAGNITUDE, Ring, Sign, Surd, accept_point, blocking::Probe,
+};
 use umbriel_scene::{Scene, Shape};
 
 use crate::{
@@ -113,10 +115,7 @@ impl<'a> Queries<'a> {
             }
             Place::Oriented { position, normal, precision } => {
                 let position = accept_point(position).map_err(|_| QueryDefect::BadNumber)?;
-                let normal = accept_point(normal).map_err(|_| QueryDefect::BadNumber)?;
-                if normal == DVec3::ZERO {
-                    return Err(QueryDefect::BadNumber);
-                }
+                let normal = direction(normal).ok_or(QueryDefect::BadNumber)?;
                 Ok(self.oriented_is_lit(position, normal, precision, light))
             }
         }
@@ -224,4 +223,18 @@ impl<'a> Queries<'a> {
         let lit = !is_on_surface && !self.is_blocked::<Dyadic>(&Probe::at(position), None, light);
         Answer { lit, in_space: !is_on_surface }
     }
+}
+
+/// A normal of any length but zero, brought near length one by a power of two; parts below 2^-200 of it count as zero.
+fn direction(normal: [f64; 3]) -> Option<DVec3> {
+    let largest = DVec3::from_array(normal).abs().max_element();
+    if largest == 0.0 || !normal.iter().all(|coordinate| coordinate.is_finite()) {
+        return None;
+    }
+    // In two steps: the factor for the smallest numbers is no float.
+    let exponent = (largest.to_bits() >> 52) as i32 - 1023;
+    let half = exponent / 2;
+    let scaled = DVec3::from_array(normal) * f64::powi(0.5, half) * f64::powi(0.5, exponent - half);
+    let keep = |coordinate: f64| if coordinate.abs() < MIN_MAGNITUDE { 0.0 } else { coordinate };
+    Some(DVec3::from_array(scaled.to_array().map(keep)))
 }

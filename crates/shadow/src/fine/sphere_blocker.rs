@@ -48,9 +48,6 @@ impl<const N: usize> SphereBlocker<N> {
         let light = form.value((&local_light, &weight), (&local_light, &weight));
         let polar: [Approx; N] = std::array::from_fn(|k| form.value((&local[k], &one), (&local_light, &weight)));
         let outside = pairs(|k, l| form.value((&local[k], &one), (&local[l], &one)));
-        let scale = common_scale(&light, &polar, &outside);
-        let (light, polar) = (scale(light), polar.map(&scale));
-        let outside = outside.map(|row| row.map(&scale));
         let half = Approx::exact(0.5);
         let leaving = pairs(|k, l| (polar[k] + polar[l]) * half - weight * outside[k][l]);
         let shadow = pairs(|k, l| polar[k] * polar[l] - outside[k][l] * light);
@@ -122,21 +119,6 @@ impl<const N: usize> SphereBlocker<N> {
             || (value(&self.leaving) < 0.0
                 && (self.is_sun || linear(&self.polar, weights).value < self.light.value)
                 && value(&self.shadow) >= 0.0)
-    }
-}
-
-/// A multiplication by the power of two that brings the largest of these values to about one, so that their products
-/// neither underflow nor overflow. Where the values themselves may have done so, nothing is known any more.
-fn common_scale<const N: usize>(light: &Approx, polar: &[Approx; N], outside: &Pairs<N>) -> impl Fn(Approx) -> Approx {
-    const LEAST: f64 = f64::from_bits((1023 - 900) << 52);
-    let greatest = |values: &[Approx]| values.iter().fold(0.0_f64, |most, value| most.max(value.value.abs()));
-    let [light, polar, outside] = [greatest(&[*light]), greatest(polar), greatest(outside.as_flattened())];
-    let all = light.max(polar).max(outside);
-    let in_range = light >= LEAST && outside >= LEAST && all <= 1.0 / LEAST;
-    // The exponent with its sign turned: an exact factor.
-    let factor = in_range.then(|| f64::from_bits((2046 << 52) - (all.to_bits() & (0x7ff << 52))));
-    move |value| {
-        factor.map_or(Approx::UNKNOWN, |factor| Approx { value: value.value * factor, error: value.error * factor })
     }
 }
 

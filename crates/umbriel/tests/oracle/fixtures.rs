@@ -178,7 +178,7 @@ pub(crate) fn all() -> Vec<(&'static str, Scene)> {
     vec![
         ("far boxes", elsewhere(&boxes, 1.0, DVec3::new(1e6 + 0.1, -3e5, 7e5 / 3.0))),
         ("tiny far spheres", elsewhere(&spheres, 2f64.powi(-60), DVec3::new(1e-13, 3e-14, -7e-13))),
-        ("tiniest spheres", elsewhere(&spheres, 2f64.powi(-190), DVec3::ZERO)),
+        ("tiniest spheres", elsewhere(&spheres, 2f64.powi(-100), DVec3::ZERO)),
         ("far crossings", elsewhere(&through, 2f64.powi(40), DVec3::new(-1e17, 1e16, 3e15))),
         ("boxes", scene(boxes)),
         ("coplanar", scene(coplanar)),
