@@ -31,7 +31,7 @@ pub struct Topology {
 }
 
 impl Topology {
-    /// The components of `triangles` over vertices that are already one per position (see [`unify`]).
+    /// The components of `triangles` over vertices that are already one per position.
     pub fn of(triangles: impl ExactSizeIterator<Item = [u32; 3]> + Clone) -> Self {
         let count = triangles.len();
         let mut uses: Vec<(u32, u32, i8, u32)> = Vec::with_capacity(3 * count);
