@@ -36,14 +36,24 @@ impl View {
     pub fn of(scene: &Scene, width: u32, height: u32) -> Self {
         match scene.camera {
             Some(camera) => Self { camera, width, height },
-            None => Self::framing(scene.objects.iter().flat_map(outline), width, height),
+            None => Self::around(scene, DEFAULT_TURN, DEFAULT_ELEVATION, width, height),
         }
+    }
+
+    /// The scene framed from another side: `turn` degrees east of south, `elevation` degrees above the horizon; its own
+    /// camera is not asked. O(vertices).
+    pub fn around(scene: &Scene, turn: f64, elevation: f64, width: u32, height: u32) -> Self {
+        Self::framing_from(scene.objects.iter().flat_map(outline), [turn, elevation], [width, height])
     }
 
     /// A three-quarter view from above that frames all `points` (metres): the closest pinhole, along a fixed direction,
     /// that has every one of them in its picture. Without points the eye looks at the origin. O(points).
     pub fn framing(points: impl IntoIterator<Item = DVec3>, width: u32, height: u32) -> Self {
-        let (elevation, turn) = (DEFAULT_ELEVATION.to_radians(), DEFAULT_TURN.to_radians());
+        Self::framing_from(points, [DEFAULT_TURN, DEFAULT_ELEVATION], [width, height])
+    }
+
+    fn framing_from(points: impl IntoIterator<Item = DVec3>, degrees: [f64; 2], [width, height]: [u32; 2]) -> Self {
+        let [turn, elevation] = degrees.map(f64::to_radians);
         let (horizontal, vertical) = (elevation.cos(), elevation.sin());
         let back = DVec3::new(turn.sin() * horizontal, vertical, turn.cos() * horizontal);
         let basis = Basis::looking_along(-back, DVec3::Y);

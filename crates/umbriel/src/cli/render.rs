@@ -3,7 +3,7 @@
 use umbriel_io::write::{Staged, write_png};
 use umbriel_scene::Scene;
 use umbriel_shadow::{Progress, Request};
-use umbriel_visibility::{RayCaster, View};
+use umbriel_visibility::RayCaster;
 
 use crate::{
     cli::{
@@ -14,6 +14,7 @@ use crate::{
     output::{
         self, Format,
         picture::{SUBPIXELS, Studio, Undecided},
+        viewpoint,
     },
     progress::{Bar, Interrupt},
 };
@@ -29,7 +30,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     plan::tell_findings(scene, args.scene.quiet);
     let caster = RayCaster::new(scene);
     let [width, height] = args.size;
-    let view = View::of(scene, width, height);
+    let view = viewpoint::choose(scene, &caster, &lights, width, height);
     interrupt.check()?;
     let undecided = args.undecided.map_or(Undecided::Decide, Undecided::Show);
     let receivers = worth_baking(scene, &caster.coverage(&view), undecided);

@@ -8,6 +8,7 @@ pub(crate) mod json;
 pub(crate) mod picture;
 pub(crate) mod table;
 mod target;
+pub(crate) mod viewpoint;
 
 use std::io::{self, Write};
 

@@ -23,7 +23,7 @@ const ZENITH: DVec3 = DVec3::new(0.19, 0.23, 0.32);
 const NADIR: DVec3 = DVec3::new(0.11, 0.10, 0.095);
 
 /// The background, from the upper edge of the picture to the lower one.
-const BACKGROUND: [DVec3; 2] = [DVec3::new(0.70, 0.73, 0.77), DVec3::new(0.94, 0.94, 0.94)];
+const BACKGROUND: [DVec3; 2] = [DVec3::new(0.44, 0.52, 0.64), DVec3::new(0.80, 0.82, 0.84)];
 
 /// Surface colours by turns; neutral, just apart enough to tell neighbours.
 const SURFACES: [DVec3; 4] = [
