@@ -9,13 +9,14 @@ use crate::{
     aabb::Aabb,
     approx::Approx,
     brep::Cuboid,
+    dyadic::Dyadic,
     light::LightSource,
     mesh::Mesh,
     placement::Placement,
     point::{ExactPoint, Point},
     predicates::{Target, side_value},
     rectangle::Rectangle,
-    ring::Sign,
+    ring::{Ring, Sign},
     topology::{Topology, unify},
 };
 
@@ -216,10 +217,9 @@ impl Facets {
 
 impl Inexact {
     fn new(placement: &Placement, local: DVec3, position: DVec3) -> Self {
-        use crate::ring::Ring;
         let exact = placement.exact(local);
         let slack = DVec3::from_array(std::array::from_fn(|axis| {
-            let rounded = crate::dyadic::Dyadic::new(position[axis]);
+            let rounded = Dyadic::new(position[axis]);
             if (exact.xyz[axis].clone() - rounded).sign() == Sign::Zero {
                 0.0
             } else {

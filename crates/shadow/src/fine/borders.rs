@@ -29,8 +29,7 @@ impl DirectedEdge {
 }
 
 /// Writes the net multiplicity of every edge to one of the polygons that use it in the prevailing direction.
-pub(crate) fn mark_borders<const N: usize>(polygons: &mut [PolygonBlocker<N>], edges: &[DirectedEdge]) {
-    let mut edges = edges.to_vec();
+pub(crate) fn mark_borders<const N: usize>(polygons: &mut [PolygonBlocker<N>], mut edges: Vec<DirectedEdge>) {
     edges.sort_unstable();
     for uses in edges.chunk_by(|a, b| (a.object, a.low, a.high) == (b.object, b.low, b.high)) {
         let forward = uses.iter().filter(|usage| usage.forward).count();

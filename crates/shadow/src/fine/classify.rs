@@ -9,7 +9,7 @@
 //! the cancelling rule; NUMERICS.md, "Winding".)
 
 use super::{
-    borders::mark_borders,
+    borders::{DirectedEdge, mark_borders},
     field::Weights,
     outline::ParamBox,
     polygon_blocker::{NEARER, PolygonBlocker},
@@ -53,13 +53,12 @@ pub(crate) struct Hull<const N: usize> {
 }
 
 impl<const N: usize> Blockers<N> {
-    /// Marks the border edges among the polygons and starts with everything in question.
+    /// Marks the border edges among all edges of the polygons.
     pub(crate) fn new(
-        polygons: Vec<PolygonBlocker<N>>,
+        mut polygons: Vec<PolygonBlocker<N>>,
         spheres: Vec<SphereBlocker<N>>,
-        edges: &[super::borders::DirectedEdge],
+        edges: Vec<DirectedEdge>,
     ) -> Self {
-        let mut polygons = polygons;
         mark_borders(&mut polygons, edges);
         Self { polygons, spheres }
     }

@@ -104,7 +104,7 @@ impl<'a> Occluders<'a> {
             Body::Round(round) => Some(SphereBlocker::new(object, &round.form, &receiver.points, self.light)),
             Body::Flat(_) => None,
         });
-        Blockers::new(polygons, spheres.collect(), &edges)
+        Blockers::new(polygons, spheres.collect(), edges)
     }
 
     fn index(&self, object: u32) -> &ObjectIndex {
