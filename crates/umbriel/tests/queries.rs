@@ -157,3 +157,24 @@ fn both_answers_occur_in_every_fixture() {
         assert!(counts[0] >= rare && counts[1] >= rare, "{name}: {counts:?} of 300 shadowed and lit");
     }
 }
+
+#[test]
+fn surface_points_of_the_stored_scenes_agree_with_the_definition() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
+    let files = std::fs::read_dir(&folder).expect("the fixtures").map(|entry| entry.expect("an entry").path());
+    let is_scene = |path: &std::path::PathBuf| {
+        path.extension().is_some_and(|kind| ["toml", "obj", "gltf", "glb"].iter().any(|known| kind == *known))
+    };
+    let mut paths: Vec<std::path::PathBuf> = files.filter(is_scene).collect();
+    paths.sort();
+    assert!(paths.len() >= 10, "the fixtures are there");
+    let points = cases(100_000).div_ceil(100);
+    for path in paths {
+        let scene = umbriel_io::load(&path, &umbriel_io::LoadOptions::default()).expect("a scene").scene;
+        let name = path.file_name().expect("a file").to_string_lossy().into_owned();
+        let court = Court::new(&name, &scene);
+        let wrong: Vec<String> =
+            (0..points).filter_map(|number| court.judge_surface(&mut Dice::new("stored", number)).err()).collect();
+        assert!(wrong.is_empty(), "{} of {points} points of {name} are wrong, first {}", wrong.len(), wrong[0]);
+    }
+}
