@@ -109,8 +109,10 @@ impl Object {
     pub fn bounds(&self) -> Aabb {
         match &self.shape {
             Shape::Mesh(mesh) => {
-                let used = mesh.triangles().iter().flatten().map(|&corner| mesh.positions()[corner as usize]);
-                Aabb::of(used.map(|position| self.placement.round(position)))
+                let mut is_used = vec![false; mesh.positions().len()];
+                mesh.triangles().iter().flatten().for_each(|&corner| is_used[corner as usize] = true);
+                let used = mesh.positions().iter().zip(is_used).filter(|&(_, is_used)| is_used);
+                Aabb::of(used.map(|(&position, _)| self.placement.round(position)))
             }
             Shape::Sphere(sphere) => sphere.bounds(&self.placement),
             Shape::Rectangle(rectangle) => self.corner_bounds(&rectangle.corners()),

@@ -5,11 +5,12 @@
 
 use glam::DVec3;
 use umbriel_geometry::{Aabb, Point};
+use umbriel_octree::Octant;
 
 use crate::{fine::flat::Levels, request::Detail};
 
 /// The deepest octree: 21 levels, three axes of 21 bits in a 64-bit Morton code.
-pub(crate) const MAX_DEPTH: u8 = 21;
+pub(crate) const MAX_DEPTH: u8 = Octant::MAX_LEVEL;
 
 /// The lengths of a face that its division depends on, metres, rounded.
 #[derive(Clone, Copy, Debug)]

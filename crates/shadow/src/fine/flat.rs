@@ -12,7 +12,7 @@ use super::{
     lattice::Lattice,
     outline::ParamBox,
     pattern,
-    tally::{Tally, Units, cell_units},
+    tally::{Measure, Tally, Units, cell_units},
 };
 use crate::report::{Cell, Verdict};
 
@@ -144,7 +144,7 @@ impl FlatFace<'_> {
         });
         let lit = lit.count() as u64;
         tally.points += 16;
-        tally.likely += cell_units(place.level(), is_half) / 16 * lit;
+        tally.likely += cell_units(place.level(), is_half).part(lit);
     }
 
     fn decide_samples(&self, place: Quadrant, entries: &[Entry], tally: &mut Tally<Units>) {
