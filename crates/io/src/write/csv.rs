@@ -20,13 +20,28 @@ impl Table {
     /// # Errors
     /// What the system says, or a row that is not as long as the header.
     pub fn write(&self, out: &mut impl Write) -> io::Result<()> {
-        let mut writer = csv::Writer::from_writer(out);
-        writer.write_record(&self.header)?;
-        for row in &self.rows {
-            writer.write_record(row)?;
-        }
-        writer.flush()
+        write_rows(&self.header, &self.rows, out)
     }
+}
+
+/// Writes a header and rows as CSV, one after the other: for tables that are too long to be held.
+///
+/// # Errors
+/// What the system says, or a row that is not as long as the header.
+pub fn write_rows<R>(
+    header: &[impl AsRef<[u8]>],
+    rows: impl IntoIterator<Item = R>,
+    out: &mut impl Write,
+) -> io::Result<()>
+where
+    R: IntoIterator<Item: AsRef<[u8]>>,
+{
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(header)?;
+    for row in rows {
+        writer.write_record(row)?;
+    }
+    writer.flush()
 }
 
 /// What the columns of a point table mean.

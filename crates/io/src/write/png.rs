@@ -1,4 +1,4 @@
-//! Pictures as PNG: eight bits a channel, sRGB, no alpha.
+//! Pictures as PNG: eight bits a channel, no alpha; sRGB, or one channel of linear shares.
 
 use std::io::{self, Write};
 
@@ -15,19 +15,41 @@ pub struct Picture {
     pub pixels: Vec<[u8; 3]>,
 }
 
+/// A picture of shares, row by row from the upper left corner.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GrayPicture {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width` × `height` shares: 0 none, 255 all, linear.
+    pub pixels: Vec<u8>,
+}
+
 /// Writes a picture as PNG.
 ///
 /// # Errors
 /// What the system says, or `InvalidInput` when the number of pixels is not width × height, or one of them is zero.
 pub fn write_png(picture: &Picture, out: &mut impl Write) -> io::Result<()> {
-    let expected = u64::from(picture.width) * u64::from(picture.height);
-    if picture.pixels.len() as u64 != expected || expected == 0 {
-        let text = format!("{} pixels for a picture of {} x {}", picture.pixels.len(), picture.width, picture.height);
+    encode([picture.width, picture.height], picture.pixels.as_flattened(), ExtendedColorType::Rgb8, out)
+}
+
+/// Writes a picture of shares as PNG with one channel.
+///
+/// # Errors
+/// As [`write_png`].
+pub fn write_gray_png(picture: &GrayPicture, out: &mut impl Write) -> io::Result<()> {
+    encode([picture.width, picture.height], &picture.pixels, ExtendedColorType::L8, out)
+}
+
+fn encode([width, height]: [u32; 2], bytes: &[u8], color: ExtendedColorType, out: &mut impl Write) -> io::Result<()> {
+    let channels = u64::from(color.channel_count());
+    let expected = u64::from(width) * u64::from(height);
+    if bytes.len() as u64 != expected * channels || expected == 0 {
+        let text = format!("{} pixels for a picture of {width} x {height}", bytes.len() as u64 / channels);
         return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
     }
-    PngEncoder::new(out)
-        .write_image(picture.pixels.as_flattened(), picture.width, picture.height, ExtendedColorType::Rgb8)
-        .map_err(io::Error::other)
+    PngEncoder::new(out).write_image(bytes, width, height, color).map_err(io::Error::other)
 }
 
 #[cfg(test)]
@@ -42,6 +64,16 @@ mod tests {
         let read = image::load_from_memory(&bytes).expect("a picture").into_rgb8();
         assert_eq!((read.width(), read.height()), (2, 1));
         assert_eq!(read.into_raw(), picture.pixels.as_flattened());
+    }
+
+    #[test]
+    fn shares_have_one_channel() {
+        let picture = GrayPicture { width: 1, height: 3, pixels: vec![0, 127, 255] };
+        let mut bytes = Vec::new();
+        write_gray_png(&picture, &mut bytes).expect("written");
+        let read = image::load_from_memory(&bytes).expect("a picture");
+        assert_eq!(read.color(), image::ColorType::L8);
+        assert_eq!(read.into_luma8().into_raw(), picture.pixels);
     }
 
     #[test]
