@@ -1,10 +1,13 @@
 //! The coarse step: which objects may shadow which, from their boxes alone (Xie, Yu, Hao and Sun, "The new algorithm of
 //! shadow volume with LOD", Journal of the National University of Defense Technology 23(3), 2001).
 //!
-//! From the root down, the children of one parent are tested against each other in both directions; a pair without
-//! influence is dropped with all that lies below it. A pair with influence is refined, the larger box first, until both
-//! members are objects. Every pair of different objects lies below exactly one pair of siblings, so each is decided
-//! once. A pair that a separating plane excludes ([`cannot_shadow`]) is not tested.
+//! 1. *Level by level* ([`level_pairs`]): from the root down, the children of one parent are tested against each other
+//!    in both directions; a pair without influence is dropped with all that lies below it.
+//! 2. *Down to the objects* ([`influences`]): a pair with influence is refined, the larger box first, until both
+//!    members are objects. Every pair of different objects lies below exactly one pair of siblings, so each is decided
+//!    once.
+//! 3. *Exclusion*: a pair that a separating plane excludes ([`cannot_shadow`]) is not tested, on any level. The source
+//!    records `[A] → [B]` in order to skip `[B] → [A]`; the plane needs no record, and holds for whole families.
 //!
 //! Guarantee: the result is that of the two tests on every pair of objects, whatever the families, because both are
 //! monotone in the boxes. Nothing is missing: a pair that is absent has no influence. What breaks it: nothing; boxes
@@ -15,12 +18,23 @@ use umbriel_geometry::LightSource;
 
 use crate::{
     influence::cannot_shadow,
-    object_tree::{Content, Node, ObjectTree},
+    object_tree::{NodeId, ObjectTree},
     shaft::Shaft,
 };
 
 #[cfg(test)]
 mod tests;
+
+/// A pair of siblings with influence: part of the receiver's box lies in the shadow space of the occluder's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LevelPair {
+    /// How far below the root both stand: 1 for its children.
+    pub level: u32,
+    /// What may shadow: A in `[A] → [B]`.
+    pub occluder: NodeId,
+    /// What may be shadowed: B in `[A] → [B]`.
+    pub receiver: NodeId,
+}
 
 /// What the coarse step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,6 +45,16 @@ pub struct PairCounts {
     pub registered: u64,
     /// Pairs of boxes, on all levels, that a separating plane excluded and that were therefore not tested.
     pub excluded: u64,
+}
+
+/// Whether pairs of boxes that cannot influence each other are left untested. The influences found are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Exclusion {
+    /// A pair that a separating plane excludes is not tested.
+    #[default]
+    Planes,
+    /// Every pair is tested; the plane has a say about touching objects only. For measurements.
+    Off,
 }
 
 /// For each receiver the objects that may shadow it.
@@ -65,96 +89,137 @@ impl Influences {
     }
 }
 
-/// The objects that may shadow each object that `is_receiver` names, for `light`.
+/// The pairs of siblings with influence for `light`, level by level from the top: the first step, for those who want
+/// to see it. Cost: at most 56 tests a family.
+pub fn level_pairs(tree: &ObjectTree, light: &LightSource) -> Vec<LevelPair> {
+    Search::new(tree, light, &|_| true, Exclusion::Planes).level_pairs()
+}
+
+/// The objects that may shadow each object that `is_receiver` names, for `light`: the whole coarse step.
 ///
 /// Every receiver is its own possible occluder, untested and uncounted. Pairs whose receiver is not asked for are
 /// neither tested nor counted.
 pub fn influences(tree: &ObjectTree, light: &LightSource, is_receiver: impl Fn(u32) -> bool) -> Influences {
-    let own = (0..tree.objects() as u32).filter(|&object| is_receiver(object)).map(|object| (object, object));
-    let mut pairs: Vec<(u32, u32)> = own.collect();
-    let mut search =
-        Search { tree, light, wanted: wanted(tree, is_receiver), open: Vec::new(), counts: PairCounts::default() };
-    let mut families = Vec::from_iter(tree.root());
-    while let Some(family) = families.pop() {
-        let siblings = tree.children_of(tree.node(family));
-        for &receiver in siblings {
-            let others = siblings.iter().copied().filter(|&other| other != receiver);
-            search.test(receiver, others);
-        }
-        families.extend(siblings);
-        search.refine(&mut pairs);
-    }
-    Influences::group(pairs, tree.objects(), search.counts)
+    influences_with(tree, light, is_receiver, Exclusion::Planes)
 }
 
-/// For each node, whether a receiver lies below it.
-fn wanted(tree: &ObjectTree, is_receiver: impl Fn(u32) -> bool) -> Vec<bool> {
-    let mut wanted = Vec::with_capacity(tree.nodes().len());
-    for node in tree.nodes() {
-        let below = |wanted: &[bool]| tree.children_of(node).iter().any(|&child| wanted[child as usize]);
-        wanted.push(match node.content {
-            Content::Object(object) => is_receiver(object),
-            Content::Nodes { .. } => below(&wanted),
-        });
-    }
-    wanted
+/// [`influences`] with or without exclusion: the same influences, other counts.
+pub fn influences_with(
+    tree: &ObjectTree,
+    light: &LightSource,
+    is_receiver: impl Fn(u32) -> bool,
+    exclusion: Exclusion,
+) -> Influences {
+    let own = (0..tree.objects() as u32).filter(|&object| is_receiver(object)).map(|object| (object, object));
+    let mut pairs: Vec<(u32, u32)> = own.collect();
+    let mut search = Search::new(tree, light, &is_receiver, exclusion);
+    let siblings = search.level_pairs();
+    search.open.extend(siblings.iter().map(|pair| (pair.receiver, pair.occluder)));
+    search.refine(&mut pairs);
+    Influences::group(pairs, tree.objects(), search.counts)
 }
 
 /// The pairs with influence that are still to be refined.
 struct Search<'a> {
     tree: &'a ObjectTree,
     light: &'a LightSource,
+    exclusion: Exclusion,
+    /// For each node whether a receiver lies at or below it.
     wanted: Vec<bool>,
     /// (receiver, occluder) nodes.
-    open: Vec<(u32, u32)>,
+    open: Vec<(NodeId, NodeId)>,
     counts: PairCounts,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    fn new(
+        tree: &'a ObjectTree,
+        light: &'a LightSource,
+        is_receiver: &impl Fn(u32) -> bool,
+        exclusion: Exclusion,
+    ) -> Self {
+        let wanted = tree.mark(is_receiver);
+        Self { tree, light, exclusion, wanted, open: Vec::new(), counts: PairCounts::default() }
+    }
+
+    /// Tests the children of each parent against each other, level by level.
+    fn level_pairs(&mut self) -> Vec<LevelPair> {
+        let tree = self.tree;
+        let mut pairs = Vec::new();
+        let mut parents = Vec::from_iter(tree.root());
+        for level in 1.. {
+            for siblings in parents.iter().map(|&parent| tree.children_of(parent)) {
+                for &receiver in siblings {
+                    self.test(receiver, siblings.iter().copied().filter(|&other| other != receiver));
+                }
+            }
+            let registered = self.open.drain(..);
+            pairs.extend(registered.map(|(receiver, occluder)| LevelPair { level, occluder, receiver }));
+            parents = parents.iter().flat_map(|&parent| tree.children_of(parent)).copied().collect();
+            if parents.is_empty() {
+                break;
+            }
+        }
+        pairs
+    }
+
     /// Registers the pairs of `receiver` with those `occluders` that have influence on it.
-    fn test(&mut self, receiver: u32, occluders: impl IntoIterator<Item = u32>) {
-        if !self.wanted[receiver as usize] {
+    fn test(&mut self, receiver: NodeId, occluders: impl IntoIterator<Item = NodeId>) {
+        if !self.wanted[ObjectTree::index(receiver)] {
             return;
         }
-        let bounds = &self.tree.node(receiver).bounds;
-        let shaft = Shaft::new(bounds, self.light);
+        let shaft = Shaft::new(self.tree.bounds_of(receiver), self.light);
         for occluder in occluders {
-            let candidate = &self.tree.node(occluder).bounds;
-            if cannot_shadow(candidate, bounds, self.light) {
-                self.counts.excluded += 1;
-                continue;
-            }
-            self.counts.tested += 1;
-            if shaft.may_meet(candidate) {
+            if self.has_influence(occluder, receiver, &shaft) {
                 self.open.push((receiver, occluder));
             }
         }
     }
 
+    /// Whether the occluder may shadow the receiver, whose shaft is given.
+    fn has_influence(&mut self, occluder: NodeId, receiver: NodeId, shaft: &Shaft) -> bool {
+        let (tree, light) = (self.tree, self.light);
+        let bounds = tree.bounds_of(occluder);
+        let is_excluded = || cannot_shadow(bounds, tree.bounds_of(receiver), light);
+        if self.exclusion == Exclusion::Planes && is_excluded() {
+            self.counts.excluded += 1;
+            return false;
+        }
+        self.counts.tested += 1;
+        // Only of objects: to whatever level exclusion goes, the influences are those of this test on objects.
+        let is_pair_of_objects = || tree.object_of(occluder).is_some() && tree.object_of(receiver).is_some();
+        let is_contact = || self.exclusion == Exclusion::Off && is_pair_of_objects() && is_excluded();
+        shaft.may_meet(bounds) && !is_contact()
+    }
+
     /// Refines all registered pairs down to objects.
     fn refine(&mut self, pairs: &mut Vec<(u32, u32)>) {
+        let tree = self.tree;
         while let Some((receiver, occluder)) = self.open.pop() {
-            let tree = self.tree;
-            let (below, above) = (tree.node(receiver), tree.node(occluder));
-            if let (Content::Object(receiver), Content::Object(occluder)) = (below.content, above.content) {
-                self.counts.registered += 1;
-                pairs.push((receiver, occluder));
-            } else if splits_first(below, above) {
-                for &part in tree.children_of(below) {
-                    self.test(part, [occluder]);
+            match (tree.object_of(receiver), tree.object_of(occluder)) {
+                (Some(receiver), Some(occluder)) => {
+                    self.counts.registered += 1;
+                    pairs.push((receiver, occluder));
                 }
-            } else {
-                self.test(receiver, tree.children_of(above).iter().copied());
+                (None, None) if is_smaller(tree, receiver, occluder) => self.split_occluder(receiver, occluder),
+                (None, _) => self.split_receiver(receiver, occluder),
+                (Some(_), None) => self.split_occluder(receiver, occluder),
             }
+        }
+    }
+
+    fn split_occluder(&mut self, receiver: NodeId, occluder: NodeId) {
+        self.test(receiver, self.tree.children_of(occluder).iter().copied());
+    }
+
+    fn split_receiver(&mut self, receiver: NodeId, occluder: NodeId) {
+        for &part in self.tree.children_of(receiver) {
+            self.test(part, [occluder]);
         }
     }
 }
 
-/// Whether `node` rather than `other` is split: the larger family.
-fn splits_first(node: &Node, other: &Node) -> bool {
-    match (node.content, other.content) {
-        (Content::Object(_), _) => false,
-        (_, Content::Object(_)) => true,
-        _ => node.bounds.half_area() >= other.bounds.half_area(),
-    }
+/// Whether the box of `node` is the smaller one by its surface.
+fn is_smaller(tree: &ObjectTree, node: NodeId, other: NodeId) -> bool {
+    tree.bounds_of(node).half_area() < tree.bounds_of(other).half_area()
 }

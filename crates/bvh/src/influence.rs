@@ -15,6 +15,11 @@
 //!
 //! A plane that separates exists on axis k if and only if A⁺ ≤ B⁻ there; taking c = B⁻ demands least of the light.
 //! Only numbers of the input are compared: the proof needs no rounding at all.
+//!
+//! No separation is left unused: where a plane x_k = c separates two boxes and the light is not in it, the light is
+//! strictly on one side, and the box on the other side cannot shadow the one on the light's side. So of two separated
+//! boxes at least one direction is excluded, as the source has it, and boxes that overlap exclude nothing in either
+//! direction, whatever the light: disjoint boxes are always separated by an axis-aligned plane.
 
 use umbriel_geometry::{Aabb, LightSource};
 

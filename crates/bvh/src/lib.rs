@@ -3,7 +3,8 @@
 //! - [`BoxTree`]: a static binary tree over boxes, for anything that has a box.
 //! - [`Shaft`]: can anything in this box stand between that box and the light? Never says no in vain.
 //! - [`may_shadow`] and [`cannot_shadow`]: the influence of one box on another, and the proof that there is none.
-//! - [`ObjectTree`] and [`influences`]: objects and families in a tree, and which objects may shadow which.
+//! - [`ObjectTree`] and [`influences`]: objects and families in a tree, and which objects may shadow which; [`level_pairs`]
+//!   shows the step above the objects.
 //! - [`TriangleBvh`]: does any triangle block this segment; which triangle does this ray hit first?
 //!
 //! Answers never depend on the shape of a tree: every query returns what a loop over all boxes would.
@@ -24,9 +25,9 @@ mod shaft;
 mod triangle_bvh;
 
 pub use box_tree::{BoxTree, TreeDefect};
-pub use coarse::{Influences, PairCounts, influences};
+pub use coarse::{Exclusion, Influences, LevelPair, PairCounts, influences, influences_with, level_pairs};
 pub use influence::{cannot_shadow, may_shadow};
-pub use object_tree::{Families, FamilyDefect, Member, ObjectTree};
+pub use object_tree::{Families, FamilyDefect, Member, NodeId, ObjectTree};
 pub use ray::Ray;
 pub use shaft::{Segment, Shaft};
 pub use triangle_bvh::{Hit, TriangleBvh};

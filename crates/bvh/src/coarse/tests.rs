@@ -49,6 +49,44 @@ proptest! {
     }
 
     #[test]
+    fn each_pair_of_objects_lies_below_one_pair_of_siblings(
+        boxes in boxes(), light in light(),
+        parents in proptest::collection::vec(0usize..100, 0..20), homes in proptest::collection::vec(0usize..100, 1..40),
+    ) {
+        let tree = ObjectTree::build(&boxes, &families(&parents, &homes, boxes.len())).expect("a forest");
+        let pairs = level_pairs(&tree, &light);
+        prop_assert_eq!(&pairs, &pairs_of_siblings(&tree, &light));
+        let mut below = std::collections::HashMap::new();
+        for pair in pairs {
+            for receiver in tree.objects_below(pair.receiver) {
+                for occluder in tree.objects_below(pair.occluder) {
+                    *below.entry((receiver, occluder)).or_insert(0) += 1;
+                }
+            }
+        }
+        let found = influences(&tree, &light, |_| true);
+        for receiver in 0..boxes.len() as u32 {
+            for &occluder in found.occluders_of(receiver).iter().filter(|&&occluder| occluder != receiver) {
+                prop_assert_eq!(below.get(&(receiver, occluder)), Some(&1));
+            }
+        }
+    }
+
+    #[test]
+    fn without_exclusion_the_influences_are_the_same(boxes in boxes(), light in light(), step in 1u32..4) {
+        let tree = ObjectTree::build(&boxes, &Families::default()).expect("no families, no defect");
+        let is_receiver = |receiver: u32| receiver.is_multiple_of(step);
+        let with = influences(&tree, &light, is_receiver);
+        let without = influences_with(&tree, &light, is_receiver, Exclusion::Off);
+        for receiver in 0..boxes.len() as u32 {
+            prop_assert_eq!(with.occluders_of(receiver), without.occluders_of(receiver));
+        }
+        prop_assert_eq!(with.counts().registered, without.counts().registered);
+        prop_assert_eq!(without.counts().excluded, 0);
+        prop_assert!(with.counts().tested + with.counts().excluded <= without.counts().tested);
+    }
+
+    #[test]
     fn only_the_receivers_asked_for_are_tested(boxes in boxes(), light in light(), step in 2u32..9) {
         let tree = ObjectTree::build(&boxes, &Families::default()).expect("no families, no defect");
         let (all, some) = (influences(&tree, &light, |_| true), influences(&tree, &light, |r| r % step == 1));
@@ -59,6 +97,25 @@ proptest! {
         prop_assert!(some.counts().tested <= all.counts().tested);
         prop_assert_eq!(influences(&tree, &light, |_| false).counts(), PairCounts::default());
     }
+}
+
+/// The pairs of siblings with influence, by two loops over the children of each node, sorted by level.
+fn pairs_of_siblings(tree: &ObjectTree, light: &LightSource) -> Vec<LevelPair> {
+    let mut pairs = Vec::new();
+    let mut open = std::collections::VecDeque::from_iter(tree.root().map(|root| (1, root)));
+    while let Some((level, parent)) = open.pop_front() {
+        let siblings = tree.children_of(parent);
+        for &receiver in siblings {
+            for &occluder in siblings.iter().filter(|&&occluder| occluder != receiver) {
+                let (a, b) = (tree.bounds_of(occluder), tree.bounds_of(receiver));
+                if may_shadow(a, b, light) && !cannot_shadow(a, b, light) {
+                    pairs.push(LevelPair { level, occluder, receiver });
+                }
+            }
+        }
+        open.extend(siblings.iter().map(|&child| (level + 1, child)));
+    }
+    pairs
 }
 
 /// Boxes of a town: a grid of blocks on the ground, every house standing on one floor.

@@ -65,6 +65,18 @@ proptest! {
     }
 
     #[test]
+    fn of_separated_boxes_one_never_shadows_the_other(a in whole_box(), b in whole_box(), light in whole_light()) {
+        let separates = |axis: usize| {
+            let (low, high) = if a.max[axis] <= b.min[axis] { (&a, &b) } else { (&b, &a) };
+            let at = light.xyz()[axis];
+            let in_plane = if light.is_sun() { at == 0.0 } else { low.max[axis] == at && at == high.min[axis] };
+            low.max[axis] <= high.min[axis] && !in_plane
+        };
+        let is_separated = (0..3).any(separates);
+        prop_assert!(!is_separated || cannot_shadow(&a, &b, &light) || cannot_shadow(&b, &a, &light));
+    }
+
+    #[test]
     fn what_stands_in_the_way_is_found(
         b in a_box(), light in light(), weights in [0.0..=1.0f64, 0.0..=1.0, 0.0..=1.0], along in 0.0..1.0f64,
     ) {

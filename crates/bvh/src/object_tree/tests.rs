@@ -11,19 +11,18 @@ fn assert_sound(tree: &ObjectTree, boxes: &[Aabb]) {
     let mut seen = vec![false; boxes.len()];
     let mut open = Vec::from_iter(tree.root());
     while let Some(index) = open.pop() {
-        let node = tree.node(index);
-        let children = tree.children_of(node);
-        let content = match node.content {
-            Content::Object(object) => {
+        let children = tree.children_of(index);
+        let content = match tree.object_of(index) {
+            Some(object) => {
                 assert!(!std::mem::replace(&mut seen[object as usize], true), "object {object} is there twice");
                 boxes[object as usize]
             }
-            Content::Nodes { .. } => {
+            None => {
                 assert!((2..=WIDEST).contains(&children.len()), "{} children", children.len());
-                children.iter().fold(Aabb::EMPTY, |sum, &child| sum.union(tree.node(child).bounds))
+                children.iter().fold(Aabb::EMPTY, |sum, &child| sum.union(*tree.bounds_of(child)))
             }
         };
-        assert_eq!(node.bounds, content);
+        assert_eq!(*tree.bounds_of(index), content);
         assert!(children.iter().all(|&child| child < index), "children come first");
         open.extend(children);
     }
@@ -55,8 +54,10 @@ fn families_are_kept_and_loose_objects_stand_at_the_top() {
     let tree = ObjectTree::build(&boxes, &families).expect("a forest");
     assert_sound(&tree, &boxes);
     assert_eq!(tree.boxes(), 6 + 3, "six objects, two families, the top");
-    let top = tree.node(tree.root().expect("a root"));
-    assert_eq!(tree.children_of(top).len(), 3, "one family, objects 2 and 3");
+    let top = tree.root().expect("a root");
+    let below: Vec<_> = tree.children_of(top).iter().map(|&child| tree.objects_below(child)).collect();
+    assert_eq!(below, [vec![0, 1, 4, 5], vec![2], vec![3]], "one family, objects 2 and 3");
+    assert_eq!(tree.objects_below(top), [0, 1, 2, 3, 4, 5]);
 }
 
 #[test]
