@@ -7,6 +7,7 @@
 //! The layer is useful alone: no files, no threads, no dependency on the rest of umbriel.
 
 mod aabb;
+pub mod analytic;
 mod approx;
 pub mod blocking;
 mod brep;
@@ -19,14 +20,19 @@ mod placement;
 mod point;
 pub mod predicates;
 mod rectangle;
+mod region;
 mod ring;
 mod sphere;
 mod surd;
 mod topology;
 
 pub use aabb::Aabb;
+pub use analytic::{Analytic, AnalyticDefect, PlacedAnalytic};
 pub use approx::Approx;
-pub use brep::{Brep, BrepDefect, Cuboid};
+pub use brep::{
+    Brep, BrepDefect, Convex, ConvexMeshDefect, Cuboid, Flatness, HalfEdge, HalfSpace, HalfSpaceDefect, HullDefect,
+    Silhouette,
+};
 pub use dyadic::Dyadic;
 pub use facets::{Facet, Facets};
 pub use light::{LightDefect, LightSource};
@@ -35,6 +41,7 @@ pub use number::{MAX_MAGNITUDE, MIN_MAGNITUDE, NumberDefect, accept, accept_poin
 pub use placement::{Placement, PlacementDefect};
 pub use point::{ExactPoint, Point};
 pub use rectangle::Rectangle;
+pub use region::{Region, Relation};
 pub use ring::{Ring, Sign};
 pub use sphere::{Sphere, SphereForm};
 pub use surd::Surd;

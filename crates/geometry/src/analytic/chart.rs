@@ -1,0 +1,304 @@
+//! Patches of a body's surface: a parameter square each, exact points, and hulls of its cells.
+//!
+//! A cell [u, u + e] × [v, v + e] is held by the hull of eight points: on a sphere, the cone of its four corner directions
+//! between two parallel planes; on a surface of revolution, two meridian planes and a quadrilateral round the outline.
+//! Hulls shrink with the cell, their thickness with its square.
+
+use glam::DVec3;
+
+use super::{Analytic, layout::Surface, outline::Outline};
+use crate::{
+    dyadic::Dyadic,
+    placement::Placement,
+    point::{ExactPoint, Point},
+    ring::{Ring, Sign, dot},
+    surd::Surd,
+};
+
+/// Covers the roundings of a point's or hull's construction: two dozen operations on numbers of the body's size.
+const PADDING: f64 = 32.0 * f64::EPSILON;
+
+/// Points of a hull.
+pub const HULL: usize = 8;
+
+/// A patch of a body's surface with parameters u, v in 0..=1, local coordinates. u × v points outward.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// The surface that the patch is part of.
+    pub surface: Surface,
+    pub(crate) kind: Kind,
+}
+
+/// How a patch is drawn.
+#[derive(Clone, Debug)]
+pub(crate) enum Kind {
+    /// center + radii·d/|d| with the direction d = origin + u·along\[0\] + v·along\[1\].
+    Radial { center: f64, radii: [f64; 3], origin: [f64; 3], along: [[f64; 3]; 2] },
+    /// A quarter turn of an outline about the y axis.
+    Turned { quarter: usize, outline: Outline },
+}
+
+/// Eight points whose convex hull holds a cell, local coordinates; each may be off by `slack` along every axis.
+#[derive(Clone, Copy, Debug)]
+pub struct CellHull {
+    /// The points.
+    pub points: [DVec3; HULL],
+    /// How far off they may be.
+    pub slack: f64,
+}
+
+/// How much of a cell of a patch's parameter square is surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Occupied {
+    /// All of it.
+    Whole,
+    /// Not known, or only a part.
+    Partly,
+    /// Nothing.
+    Nowhere,
+}
+
+/// The axes in the plane y = 0 around which the quarters lie, counter-clockwise seen from +y: (x, z) of each.
+const QUARTERS: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, -1.0], [-1.0, 0.0], [0.0, 1.0]];
+
+/// The direction of a quarter at u, not of unit length: (x, z).
+pub(crate) fn quarter_direction<T>(quarter: usize, u: T, number: impl Fn(f64) -> T) -> [T; 2]
+where
+    T: Clone + std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<Output = T>,
+{
+    let (axis, next) = (QUARTERS[quarter], QUARTERS[(quarter + 1) % 4]);
+    let across = u.clone() + u - number(1.0);
+    [0, 1].map(|k| number(axis[k]) + across.clone() * number(next[k]))
+}
+
+impl Chart {
+    /// The point (u, v), rounded: off by less than 2^-47 of the body's size.
+    pub fn point(&self, u: f64, v: f64) -> DVec3 {
+        match &self.kind {
+            Kind::Radial { center, radii, origin, along } => {
+                let direction = direction(origin, along, u, v).normalize();
+                DVec3::new(0.0, *center, 0.0) + DVec3::from_array(*radii) * direction
+            }
+            Kind::Turned { quarter, outline } => {
+                let [x, z] = quarter_direction(*quarter, u, |value| value);
+                let [radius, y] = outline.at(v);
+                let scale = radius / (x * x + z * z).sqrt();
+                DVec3::new(x * scale, y, z * scale)
+            }
+        }
+    }
+
+    /// The exact world point (u, v); `None` where that point of the square is no surface.
+    pub fn exact_point(&self, placement: &Placement, u: f64, v: f64) -> Option<ExactPoint<Surd>> {
+        let number = Dyadic::new;
+        let (local, weight) = match &self.kind {
+            Kind::Radial { center, radii, origin, along } => {
+                let d: [Dyadic; 3] = std::array::from_fn(|k| {
+                    number(origin[k]) + number(u) * number(along[0][k]) + number(v) * number(along[1][k])
+                });
+                let weight = dot(&d, &d);
+                let mut local: [Surd; 3] =
+                    std::array::from_fn(|k| Surd::root(number(radii[k]) * d[k].clone(), weight.clone()));
+                local[1] = local[1].clone() + Surd::from(number(*center) * weight.clone());
+                (local, weight)
+            }
+            Kind::Turned { quarter, outline } => {
+                let [x, z] = quarter_direction(*quarter, number(u), number);
+                let weight = x.clone() * x.clone() + z.clone() * z.clone();
+                let (factor, radius_squared, y) = outline.exact_at(v);
+                let root = |d: Dyadic| match radius_squared.sign() {
+                    Sign::Positive => Surd::root(d * factor.clone(), radius_squared.clone() * weight.clone()),
+                    _ => Surd::from(Dyadic::zero()),
+                };
+                ([root(x), Surd::from(y * weight.clone()), root(z)], weight)
+            }
+        };
+        Some(placed(placement, &local, weight))
+    }
+
+    /// The world point (u, v) by floats that bound it.
+    pub fn bounded_point(&self, placement: &Placement, u: f64, v: f64) -> Point<'static> {
+        let local = self.point(u, v);
+        world(placement, local, self.size() * PADDING)
+    }
+
+    /// Eight points whose hull holds a cell's surface.
+    pub fn hull(&self, [u, v]: [f64; 2], edge: f64) -> CellHull {
+        let slack = self.size() * PADDING;
+        let points = match &self.kind {
+            Kind::Radial { center, radii, origin, along } => {
+                let at = |s: f64, t: f64| direction(origin, along, u + s * edge, v + t * edge);
+                let corners = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
+                let middle = at(0.5, 0.5).normalize();
+                // Directions are positive sums of the corners' unit vectors over a length of at most one.
+                let deepest = corners.map(|d| middle.dot(d) / d.length()).into_iter().fold(1.0, f64::min);
+                let reach = [deepest * (1.0 - PADDING), 1.0 + PADDING];
+                std::array::from_fn(|k| {
+                    let corner = corners[k % 4] * (reach[k / 4] / middle.dot(corners[k % 4]));
+                    DVec3::new(0.0, *center, 0.0) + DVec3::from_array(*radii) * corner
+                })
+            }
+            Kind::Turned { quarter, outline } => {
+                let ends = [u, u + edge].map(|u| {
+                    let [x, z] = quarter_direction(*quarter, u, |value| value);
+                    let length = (x * x + z * z).sqrt();
+                    [x / length, z / length]
+                });
+                // Between the two meridians the circle lies between its chord and the parallel tangent.
+                let cosine = ends[0][0] * ends[1][0] + ends[0][1] * ends[1][1];
+                let stretch = (2.0 / (1.0 + cosine)).sqrt() * (1.0 + PADDING);
+                let outline = outline.hull(v, v + edge, stretch);
+                std::array::from_fn(|k| {
+                    let ([x, z], [radius, y]) = (ends[k % 2], outline[k / 2]);
+                    DVec3::new(x * radius, y, z * radius)
+                })
+            }
+        };
+        CellHull { points, slack }
+    }
+
+    /// How much of a cell is surface.
+    pub fn occupied(&self, at: [f64; 2], edge: f64) -> Occupied {
+        Occupied::Whole
+    }
+
+    /// Whether the patch is flat.
+    pub fn is_flat(&self) -> bool {
+        matches!(self.surface, Surface::Plane(_))
+    }
+
+    /// Greatest distance of its points from the local origin along any axis, at least.
+    fn size(&self) -> f64 {
+        match &self.kind {
+            Kind::Radial { center, radii, .. } => center.abs() + radii.iter().fold(0.0, |a: f64, &b| a.max(b)),
+            Kind::Turned { outline, .. } => outline.size(),
+        }
+    }
+
+    /// Bounds on the lengths of the images of a step of one along u and along v, in local coordinates: for each
+    /// parameter, how far it reaches along x, y, z.
+    pub(crate) fn steps(&self) -> [DVec3; 2] {
+        match &self.kind {
+            // |d| ≥ 1 and the steps are at most two long.
+            Kind::Radial { radii, along, .. } => {
+                along.map(|step| DVec3::from_array(*radii) * DVec3::from_array(step).length())
+            }
+            Kind::Turned { outline, .. } => {
+                let [radius, y] = outline.step();
+                let around = 2.0 * outline.greatest_radius();
+                [DVec3::new(around, 0.0, around), DVec3::new(radius, y, radius)]
+            }
+        }
+    }
+}
+
+/// A local point in the world, by floats, when its local coordinates may be off by `slack`.
+pub(crate) fn world(placement: &Placement, local: DVec3, slack: f64) -> Point<'static> {
+    let map = placement.map();
+    let size = map.matrix3.abs() * local.abs() + map.translation.abs();
+    let slack = size * PADDING + map.matrix3.abs() * DVec3::splat(slack);
+    Point { position: map.transform_point3(local), slack, exact: None }
+}
+
+impl CellHull {
+    /// The points in the world.
+    pub fn placed(&self, placement: &Placement) -> [Point<'static>; HULL] {
+        self.points.map(|local| world(placement, local, self.slack))
+    }
+}
+
+fn direction(origin: &[f64; 3], along: &[[f64; 3]; 2], u: f64, v: f64) -> DVec3 {
+    DVec3::from_array(*origin) + DVec3::from_array(along[0]) * u + DVec3::from_array(along[1]) * v
+}
+
+/// The image of a homogeneous local point.
+fn placed(placement: &Placement, local: &[Surd; 3], weight: Dyadic) -> ExactPoint<Surd> {
+    let map = placement.map();
+    let weight = Surd::from(weight);
+    let xyz = std::array::from_fn(|axis| {
+        let row = map.matrix3.row(axis).to_array().map(Surd::from_f64);
+        dot(&row, local) + Surd::from_f64(map.translation[axis]) * weight.clone()
+    });
+    ExactPoint { xyz, w: weight }
+}
+
+/// The patches of a body in the order of its faces; see [`Analytic`].
+pub(crate) fn charts(body: &Analytic) -> Vec<Chart> {
+    let quadric = |kind| Chart { surface: Surface::Quadric(0), kind };
+    let side = |outline| quarters(Surface::Quadric(0), outline);
+    let end = |plane, outline| quarters(Surface::Plane(plane), outline);
+    match *body {
+        Analytic::Sphere { radius } => cube_faces([radius; 3], 0.0).map(quadric).collect(),
+        Analytic::Ellipsoid { radii } => cube_faces(radii, 0.0).map(quadric).collect(),
+        Analytic::Cylinder { radius, height } => frustum(radius, radius, height),
+        Analytic::Cone { radius, height } => frustum(radius, 0.0, height),
+        Analytic::Frustum { bottom_radius, top_radius, height } => frustum(bottom_radius, top_radius, height),
+        Analytic::Capsule { radius, height } => {
+            let half = 0.5 * height;
+            let side = side(Outline::Line { from: [radius, -half], to: [radius, half] });
+            half_sphere(radius, -half, 1).into_iter().chain(side).chain(half_sphere(radius, half, 2)).collect()
+        }
+        Analytic::Paraboloid { radius, height } => {
+            let base = end(0, Outline::Line { from: [0.0, -0.5 * height], to: [radius, -0.5 * height] });
+            base.into_iter().chain(side(Outline::Parabola { radius, height })).collect()
+        }
+        Analytic::Hyperboloid { waist_radius, end_radius, height } => {
+            let half = 0.5 * height;
+            let bottom = end(0, Outline::Line { from: [0.0, -half], to: [end_radius, -half] });
+            let top = end(1, Outline::Line { from: [end_radius, half], to: [0.0, half] });
+            let side = side(Outline::Hyperbola { waist: waist_radius, end: end_radius, height });
+            bottom.into_iter().chain(side).chain(top).collect()
+        }
+        Analytic::Disk { radius } => end(0, Outline::Line { from: [radius, 0.0], to: [0.0, 0.0] }),
+        Analytic::Quadric { .. } => Vec::new(),
+    }
+}
+
+fn quarters(surface: Surface, outline: Outline) -> Vec<Chart> {
+    (0..4).map(|quarter| Chart { surface, kind: Kind::Turned { quarter, outline } }).collect()
+}
+
+fn frustum(bottom: f64, top: f64, height: f64) -> Vec<Chart> {
+    let half = 0.5 * height;
+    let line = |from, to| Outline::Line { from, to };
+    let mut charts = quarters(Surface::Plane(0), line([0.0, -half], [bottom, -half]));
+    charts.extend(quarters(Surface::Quadric(0), line([bottom, -half], [top, half])));
+    if top > 0.0 {
+        charts.extend(quarters(Surface::Plane(1), line([top, half], [0.0, half])));
+    }
+    charts
+}
+
+/// The faces −x, +x, −y, +y, −z, +z of the cube, projected from the centre. For +axis the parameters run along the next
+/// two axes (cyclic); for −axis these change places, so that u × v points outward.
+fn cube_faces(radii: [f64; 3], center: f64) -> impl Iterator<Item = Kind> {
+    (0..6).map(move |face| {
+        let (axis, positive) = (face / 2, face % 2 == 1);
+        let mut origin = [-1.0; 3];
+        origin[axis] = if positive { 1.0 } else { -1.0 };
+        let mut along = [[0.0; 3]; 2];
+        along[usize::from(!positive)][(axis + 1) % 3] = 2.0;
+        along[usize::from(positive)][(axis + 2) % 3] = 2.0;
+        Kind::Radial { center, radii, origin, along }
+    })
+}
+
+/// The sides −x, +x, −z, +z of a half sphere and its pole; the upper half for quadric 2, the lower for 1.
+fn half_sphere(radius: f64, center: f64, quadric: usize) -> Vec<Chart> {
+    let is_upper = quadric == 2;
+    let faces: Vec<Kind> = cube_faces([radius; 3], center).collect();
+    let pole = if is_upper { 3 } else { 2 };
+    let halved = [0, 1, 4, 5].into_iter().map(|face| halve(faces[face].clone(), is_upper));
+    let kinds = halved.chain(std::iter::once(faces[pole].clone()));
+    kinds.map(|kind| Chart { surface: Surface::Quadric(quadric), kind }).collect()
+}
+
+/// The half of a cube's side face with y ≥ 0, or y ≤ 0.
+fn halve(kind: Kind, upper: bool) -> Kind {
+    let Kind::Radial { center, radii, mut origin, mut along } = kind else { return kind };
+    origin[1] = if upper { 0.0 } else { -1.0 };
+    for step in &mut along {
+        step[1] *= 0.5;
+    }
+    Kind::Radial { center, radii, origin, along }
+}

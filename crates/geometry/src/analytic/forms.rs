@@ -1,0 +1,124 @@
+//! The quadratic and linear forms of a placed body, evaluated at pulled-back points.
+//!
+//! A world point x with weight w is pulled back to (adj(M)·(x − w·t), w·det M): homogeneous local coordinates, exact in
+//! the ring of the inputs, without division. A form there has the sign of the local one. All forms are in units of the
+//! body's own size (a power of two), so that values near the body are near one.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use crate::{dyadic::Dyadic, ring::Ring};
+
+/// Homogeneous local coordinates: x, y, z in units of the body's size, and a weight.
+pub type LocalPoint<T> = [T; 4];
+
+/// A symmetric form by its squares and its mixed terms; most bodies have few of these.
+#[derive(Clone, Debug)]
+pub struct QuadricForm<T> {
+    /// Factors of x², y², z², w².
+    squares: [T; 4],
+    /// (i, j, half the factor of x_i·x_j), i < j.
+    mixed: Vec<(usize, usize, T)>,
+}
+
+impl<T: Clone + Add<Output = T> + Mul<Output = T>> QuadricForm<T> {
+    /// The form with these factors of squares and half factors of mixed terms.
+    pub(crate) fn new(squares: [T; 4], mixed: Vec<(usize, usize, T)>) -> Self {
+        Self { squares, mixed }
+    }
+
+    /// q(x, y): q(x, x) is negative inside, zero on the surface, positive outside.
+    pub fn value(&self, x: &LocalPoint<T>, y: &LocalPoint<T>) -> T {
+        let square = |k: usize| self.squares[k].clone() * (x[k].clone() * y[k].clone());
+        let squares = square(0) + square(1) + square(2) + square(3);
+        self.mixed.iter().fold(squares, |sum, (i, j, factor)| {
+            sum + factor.clone() * (x[*i].clone() * y[*j].clone() + x[*j].clone() * y[*i].clone())
+        })
+    }
+
+    /// All factors.
+    pub(crate) fn factors(&self) -> impl Iterator<Item = &T> {
+        self.squares.iter().chain(self.mixed.iter().map(|(_, _, factor)| factor))
+    }
+
+    /// The same form over other numbers.
+    pub(crate) fn map<U>(&self, convert: impl Fn(&T) -> U) -> QuadricForm<U> {
+        QuadricForm {
+            squares: std::array::from_fn(|k| convert(&self.squares[k])),
+            mixed: self.mixed.iter().map(|(i, j, factor)| (*i, *j, convert(factor))).collect(),
+        }
+    }
+
+    /// Half the gradient at x with respect to local coordinates.
+    pub(crate) fn half_gradient(&self, x: &LocalPoint<T>) -> [T; 3] {
+        std::array::from_fn(|k| {
+            let square = self.squares[k].clone() * x[k].clone();
+            self.mixed.iter().fold(square, |sum, (i, j, factor)| match k {
+                k if k == *i => sum + factor.clone() * x[*j].clone(),
+                k if k == *j => sum + factor.clone() * x[*i].clone(),
+                _ => sum,
+            })
+        })
+    }
+}
+
+/// All forms of a placed body over the numbers `T`.
+#[derive(Clone, Debug)]
+pub struct Forms<T> {
+    /// adj(M) by rows, times the sign of det M.
+    pub(crate) adjugate: [[T; 3]; 3],
+    pub(crate) translation: [T; 3],
+    /// |det M| times the unit of length.
+    pub(crate) weight: T,
+    /// Negative inside.
+    pub(crate) quadrics: Vec<QuadricForm<T>>,
+    /// Positive inside.
+    pub(crate) planes: Vec<[T; 4]>,
+}
+
+impl<T> Forms<T>
+where
+    T: Clone + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + Neg<Output = T>,
+{
+    /// The local coordinates of a homogeneous world point.
+    pub fn pull_back(&self, xyz: &[T; 3], w: &T) -> LocalPoint<T> {
+        let d: [T; 3] = std::array::from_fn(|i| xyz[i].clone() - w.clone() * self.translation[i].clone());
+        let row = |i: usize| {
+            let row = &self.adjugate[i];
+            row[0].clone() * d[0].clone() + row[1].clone() * d[1].clone() + row[2].clone() * d[2].clone()
+        };
+        [row(0), row(1), row(2), self.weight.clone() * w.clone()]
+    }
+
+    /// The value of plane `index` at a point.
+    pub fn plane(&self, index: usize, x: &LocalPoint<T>) -> T {
+        let h = &self.planes[index];
+        let term = |k: usize| h[k].clone() * x[k].clone();
+        term(0) + term(1) + term(2) + term(3)
+    }
+
+    /// The value of quadric `index` at a pair of points.
+    pub fn quadric(&self, index: usize, x: &LocalPoint<T>, y: &LocalPoint<T>) -> T {
+        self.quadrics[index].value(x, y)
+    }
+
+    /// The same forms over other numbers.
+    pub(crate) fn map<U>(&self, convert: impl Fn(&T) -> U) -> Forms<U>
+    where
+        U: Clone,
+    {
+        Forms {
+            adjugate: std::array::from_fn(|i| std::array::from_fn(|j| convert(&self.adjugate[i][j]))),
+            translation: std::array::from_fn(|k| convert(&self.translation[k])),
+            weight: convert(&self.weight),
+            quadrics: self.quadrics.iter().map(|form| form.map(&convert)).collect(),
+            planes: self.planes.iter().map(|h| std::array::from_fn(|k| convert(&h[k]))).collect(),
+        }
+    }
+}
+
+impl Forms<Dyadic> {
+    /// The same forms over a larger ring.
+    pub fn lifted<R: Ring>(&self) -> Forms<R> {
+        self.map(|number| R::from(number.clone()))
+    }
+}

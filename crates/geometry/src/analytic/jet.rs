@@ -1,0 +1,93 @@
+//! Truncated Taylor series over intervals, for rigorous remainders of quadrature (Moore, "Interval Analysis", 1966).
+
+use std::ops::{Add, Mul, Sub};
+
+use crate::approx::Approx;
+
+/// The Taylor coefficients f, f', f''/2, … of a function of one variable at every point of an interval: each holds the
+/// coefficient's whole range.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Jet<const K: usize>(pub(crate) [Approx; K]);
+
+impl<const K: usize> Jet<K> {
+    /// A number.
+    pub(crate) fn constant(value: Approx) -> Self {
+        let mut coefficients = [Approx::exact(0.0); K];
+        coefficients[0] = value;
+        Self(coefficients)
+    }
+
+    /// The variable itself, somewhere in `value`.
+    pub(crate) fn variable(value: Approx) -> Self {
+        let mut jet = Self::constant(value);
+        if K > 1 {
+            jet.0[1] = Approx::exact(1.0);
+        }
+        jet
+    }
+
+    /// A number times this.
+    pub(crate) fn scaled(self, factor: Approx) -> Self {
+        Self(self.0.map(|coefficient| coefficient * factor))
+    }
+
+    /// The quotient; of no use where the divisor may be zero.
+    pub(crate) fn divided_by(self, divisor: Self) -> Self {
+        let mut quotient = [Approx::exact(0.0); K];
+        for k in 0..K {
+            let carried = (1..=k).fold(self.0[k], |rest, j| rest - divisor.0[j] * quotient[k - j]);
+            quotient[k] = carried.divided_by(divisor.0[0]);
+        }
+        Self(quotient)
+    }
+
+    /// The root; of no use where this may be zero.
+    pub(crate) fn square_root(self) -> Self {
+        let mut root = [Approx::exact(0.0); K];
+        root[0] = self.0[0].square_root();
+        let twice = root[0] + root[0];
+        for k in 1..K {
+            let carried = (1..k).fold(self.0[k], |rest, j| rest - root[j] * root[k - j]);
+            root[k] = carried.divided_by(twice);
+        }
+        Self(root)
+    }
+}
+
+impl<const K: usize> Add for Jet<K> {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k] + other.0[k]))
+    }
+}
+
+impl<const K: usize> Sub for Jet<K> {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| self.0[k] - other.0[k]))
+    }
+}
+
+impl<const K: usize> Mul for Jet<K> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self(std::array::from_fn(|k| (1..=k).fold(self.0[0] * other.0[k], |sum, j| sum + self.0[j] * other.0[k - j])))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn series_of_known_functions() {
+        // 1/√(1 + x) at 0: 1, −1/2, 3/8, −5/16, 35/128.
+        let x = Jet::<5>::variable(Approx::exact(0.0));
+        let one = Jet::constant(Approx::exact(1.0));
+        let series = one.divided_by((one + x).square_root());
+        for (coefficient, expected) in series.0.iter().zip([1.0, -0.5, 0.375, -0.3125, 0.273_437_5]) {
+            assert!((coefficient.value - expected).abs() <= coefficient.error + 1e-300, "{coefficient:?} {expected}");
+            assert!(coefficient.error < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Outlines of surfaces of revolution: (radius, y) as v runs from 0 to 1.
+
+use super::jet::Jet;
+use crate::{approx::Approx, dyadic::Dyadic};
+
+/// A piece of an outline; lengths in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Outline {
+    /// Straight: a disk, a cylinder, a cone.
+    Line { from: [f64; 2], to: [f64; 2] },
+    /// From the rim (radius, −height/2) to the apex (0, +height/2); the radius is linear in v.
+    Parabola { radius: f64, height: f64 },
+    /// From end to end through the waist; y is linear in v.
+    Hyperbola { waist: f64, end: f64, height: f64 },
+}
+
+impl Outline {
+    /// The point at v, rounded.
+    pub(crate) fn at(&self, v: f64) -> [f64; 2] {
+        match *self {
+            Self::Line { from, to } => std::array::from_fn(|k| from[k] * (1.0 - v) + to[k] * v),
+            Self::Parabola { radius, height } => {
+                let inward = 1.0 - v;
+                [radius * inward, height * (0.5 - inward * inward)]
+            }
+            Self::Hyperbola { waist, end, height } => {
+                let along = 2.0 * v - 1.0;
+                // waist²·(1 − s²) + end²·s²: no cancellation.
+                let squared = waist * waist * (1.0 - along * along) + end * end * along * along;
+                [squared.sqrt(), 0.5 * height * along]
+            }
+        }
+    }
+
+    /// The exact point at v: the radius as factor·√(square), and y.
+    pub(crate) fn exact_at(&self, v: f64) -> (Dyadic, Dyadic, Dyadic) {
+        let number = Dyadic::new;
+        let one = || number(1.0);
+        match *self {
+            Self::Line { from, to } => {
+                let [radius, y] = [0, 1].map(|k| number(from[k]) + number(v) * (number(to[k]) - number(from[k])));
+                (radius, one(), y)
+            }
+            Self::Parabola { radius, height } => {
+                let inward = one() - number(v);
+                let y = number(height) * (number(0.5) - inward.clone() * inward.clone());
+                (number(radius) * inward, one(), y)
+            }
+            Self::Hyperbola { waist, end, height } => {
+                let along = number(v) + number(v) - one();
+                let square = |value: f64| number(value) * number(value);
+                let along_squared = along.clone() * along.clone();
+                let squared = square(waist) + (square(end) - square(waist)) * along_squared;
+                (one(), squared, number(0.5) * number(height) * along)
+            }
+        }
+    }
+
+    /// Four corners (radius, y) of a quadrilateral that holds all (f·radius(v), y(v)) for v in from..=to and f from 1 to
+    /// `stretch`: two on the axis's side, two on the other.
+    pub(crate) fn hull(&self, from: f64, to: f64, stretch: f64) -> [[f64; 2]; 4] {
+        let ([a0, y0], [a1, y1]) = (self.at(from), self.at(to));
+        match *self {
+            Self::Line { .. } => [[a0, y0], [a1, y1], [a0 * stretch, y0], [a1 * stretch, y1]],
+            Self::Parabola { height, .. } => {
+                // The arc lies above its chord by at most σ = height·(to − from)²/4, with slope 4σ at the rim's end: a line
+                // that starts there, stretched, and rises by 4σ more stays outside.
+                let rise = height * (to - from) * (to - from);
+                [[a0, y0], [a1, y1], [a0 * stretch, y0], [a1 * stretch, y1 + rise]]
+            }
+            Self::Hyperbola { waist, end, .. } => {
+                // The radius is convex in y; its chord is above it by at most Δy²/8 times the greatest second derivative,
+                // k·waist²/radius³ ≤ k/waist with k = 4·(end² − waist²)/height².
+                let step = 2.0 * (to - from);
+                let sag = (step * step * 0.125) * (end - waist) * (end + waist) / waist;
+                let inner = |radius: f64| (radius - sag).max(0.0);
+                [[inner(a0), y0], [inner(a1), y1], [a0 * stretch, y0], [a1 * stretch, y1]]
+            }
+        }
+    }
+
+    /// The radius A times the slope (A', B'), as a factor that may vanish and a vector that does not.
+    pub(crate) fn slope<const K: usize>(&self, v: Jet<K>) -> (Jet<K>, [Jet<K>; 2]) {
+        let bounded = Approx::exact;
+        let number = |value: f64| Jet::<K>::constant(bounded(value));
+        let difference = |a: f64, b: f64| bounded(a) - bounded(b);
+        match *self {
+            Self::Line { from, to } => {
+                let steps = [0, 1].map(|k| difference(to[k], from[k]));
+                (number(from[0]) + v.scaled(steps[0]), steps.map(Jet::constant))
+            }
+            Self::Parabola { radius, height } => {
+                let inward = number(1.0) - v;
+                (inward.scaled(bounded(radius)), [number(-radius), inward.scaled(bounded(2.0 * height))])
+            }
+            // A·A' is half the slope of A².
+            Self::Hyperbola { waist, end, height } => {
+                let along = v + v - number(1.0);
+                let square = |value: f64| bounded(value) * bounded(value);
+                let growth = square(end) - square(waist);
+                let radius = (Jet::constant(square(waist)) + (along * along).scaled(growth)).square_root();
+                (number(1.0), [along.scaled(growth + growth), radius.scaled(bounded(height))])
+            }
+        }
+    }
+
+    /// The greatest coordinate on it.
+    pub(crate) fn size(&self) -> f64 {
+        let ([a0, y0], [a1, y1]) = (self.at(0.0), self.at(1.0));
+        a0.max(a1).max(y0.abs()).max(y1.abs())
+    }
+
+    pub(crate) fn greatest_radius(&self) -> f64 {
+        self.at(0.0)[0].max(self.at(1.0)[0])
+    }
+
+    /// How far a step of one along v goes at most: along the radius, and along y.
+    pub(crate) fn step(&self) -> [f64; 2] {
+        match *self {
+            Self::Line { from, to } => [(to[0] - from[0]).abs(), (to[1] - from[1]).abs()],
+            Self::Parabola { radius, height } => [radius, 2.0 * height],
+            Self::Hyperbola { waist, end, height } => [2.0 * (end - waist) * (end + waist) / end, height],
+        }
+    }
+}

@@ -1,0 +1,300 @@
+//! A placed analytic body: which side a point lies on, what its surface blocks, which way it faces. All exact.
+//!
+//! Each question is put to a filter in floats first and to exact numbers where that cannot tell.
+
+use std::sync::OnceLock;
+
+use super::{
+    Analytic, AnalyticDefect,
+    chart::{Chart, charts},
+    forms::{Forms, LocalPoint},
+    layout::{Layout, Part, Piece, Surface, Trim, power_of_two},
+    polynomial::{Decide, Polynomial, Way, any_known, is_met},
+};
+use crate::{
+    aabb::Aabb,
+    approx::Approx,
+    blocking::Probe,
+    dyadic::Dyadic,
+    light::LightSource,
+    placement::Placement,
+    point::{ExactPoint, Point},
+    predicates::count_fallback,
+    ring::{Ring, Sign},
+};
+
+/// An analytic body under a placement, ready for questions.
+#[derive(Debug)]
+pub struct PlacedAnalytic {
+    body: Analytic,
+    placement: Placement,
+    layout: Layout,
+    forms: Forms<Approx>,
+    exact: OnceLock<Forms<Dyadic>>,
+    charts: Vec<Chart>,
+}
+
+impl PlacedAnalytic {
+    /// Places a body.
+    ///
+    /// # Errors
+    /// [`AnalyticDefect`] when the numbers describe no body.
+    pub fn new(body: Analytic, placement: Placement) -> Result<Self, AnalyticDefect> {
+        body.check()?;
+        let layout = Layout::of(&body);
+        let forms = approx_forms(&layout, &placement);
+        Ok(Self { charts: charts(&body), body, placement, layout, forms, exact: OnceLock::new() })
+    }
+
+    /// The body in local coordinates.
+    pub fn body(&self) -> &Analytic {
+        &self.body
+    }
+
+    /// Where it stands.
+    pub fn placement(&self) -> &Placement {
+        &self.placement
+    }
+
+    /// The closed parts that make up its surface.
+    pub fn parts(&self) -> &[Part] {
+        &self.layout.parts
+    }
+
+    /// The closed sets whose union it is.
+    pub fn pieces(&self) -> &[Piece] {
+        &self.layout.pieces
+    }
+
+    /// The patches of its surface, as faces are numbered; see [`Analytic`].
+    pub fn charts(&self) -> &[Chart] {
+        &self.charts
+    }
+
+    /// The forms with error bounds, times a positive power of two.
+    pub fn forms(&self) -> &Forms<Approx> {
+        &self.forms
+    }
+
+    /// The exact forms; made when first asked for.
+    pub fn exact_forms(&self) -> &Forms<Dyadic> {
+        self.exact.get_or_init(|| exact_forms(&self.layout, &self.placement))
+    }
+
+    /// The tight world box, rounded outward.
+    pub fn bounds(&self) -> Aabb {
+        self.body.bounds(&self.placement)
+    }
+
+    /// Where a homogeneous world point lies: negative strictly inside, zero on the surface, positive outside. Exact. A disk
+    /// has no inside; a sun is outside of everything.
+    pub fn side(&self, x: &Point, is_sun: bool) -> Sign {
+        if is_sun {
+            return Sign::Positive;
+        }
+        let local = self.forms.pull_back(&x.coordinates(), &Approx::exact(1.0));
+        self.side_of(&self.forms, &local).unwrap_or_else(|| {
+            count_fallback();
+            let (forms, exact) = (self.exact_forms(), x.to_exact::<Dyadic>());
+            self.side_of(forms, &forms.pull_back(&exact.xyz, &exact.w)).unwrap_or(Sign::Zero)
+        })
+    }
+
+    /// Where a light lies; see [`PlacedAnalytic::side`].
+    pub fn light_side(&self, light: &LightSource) -> Sign {
+        self.side(&Point::exact(light.xyz()), light.is_sun())
+    }
+
+    fn side_of<T: Decide>(&self, forms: &Forms<T>, x: &LocalPoint<T>) -> Option<Sign> {
+        let mut nearest = Some(Sign::Positive);
+        for piece in &self.layout.pieces {
+            let signs = piece.planes.iter().map(|&plane| forms.plane(plane, x).decide().map(Sign::flipped));
+            let flat = piece.flat.map(|plane| forms.plane(plane, x).decide());
+            // On a flat piece there is no inside: off its plane is outside.
+            let flat = flat.map(|sign| sign.map(|sign| if sign == Sign::Zero { Sign::Zero } else { Sign::Positive }));
+            let signs: Vec<Option<Sign>> =
+                std::iter::once(forms.quadric(piece.quadric, x, x).decide()).chain(signs).chain(flat).collect();
+            let side = if signs.contains(&Some(Sign::Positive)) {
+                Some(Sign::Positive)
+            } else {
+                signs.into_iter().try_fold(Sign::Negative, |side, sign| Some(side.max(sign?)))
+            };
+            nearest = match (nearest, side) {
+                (Some(Sign::Negative), _) | (_, Some(Sign::Negative)) => return Some(Sign::Negative),
+                (Some(a), Some(b)) => Some(a.min(b)),
+                _ => None,
+            };
+        }
+        nearest
+    }
+
+    /// Whether the surface meets the open segment from `x` to the light. A point on the surface does not block itself; `own`
+    /// names the surface that it is known to lie on.
+    pub fn blocks<R: Ring>(&self, x: &Probe<R>, own: Option<Surface>, light: &LightSource) -> bool {
+        let local = |forms: &Forms<Approx>| {
+            let source = (light.xyz().to_array().map(Approx::exact), Approx::exact(light.w()));
+            Segment::new(forms, (&x.bounds.coordinates(), &Approx::exact(1.0)), (&source.0, &source.1))
+        };
+        let way = if light.is_sun() { Way::ToSun } else { Way::ToPoint };
+        self.is_met(&self.forms, &local(&self.forms), own, way).unwrap_or_else(|| {
+            count_fallback();
+            let source = ExactPoint::<R>::from_light(light);
+            let forms = self.exact_forms().lifted::<R>();
+            let segment = Segment::new(&forms, (&x.exact().xyz, &x.exact().w), (&source.xyz, &source.w));
+            self.is_met(&forms, &segment, own, way).unwrap_or(false)
+        })
+    }
+
+    fn is_met<T: Decide>(
+        &self,
+        forms: &Forms<T>,
+        segment: &Segment<T>,
+        own: Option<Surface>,
+        way: Way,
+    ) -> Option<bool> {
+        any_known(self.layout.parts.iter().map(|part| {
+            let mut surface = segment.along_surface(forms, part.surface);
+            if own == Some(part.surface) {
+                surface.constant = T::number(0.0);
+            }
+            let trims: Vec<Polynomial<T>> = part.trims.iter().map(|&trim| segment.along_trim(forms, trim)).collect();
+            is_met(&surface, &trims, way)
+        }))
+    }
+
+    /// On which side of the tangent plane at `x`, a point of `surface`, the light lies: positive outside.
+    pub fn facing<R: Ring>(&self, surface: Surface, x: &Probe<R>, light: &LightSource) -> Sign {
+        let (one, weight) = (Approx::exact(1.0), Approx::exact(light.w()));
+        let local_light = self.forms.pull_back(&light.xyz().to_array().map(Approx::exact), &weight);
+        let local_x = self.forms.pull_back(&x.bounds.coordinates(), &one);
+        facing_value(&self.forms, surface, &local_x, &local_light).sign().unwrap_or_else(|| {
+            count_fallback();
+            let (forms, x, light) = (self.exact_forms().lifted::<R>(), x.exact(), ExactPoint::<R>::from_light(light));
+            let (local_x, local_light) = (forms.pull_back(&x.xyz, &x.w), forms.pull_back(&light.xyz, &light.w));
+            facing_value(&forms, surface, &local_x, &local_light).sign()
+        })
+    }
+
+    /// A vector along the outer normal at a point of `surface`, world coordinates; zero at a tip.
+    pub fn outward<R: Ring>(&self, surface: Surface, x: &ExactPoint<R>) -> [R; 3] {
+        let forms = self.exact_forms().lifted::<R>();
+        let local = forms.pull_back(&x.xyz, &x.w);
+        let gradient: [R; 3] = match surface {
+            Surface::Quadric(index) => forms.quadrics[index].half_gradient(&local),
+            Surface::Plane(index) => std::array::from_fn(|k| -forms.planes[index][k].clone()),
+        };
+        std::array::from_fn(|k| {
+            let term = |i: usize| forms.adjugate[i][k].clone() * gradient[i].clone();
+            term(0) + term(1) + term(2)
+        })
+    }
+
+    /// Whether a point of a part's surface lies in the part. Exact.
+    pub fn part_holds<R: Ring>(&self, part: &Part, x: &ExactPoint<R>) -> bool {
+        let forms = self.exact_forms().lifted::<R>();
+        let local = forms.pull_back(&x.xyz, &x.w);
+        part.trims.iter().all(|&trim| trim_value(&forms, trim, &local, &local).sign() != Sign::Negative)
+    }
+}
+
+/// Positive where the light lies strictly outside the tangent plane; affine in x.
+pub(crate) fn facing_value<T: Decide>(
+    forms: &Forms<T>,
+    surface: Surface,
+    x: &LocalPoint<T>,
+    light: &LocalPoint<T>,
+) -> T {
+    match surface {
+        Surface::Quadric(index) => forms.quadric(index, x, light),
+        Surface::Plane(index) => -forms.plane(index, light),
+    }
+}
+
+/// A trim at a point (a quadric: at a pair of points): ≥ 0 where it holds.
+fn trim_value<T: Decide>(forms: &Forms<T>, trim: Trim, x: &LocalPoint<T>, y: &LocalPoint<T>) -> T {
+    match trim {
+        Trim::Inside(index) => -forms.quadric(index, x, y),
+        Trim::Above(index) => forms.plane(index, x),
+        Trim::Below(index) => -forms.plane(index, x),
+    }
+}
+
+/// A segment x + s·(light − w·x), pulled back.
+struct Segment<T> {
+    start: LocalPoint<T>,
+    along: LocalPoint<T>,
+}
+
+impl<T: Decide> Segment<T> {
+    fn new(forms: &Forms<T>, x: (&[T; 3], &T), light: (&[T; 3], &T)) -> Self {
+        let way: [T; 3] = std::array::from_fn(|i| light.0[i].clone() * x.1.clone() - x.0[i].clone() * light.1.clone());
+        Self { start: forms.pull_back(x.0, x.1), along: forms.pull_back(&way, &T::number(0.0)) }
+    }
+
+    fn along_surface(&self, forms: &Forms<T>, surface: Surface) -> Polynomial<T> {
+        match surface {
+            Surface::Quadric(index) => self.along_quadric(forms, index),
+            Surface::Plane(index) => self.along_plane(forms, index),
+        }
+    }
+
+    fn along_trim(&self, forms: &Forms<T>, trim: Trim) -> Polynomial<T> {
+        match trim {
+            Trim::Inside(index) => self.along_quadric(forms, index).negated(),
+            Trim::Above(index) => self.along_plane(forms, index),
+            Trim::Below(index) => self.along_plane(forms, index).negated(),
+        }
+    }
+
+    fn along_quadric(&self, forms: &Forms<T>, index: usize) -> Polynomial<T> {
+        let mixed = forms.quadric(index, &self.start, &self.along);
+        Polynomial {
+            constant: forms.quadric(index, &self.start, &self.start),
+            linear: mixed.clone() + mixed,
+            quadratic: forms.quadric(index, &self.along, &self.along),
+        }
+    }
+
+    fn along_plane(&self, forms: &Forms<T>, index: usize) -> Polynomial<T> {
+        Polynomial {
+            constant: forms.plane(index, &self.start),
+            linear: forms.plane(index, &self.along),
+            quadratic: T::number(0.0),
+        }
+    }
+}
+
+/// The forms with bounds. The matrix is scaled by a power of two that brings the weight near one, so that products of
+/// values stay far from underflow whatever the scale.
+fn approx_forms(layout: &Layout, placement: &Placement) -> Forms<Approx> {
+    let adjugate = placement.adjugate();
+    let m = placement.map().matrix3;
+    // det = first row of M times first column of adj(M).
+    let determinant = Approx::exact(m.x_axis.x) * adjugate[0][0]
+        + Approx::exact(m.y_axis.x) * adjugate[1][0]
+        + Approx::exact(m.z_axis.x) * adjugate[2][0];
+    let sign = if placement.is_mirrored() { -1.0 } else { 1.0 };
+    let weight = determinant * Approx::exact(sign * layout.unit);
+    let factor = sign / power_of_two(weight.value.abs());
+    let scaled =
+        |number: Approx, factor: f64| Approx { value: number.value * factor, error: number.error * factor.abs() };
+    Forms {
+        adjugate: adjugate.map(|row| row.map(|number| scaled(number, factor))),
+        translation: placement.map().translation.to_array().map(Approx::exact),
+        weight: scaled(weight, factor.abs()),
+        quadrics: layout.quadrics.iter().map(|form| form.map(Dyadic::to_approx)).collect(),
+        planes: layout.planes.iter().map(|plane| std::array::from_fn(|k| plane[k].to_approx())).collect(),
+    }
+}
+
+fn exact_forms(layout: &Layout, placement: &Placement) -> Forms<Dyadic> {
+    let (adjugate, determinant) = placement.exact_adjugate::<Dyadic>();
+    let turned = |number: Dyadic| if placement.is_mirrored() { -number } else { number };
+    Forms {
+        adjugate: adjugate.map(|row| row.map(turned)),
+        translation: placement.map().translation.to_array().map(Dyadic::new),
+        weight: turned(determinant) * Dyadic::new(layout.unit),
+        quadrics: layout.quadrics.clone(),
+        planes: layout.planes.clone(),
+    }
+}

@@ -1,0 +1,227 @@
+use glam::{DAffine3, DQuat, DVec3};
+use std::f64::consts::PI;
+
+use super::*;
+use crate::{Approx, LightSource, Placement, Point, Ring, Sign, Surd, blocking::Probe};
+
+fn bodies() -> Vec<Analytic> {
+    vec![
+        Analytic::Sphere { radius: 0.7 },
+        Analytic::Ellipsoid { radii: [1.0, 0.3, 2.0] },
+        Analytic::Cylinder { radius: 0.5, height: 2.0 },
+        Analytic::Cone { radius: 0.8, height: 1.5 },
+        Analytic::Frustum { bottom_radius: 0.4, top_radius: 1.1, height: 0.9 },
+        Analytic::Capsule { radius: 0.6, height: 1.7 },
+        Analytic::Paraboloid { radius: 1.2, height: 0.8 },
+        Analytic::Hyperboloid { waist_radius: 0.3, end_radius: 1.0, height: 2.5 },
+        Analytic::Disk { radius: 1.3 },
+    ]
+}
+
+fn skewed() -> Placement {
+    let turn = DAffine3::from_scale_rotation_translation(
+        DVec3::new(1.0, 2.0, -0.3),
+        DQuat::from_xyzw(0.5, 0.1, -0.7, 0.5).normalize(),
+        DVec3::new(1e3, -3.0, 0.1),
+    );
+    let shear = DAffine3::from_cols_array(&[1.0, 0.2, 0.0, 0.1, 1.0, -0.4, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0]);
+    Placement::new(turn * shear).expect("regular")
+}
+
+const PARAMETERS: [[f64; 2]; 6] = [[0.0, 0.0], [0.3, 0.9], [1.0, 0.5], [1e-9, 0.123], [1.0, 1.0], [0.5, 0.25]];
+
+#[test]
+fn points_of_charts_lie_exactly_on_the_surface_and_in_the_bounds() {
+    for body in bodies() {
+        let placed = PlacedAnalytic::new(body, skewed()).expect("a body");
+        let (bounds, forms) = (placed.bounds(), placed.exact_forms().lifted::<Surd>());
+        for (face, chart) in placed.charts().iter().enumerate() {
+            let part = placed.parts().iter().find(|part| part.surface == chart.surface).expect("a part");
+            for [u, v] in PARAMETERS {
+                let x = chart.exact_point(placed.placement(), u, v).expect("on the surface");
+                let local = forms.pull_back(&x.xyz, &x.w);
+                let value = match chart.surface {
+                    Surface::Quadric(index) => forms.quadric(index, &local, &local),
+                    Surface::Plane(index) => forms.plane(index, &local),
+                };
+                assert_eq!(value.sign(), Sign::Zero, "{body:?}, face {face} at ({u}, {v})");
+                assert!(placed.part_holds(part, &x), "{body:?}, face {face} at ({u}, {v})");
+                let bounded = chart.bounded_point(placed.placement(), u, v);
+                assert!(bounds.contains(bounded.position), "{body:?}, face {face} at ({u}, {v})");
+                for axis in 0..3 {
+                    let low = Surd::from_f64(bounded.position[axis] - bounded.slack[axis]) * x.w.clone();
+                    let high = Surd::from_f64(bounded.position[axis] + bounded.slack[axis]) * x.w.clone();
+                    assert_ne!((x.xyz[axis].clone() - low).sign(), Sign::Negative, "{body:?} {face} ({u}, {v}) {axis}");
+                    assert_ne!(
+                        (high - x.xyz[axis].clone()).sign(),
+                        Sign::Negative,
+                        "{body:?} {face} ({u}, {v}) {axis}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn patches_look_outward_and_hulls_hold_their_cells() {
+    for body in bodies() {
+        let placed = PlacedAnalytic::new(body, Placement::IDENTITY).expect("a body");
+        for (face, chart) in placed.charts().iter().enumerate() {
+            for ([u, v], edge) in
+                [([0.25, 0.5], 0.25), ([0.0, 0.0], 1.0), ([0.75, 0.75], 0.25), ([0.5, 0.5], 2f64.powi(-12))]
+            {
+                let step = 1e-6;
+                let x = chart.point(u + 0.3 * edge, v + 0.3 * edge);
+                let along_u = chart.point(u + 0.3 * edge + step, v + 0.3 * edge) - x;
+                let along_v = chart.point(u + 0.3 * edge, v + 0.3 * edge + step) - x;
+                let exact = chart.exact_point(&Placement::IDENTITY, u + 0.3 * edge, v + 0.3 * edge).expect("surface");
+                let outward = placed.outward(chart.surface, &exact).map(|c| match c.sign() {
+                    Sign::Negative => -1.0,
+                    Sign::Zero => 0.0,
+                    Sign::Positive => 1.0,
+                });
+                let normal = along_u.cross(along_v);
+                let agrees = (0..3).all(|k| normal[k] * outward[k] >= -1e-3 * normal.length());
+                assert!(agrees, "{body:?}, face {face}: {normal} against {outward:?}");
+                let hull = chart.hull([u, v], edge);
+                // No point of the cell beyond the hull in any of many directions.
+                for k in 0..200 {
+                    let angle = f64::from(k) * 2.399_963;
+                    let y = 1.0 - (f64::from(k) + 0.5) / 100.0;
+                    let direction =
+                        DVec3::new(angle.cos() * (1.0 - y * y).sqrt(), y, angle.sin() * (1.0 - y * y).sqrt());
+                    let reach = hull.points.iter().map(|p| p.dot(direction)).fold(f64::NEG_INFINITY, f64::max);
+                    for s in 0..=4 {
+                        for t in 0..=4 {
+                            let p = chart.point(u + edge * f64::from(s) / 4.0, v + edge * f64::from(t) / 4.0);
+                            assert!(p.dot(direction) <= reach + 4.0 * hull.slack, "{body:?}, face {face}, {direction}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn total_area(body: Analytic, placement: &Placement, level: u32) -> Approx {
+    let placed = PlacedAnalytic::new(body, *placement).expect("a body");
+    let edge = 0.5f64.powi(level as i32);
+    let mut sum = Approx::exact(0.0);
+    for chart in placed.charts() {
+        let area = PatchArea::new(chart, placement);
+        for i in 0..1 << level {
+            for j in 0..1 << level {
+                sum = sum + area.of_cell([f64::from(i) * edge, f64::from(j) * edge], edge);
+            }
+        }
+    }
+    sum
+}
+
+#[test]
+fn areas_hold_the_closed_forms() {
+    let e = 3f64.sqrt() / 2.0;
+    let (a, b, h) = (0.3f64, 1.0f64, 2.5f64);
+    // Hyperboloid: 2π·∫ √(r² + (r r')²) dy with r² = a² + k·y², so 2π·∫ √(a² + k(1 + k)·y²) dy over −h/2..h/2.
+    let k = 4.0 * (b * b - a * a) / (h * h);
+    let m = (k * (1.0 + k)).sqrt();
+    let antiderivative = |y: f64| 0.5 * (y * (a * a + m * m * y * y).sqrt() + a * a / m * (m * y / a).asinh());
+    let paraboloid =
+        |r: f64, h: f64| PI * r / (6.0 * h * h) * ((r * r + 4.0 * h * h).powf(1.5) - r.powi(3)) + PI * r * r;
+    let cases = [
+        (Analytic::Sphere { radius: 0.7 }, 4.0 * PI * 0.49),
+        (Analytic::Ellipsoid { radii: [1.0, 1.0, 2.0] }, 2.0 * PI * (1.0 + 2.0 / e * e.asin())),
+        (Analytic::Cylinder { radius: 0.5, height: 2.0 }, 2.0 * PI * 0.5 * 2.5),
+        (Analytic::Cone { radius: 0.8, height: 1.5 }, PI * 0.8 * (0.8 + 0.8f64.hypot(1.5))),
+        (
+            Analytic::Frustum { bottom_radius: 0.4, top_radius: 1.1, height: 0.9 },
+            PI * (0.16 + 1.21 + 1.5 * 0.7f64.hypot(0.9)),
+        ),
+        (Analytic::Capsule { radius: 0.6, height: 1.7 }, 4.0 * PI * 0.36 + 2.0 * PI * 0.6 * 1.7),
+        (Analytic::Paraboloid { radius: 1.2, height: 0.8 }, paraboloid(1.2, 0.8)),
+        (
+            Analytic::Hyperboloid { waist_radius: a, end_radius: b, height: h },
+            2.0 * PI * (antiderivative(h / 2.0) - antiderivative(-h / 2.0)) + 2.0 * PI * b * b,
+        ),
+        (Analytic::Disk { radius: 1.3 }, PI * 1.69),
+    ];
+    for (body, truth) in cases {
+        for level in [0, 3] {
+            let sum = total_area(body, &Placement::IDENTITY, level);
+            let slack = truth * 1e-14;
+            assert!(sum.lower() - slack <= truth && truth <= sum.upper() + slack, "{body:?}: {sum:?} holds {truth}");
+            assert!(sum.error < 1e-8 * truth, "{body:?} at level {level}: {sum:?}");
+        }
+    }
+}
+
+#[test]
+fn areas_of_skewed_bodies_do_not_depend_on_the_level() {
+    for body in bodies() {
+        let (coarse, fine) = (total_area(body, &skewed(), 0), total_area(body, &skewed(), 3));
+        assert!((coarse.value - fine.value).abs() <= coarse.error + fine.error, "{body:?}: {coarse:?} {fine:?}");
+        assert!(coarse.error < 1e-5 * coarse.value, "{body:?}: {coarse:?}");
+    }
+}
+
+#[test]
+fn the_inside_is_where_it_is_said_to_be() {
+    let side = |body: Analytic, x: [f64; 3]| {
+        let placed = PlacedAnalytic::new(body, Placement::IDENTITY).expect("a body");
+        placed.side(&Point::exact(x.into()), false)
+    };
+    let capsule = Analytic::Capsule { radius: 1.0, height: 2.0 };
+    assert_eq!(side(capsule, [0.0, 1.0, 0.0]), Sign::Negative, "the seam's middle");
+    assert_eq!(side(capsule, [1.0, 1.0, 0.0]), Sign::Zero, "the seam");
+    assert_eq!(side(capsule, [0.0, 2.0, 0.0]), Sign::Zero, "the pole");
+    assert_eq!(side(capsule, [0.0, 2.0f64.next_up(), 0.0]), Sign::Positive);
+    let cone = Analytic::Cone { radius: 1.0, height: 2.0 };
+    assert_eq!(side(cone, [0.0, 1.0, 0.0]), Sign::Zero, "the apex");
+    assert_eq!(side(cone, [0.0, 1.5, 0.0]), Sign::Positive, "the other nappe is not there");
+    assert_eq!(side(cone, [0.5, 0.0, 0.0]), Sign::Zero);
+    assert_eq!(side(Analytic::Disk { radius: 1.0 }, [0.0; 3]), Sign::Zero);
+    assert_eq!(side(Analytic::Disk { radius: 1.0 }, [0.0, 1e-9, 0.0]), Sign::Positive);
+}
+
+#[test]
+fn segments_meet_closed_surfaces() {
+    let blocks = |body: Analytic, x: [f64; 3], light: &LightSource| {
+        let placed = PlacedAnalytic::new(body, Placement::IDENTITY).expect("a body");
+        placed.blocks(&Probe::<Surd>::at(x.into()), None, light)
+    };
+    let sun = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun overhead");
+    let level = LightSource::sun([1.0, 0.0, 0.0]).expect("a level sun");
+    let cylinder = Analytic::Cylinder { radius: 1.0, height: 2.0 };
+    assert!(blocks(cylinder, [0.5, -2.0, 0.0], &sun), "through both ends");
+    assert!(blocks(cylinder, [1.0, -2.0, 0.0], &sun), "along the side");
+    assert!(!blocks(cylinder, [1.0f64.next_up(), -2.0, 0.0], &sun), "beside it");
+    assert!(blocks(cylinder, [2.0, 0.0, 1.0], &level), "a tangent");
+    assert!(!blocks(cylinder, [2.0, 0.0, 1.0f64.next_up()], &level));
+    assert!(blocks(cylinder, [2.0, 1.0, 0.0], &level), "in the top's plane");
+    assert!(!blocks(cylinder, [2.0, 1.0f64.next_up(), 0.0], &level));
+    assert!(!blocks(cylinder, [0.0, 1.0, 0.0], &sun), "contact on the top");
+    assert!(blocks(cylinder, [0.0, 0.0, 0.0], &sun), "from inside");
+    let cone = Analytic::Cone { radius: 1.0, height: 2.0 };
+    assert!(blocks(cone, [2.0, 1.0, 0.0], &level), "through the apex alone");
+    assert!(!blocks(cone, [2.0, 1.0f64.next_up(), 0.0], &level));
+    let ruling = LightSource::point([-1.0, 3.0, 0.0]).expect("a lamp");
+    assert!(blocks(cone, [2.0, -3.0, 0.0], &ruling), "along a generatrix");
+    let hyperboloid = Analytic::Hyperboloid { waist_radius: 1.0, end_radius: 2.0, height: 4.0 };
+    assert!(
+        !blocks(hyperboloid, [1.5, 0.0, 5.0], &LightSource::point([1.5, 0.0, -5.0]).expect("a lamp")),
+        "past the waist"
+    );
+    assert!(blocks(hyperboloid, [0.5, 0.0, 5.0], &LightSource::point([0.5, 0.0, -5.0]).expect("a lamp")));
+    let disk = Analytic::Disk { radius: 1.0 };
+    assert!(blocks(disk, [2.0, 0.0, 0.0], &level), "edge-on");
+    assert!(blocks(disk, [2.0, 0.0, 1.0], &level), "edge-on, at the rim");
+    assert!(!blocks(disk, [2.0, 0.0, 1.0f64.next_up()], &level));
+    assert!(blocks(disk, [1.0, -1.0, 0.0], &sun), "the rim");
+    assert!(!blocks(disk, [0.5, 0.0, 0.0], &sun), "contact");
+    assert!(blocks(disk, [0.5, 0.0, 0.0], &level), "from inside, in the plane");
+    let paraboloid = Analytic::Paraboloid { radius: 1.0, height: 1.0 };
+    assert!(blocks(paraboloid, [2.0, 0.5, 0.0], &level), "a tangent at the apex");
+    assert!(!blocks(paraboloid, [2.0, 0.5f64.next_up(), 0.0], &level));
+    assert!(blocks(paraboloid, [0.25, -2.0, 0.0], &sun), "along the axis's direction: one root");
+}
