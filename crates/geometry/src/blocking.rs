@@ -9,12 +9,10 @@ use std::cell::LazyCell;
 use glam::DVec3;
 
 use crate::{
-    approx::Approx,
     light::LightSource,
     point::{ExactPoint, Point},
     predicates::{Target, count_fallback, side_filter},
     ring::{Ring, Sign, determinant, dot},
-    sphere::SphereForm,
 };
 
 /// How the exact coordinates of a point are made when they are asked for.
@@ -171,104 +169,9 @@ fn cross<R: Ring>(a: &[R; 3], b: &[R; 3]) -> [R; 3] {
     })
 }
 
-/// Whether the surface of a placed sphere meets the open segment from `x` to the light. Where x lies on the surface
-/// itself, that root is divided out and only the other one counts.
-pub fn sphere_blocks<R: Ring>(
-    form: &SphereForm<Approx>,
-    exact_form: impl FnOnce() -> SphereForm<R>,
-    x: &Probe<R>,
-    light: &LightSource,
-) -> bool {
-    let bounds = Coefficients::new(
-        form,
-        (&x.bounds.coordinates(), &Approx::exact(1.0)),
-        (&light.xyz().to_array().map(Approx::exact), &Approx::exact(light.w())),
-    );
-    bounds.has_root_on_the_way(light.is_sun(), |value| value.sign()).unwrap_or_else(|| {
-        count_fallback();
-        let light_point = ExactPoint::<R>::from_light(light);
-        let exact =
-            Coefficients::new(&exact_form(), (&x.exact().xyz, &x.exact().w), (&light_point.xyz, &light_point.w));
-        exact.has_root_on_the_way(light.is_sun(), |value| Some(value.sign())).unwrap_or(false)
-    })
-}
-
-/// On which side of a placed sphere's tangent plane at `x`, a point of its surface, the light lies: positive outside.
-/// Where it is positive the sphere is wholly behind the plane and cannot block the point.
-pub fn sphere_light_side<R: Ring>(
-    form: &SphereForm<Approx>,
-    exact_form: impl FnOnce() -> SphereForm<R>,
-    x: &Probe<R>,
-    light: &LightSource,
-) -> Sign {
-    let (one, weight) = (Approx::exact(1.0), Approx::exact(light.w()));
-    let local_x = form.pull_back(&x.bounds.coordinates(), &one);
-    let local_light = form.pull_back(&light.xyz().to_array().map(Approx::exact), &weight);
-    form.value((&local_x, &one), (&local_light, &weight)).sign().unwrap_or_else(|| {
-        count_fallback();
-        let (form, x, light) = (exact_form(), x.exact(), ExactPoint::<R>::from_light(light));
-        let (local_x, local_light) = (form.pull_back(&x.xyz, &x.w), form.pull_back(&light.xyz, &light.w));
-        form.value((&local_x, &x.w), (&local_light, &light.w)).sign()
-    })
-}
-
-/// q along the segment x + s·(light − x): quadratic·s² + 2·linear·s + constant, with quadratic > 0.
-struct Coefficients<T> {
-    quadratic: T,
-    linear: T,
-    constant: T,
-}
-
-impl<T> Coefficients<T>
-where
-    T: Clone + std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<Output = T>,
-{
-    fn new(form: &SphereForm<T>, x: (&[T; 3], &T), light: (&[T; 3], &T)) -> Self {
-        let way: [T; 3] = std::array::from_fn(|i| light.0[i].clone() * x.1.clone() - x.0[i].clone() * light.1.clone());
-        let nothing = x.1.clone() - x.1.clone();
-        let (local_x, local_way) = (form.pull_back(x.0, x.1), form.pull_back(&way, &nothing));
-        let (x, way) = ((&local_x, x.1), (&local_way, &nothing));
-        Self { quadratic: form.value(way, way), linear: form.value(x, way), constant: form.value(x, x) }
-    }
-
-    /// Whether a root lies strictly between 0 and 1 (beyond 0 for a sun), s = 0 itself never counting. `None` where
-    /// `sign` cannot tell.
-    fn has_root_on_the_way(&self, is_sun: bool, sign: impl Fn(T) -> Option<Sign>) -> Option<bool> {
-        let (a, b, c) = (self.quadratic.clone(), self.linear.clone(), self.constant.clone());
-        let twice_b = b.clone() + b.clone();
-        let start = sign(c.clone())?;
-        if is_sun {
-            return match start {
-                Sign::Negative => Some(true),
-                Sign::Zero => Some(sign(b)? == Sign::Negative),
-                Sign::Positive if sign(b.clone())? != Sign::Negative => Some(false),
-                Sign::Positive => Some(sign(b.clone() * b - a * c)? != Sign::Negative),
-            };
-        }
-        if start == Sign::Zero {
-            // The other root is −2b/a.
-            return Some(sign(b)? == Sign::Negative && sign(twice_b + a)? == Sign::Positive);
-        }
-        let end = sign(a.clone() + twice_b + c.clone())?;
-        Some(match (start, end) {
-            (Sign::Negative, end) => end == Sign::Positive,
-            (_, Sign::Negative) => true,
-            // One root is the light itself; the other is c/a.
-            (_, Sign::Zero) => sign(c - a)? == Sign::Negative,
-            (_, Sign::Positive) => {
-                // Both roots or none: the least value must lie on the way and not above zero.
-                sign(b.clone())? == Sign::Negative
-                    && sign(a.clone() + b.clone())? == Sign::Positive
-                    && sign(b.clone() * b - a * c)? != Sign::Negative
-            }
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Dyadic, Placement, Sphere};
 
     fn probe(x: [f64; 3]) -> Probe<'static> {
         Probe::at(DVec3::from_array(x))
@@ -309,26 +212,5 @@ mod tests {
         assert!(triangle_blocks([3.0, 1.0, 0.0], &level), "along an edge");
         assert!(!triangle_blocks([0.0, 1.0, 1.0], &level), "from an edge, away");
         assert!(triangle_blocks([1.0, 1.0, 1.0], &level), "from an edge, across");
-    }
-
-    #[test]
-    fn a_sphere_blocks_where_the_segment_meets_its_surface() {
-        let sphere = Sphere { radius: 1.0 };
-        let form = sphere.form(&Placement::IDENTITY);
-        let blocks = |x: [f64; 3], light: &LightSource| {
-            sphere_blocks::<Dyadic>(&form, || sphere.exact_form(&Placement::IDENTITY), &probe(x), light)
-        };
-        let sun = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun overhead");
-        assert!(blocks([0.0, -2.0, 0.0], &sun));
-        assert!(blocks([1.0, -2.0, 0.0], &sun), "a tangent touches");
-        assert!(!blocks([1.0_f64.next_up(), -2.0, 0.0], &sun));
-        assert!(blocks([0.0, 0.0, 0.0], &sun), "from inside");
-        assert!(!blocks([0.0, 1.0, 0.0], &sun), "contact on the lit side");
-        assert!(blocks([0.0, -1.0, 0.0], &sun), "the other root counts");
-        let lamp = |y| LightSource::point([0.0, y, 0.0]).expect("a lamp");
-        assert!(!blocks([0.0, 0.5, 0.0], &lamp(-0.5)), "both inside");
-        assert!(blocks([0.0, -2.0, 0.0], &lamp(1.0)), "the lamp on the far surface");
-        assert!(!blocks([0.0, 2.0, 0.0], &lamp(1.0)), "the lamp on the near surface");
-        assert!(!blocks([0.0, 3.0, 0.0], &lamp(2.0)), "the sphere lies behind the lamp");
     }
 }

@@ -22,7 +22,6 @@ pub mod predicates;
 mod rectangle;
 mod region;
 mod ring;
-mod sphere;
 mod surd;
 mod topology;
 
@@ -43,6 +42,5 @@ pub use point::{ExactPoint, Point};
 pub use rectangle::Rectangle;
 pub use region::{Region, Relation};
 pub use ring::{Ring, Sign};
-pub use sphere::{Sphere, SphereForm};
 pub use surd::Surd;
 pub use topology::{Component, Topology};

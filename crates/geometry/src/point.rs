@@ -2,7 +2,12 @@
 
 use glam::DVec3;
 
-use crate::{approx::Approx, dyadic::Dyadic, light::LightSource, ring::Ring};
+use crate::{
+    approx::Approx,
+    dyadic::Dyadic,
+    light::LightSource,
+    ring::{Ring, Sign},
+};
 
 /// A homogeneous point with exact coordinates: (x, y, z)/w, w > 0; w = 0 only for a direction (a sun).
 #[derive(Clone, Debug)]
@@ -26,6 +31,17 @@ impl<R: Ring> ExactPoint<R> {
 }
 
 impl ExactPoint<Dyadic> {
+    /// The point for predicates, floats and all; its weight must be one.
+    pub fn bounded(&self) -> Point<'_> {
+        let nearest = self.xyz.each_ref().map(Dyadic::to_nearest);
+        let slack = std::array::from_fn(|k| {
+            let is_exact = (self.xyz[k].clone() - Dyadic::new(nearest[k])).sign() == Sign::Zero;
+            // Correctly rounded: at most half an ulp off; a whole one is a safe bound.
+            if is_exact { 0.0 } else { nearest[k].abs().next_up() - nearest[k].abs() }
+        });
+        Point { position: nearest.into(), slack: DVec3::from_array(slack), exact: Some(self) }
+    }
+
     /// The same point over a larger ring.
     pub fn lifted<R: Ring>(&self) -> ExactPoint<R> {
         ExactPoint { xyz: self.xyz.clone().map(R::from), w: R::from(self.w.clone()) }

@@ -24,6 +24,13 @@ impl Surd {
     }
 }
 
+impl Surd {
+    /// The part without the root.
+    pub fn rational(&self) -> &Dyadic {
+        &self.rational
+    }
+}
+
 impl From<Dyadic> for Surd {
     fn from(rational: Dyadic) -> Self {
         Self { rational, root: None }

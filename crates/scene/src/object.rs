@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use umbriel_geometry::{Aabb, Cuboid, Facets, Mesh, NumberDefect, Placement, Rectangle, Sphere, accept, accept_point};
+use umbriel_geometry::{
+    Aabb, Analytic, AnalyticDefect, Cuboid, Facets, Mesh, NumberDefect, PlacedAnalytic, Placement, Rectangle, accept,
+    accept_point,
+};
 
 /// The local shape of an object.
 #[derive(Clone, Debug)]
@@ -14,8 +17,8 @@ pub enum Shape {
     Rectangle(Rectangle),
     /// A box.
     Cuboid(Cuboid),
-    /// A sphere.
-    Sphere(Sphere),
+    /// A body given by formulas: a sphere, a cylinder, …
+    Analytic(Analytic),
 }
 
 /// Which sides of an object's faces can be lit.
@@ -50,6 +53,9 @@ pub enum ObjectDefect {
     /// A size or radius that is not positive or not accepted.
     #[error("its size is not a positive number between 2^-200 and 2^200")]
     Size,
+    /// Numbers that describe no body.
+    #[error(transparent)]
+    Analytic(#[from] AnalyticDefect),
     /// A vertex or corner that the placement moves out of the accepted range.
     #[error("vertex {vertex}, once placed: coordinate {axis} {defect}")]
     Placed {
@@ -72,10 +78,13 @@ impl Object {
             Shape::Mesh(_) => Vec::new(),
             Shape::Rectangle(rectangle) => rectangle.size.to_vec(),
             Shape::Cuboid(cuboid) => cuboid.size.to_vec(),
-            Shape::Sphere(sphere) => vec![sphere.radius],
+            Shape::Analytic(_) => Vec::new(),
         };
         if sizes.iter().any(|&size| accept(size).is_err() || size <= 0.0) {
             return Err(ObjectDefect::Size);
+        }
+        if let Shape::Analytic(body) = &shape {
+            body.check()?;
         }
         let object = Self { name, shape, placement, sides };
         for (vertex, local) in object.defining_points().into_iter().enumerate() {
@@ -91,7 +100,7 @@ impl Object {
             Shape::Mesh(mesh) => mesh.positions().to_vec(),
             Shape::Rectangle(rectangle) => rectangle.corners().to_vec(),
             Shape::Cuboid(cuboid) => cuboid.corners().to_vec(),
-            Shape::Sphere(sphere) => Cuboid { size: [2.0 * sphere.radius; 3] }.corners().to_vec(),
+            Shape::Analytic(body) => Cuboid { size: body.half_extent().map(|half| 2.0 * half) }.corners().to_vec(),
         }
     }
 
@@ -101,7 +110,15 @@ impl Object {
             Shape::Mesh(mesh) => Some(Facets::of_mesh(mesh, &self.placement)),
             Shape::Rectangle(rectangle) => Some(Facets::of_rectangle(rectangle, &self.placement)),
             Shape::Cuboid(cuboid) => Some(Facets::of_cuboid(cuboid, &self.placement)),
-            Shape::Sphere(_) => None,
+            Shape::Analytic(_) => None,
+        }
+    }
+
+    /// The placed body, if it is given by formulas.
+    pub fn analytic(&self) -> Option<PlacedAnalytic> {
+        match &self.shape {
+            Shape::Analytic(body) => PlacedAnalytic::new(*body, self.placement).ok(),
+            _ => None,
         }
     }
 
@@ -114,7 +131,7 @@ impl Object {
                 let used = mesh.positions().iter().zip(is_used).filter(|&(_, is_used)| is_used);
                 Aabb::of(used.map(|(&position, _)| self.placement.round(position)))
             }
-            Shape::Sphere(sphere) => sphere.bounds(&self.placement),
+            Shape::Analytic(body) => body.bounds(&self.placement),
             Shape::Rectangle(rectangle) => self.corner_bounds(&rectangle.corners()),
             Shape::Cuboid(cuboid) => self.corner_bounds(&cuboid.corners()),
         }
@@ -135,12 +152,13 @@ impl Object {
         }
     }
 
-    /// Number of faces that a query can name: triangles, 1 for a rectangle, 6 for a box and for a sphere's patches.
+    /// Number of faces that a query can name: triangles, 1 for a rectangle, 6 for a box, the patches of an analytic body.
     pub fn face_count(&self) -> usize {
         match &self.shape {
             Shape::Mesh(mesh) => mesh.triangles().len(),
             Shape::Rectangle(_) => 1,
-            Shape::Cuboid(_) | Shape::Sphere(_) => 6,
+            Shape::Cuboid(_) => 6,
+            Shape::Analytic(body) => body.face_count(),
         }
     }
 }

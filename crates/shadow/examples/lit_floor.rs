@@ -5,13 +5,13 @@
 use std::error::Error;
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{LightSource, Placement, Rectangle, Sphere};
+use umbriel_geometry::{Analytic, LightSource, Placement, Rectangle};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{Detail, Request, Silent, bake};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let floor = Shape::Rectangle(Rectangle { size: [10.0, 10.0] });
-    let ball = Shape::Sphere(Sphere { radius: 1.0 });
+    let ball = Shape::Analytic(Analytic::Sphere { radius: 1.0 });
     let above = Placement::new(DAffine3::from_translation(DVec3::new(0.0, 2.0, 0.0)))?;
     let scene = Scene {
         objects: vec![

@@ -2,24 +2,16 @@
 
 use std::sync::OnceLock;
 
-use umbriel_geometry::{Aabb, Approx, Facets, Placement, Sphere, SphereForm};
-use umbriel_scene::{Object, Scene, Shape};
+use umbriel_geometry::{Aabb, Facets, PlacedAnalytic};
+use umbriel_scene::{Object, Scene};
 
 /// A placed body.
 #[derive(Debug)]
 pub(crate) enum Body {
     /// Planar faces.
     Flat(Facets),
-    /// A sphere.
-    Round(Box<Round>),
-}
-
-/// A placed sphere.
-#[derive(Debug)]
-pub(crate) struct Round {
-    pub(crate) sphere: Sphere,
-    pub(crate) placement: Placement,
-    pub(crate) form: SphereForm<Approx>,
+    /// A body given by formulas.
+    Analytic(Box<PlacedAnalytic>),
 }
 
 /// All bodies of a scene.
@@ -42,13 +34,9 @@ impl<'a> Bodies<'a> {
     pub(crate) fn get(&self, object: usize) -> &Body {
         self.bodies[object].get_or_init(|| {
             let object = &self.scene.objects[object];
-            match (&object.shape, object.facets()) {
-                (Shape::Sphere(sphere), _) => Body::Round(Box::new(Round {
-                    sphere: *sphere,
-                    placement: object.placement,
-                    form: sphere.form(&object.placement),
-                })),
-                (_, facets) => Body::Flat(facets.unwrap_or_default()),
+            match object.analytic() {
+                Some(body) => Body::Analytic(Box::new(body)),
+                None => Body::Flat(object.facets().unwrap_or_default()),
             }
         })
     }
@@ -57,7 +45,7 @@ impl<'a> Bodies<'a> {
     pub(crate) fn is_one_sided(&self, object: usize, face: usize) -> bool {
         let closed = match self.get(object) {
             Body::Flat(facets) => facets.is_closed(face),
-            Body::Round(_) => true,
+            Body::Analytic(body) => body.body().is_closed(),
         };
         self.scene.objects[object].is_one_sided(closed)
     }

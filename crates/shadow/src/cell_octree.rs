@@ -4,9 +4,9 @@
 //! cube, divided where cells are (Xie et al. 2001, "Fine step"), sorted by Morton codes, without pointers.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, Facets, Sphere};
+use umbriel_geometry::{Aabb, Facets, PlacedAnalytic};
 use umbriel_octree::{BuildDefect, Cube, Limits, LinearOctree};
-use umbriel_scene::{Object, Shape};
+use umbriel_scene::Object;
 
 use crate::report::Cell;
 
@@ -29,8 +29,9 @@ impl CellOctree {
     /// # Panics
     /// If a cell names a face that the object does not have.
     pub fn new(object: &Object, cells: &[Cell], max_level: u8) -> Result<Self, BuildDefect> {
-        let facets = object.facets();
-        let boxes: Vec<Aabb> = cells.iter().map(|cell| bounds(object, facets.as_ref(), cell)).collect();
+        let (facets, body) = (object.facets(), object.analytic());
+        let boxes: Vec<Aabb> =
+            cells.iter().map(|cell| bounds(object, (facets.as_ref(), body.as_ref()), cell)).collect();
         let limits = Limits { max_level, leaf_items: 8 };
         let cube = Cube::around(&object.bounds());
         let tree = cube.map(|cube| LinearOctree::build(cube, &boxes, limits)).transpose()?;
@@ -49,13 +50,13 @@ impl CellOctree {
 }
 
 /// A box round a cell, rounded outward.
-fn bounds(object: &Object, facets: Option<&Facets>, cell: &Cell) -> Aabb {
+fn bounds(object: &Object, (facets, body): (Option<&Facets>, Option<&PlacedAnalytic>), cell: &Cell) -> Aabb {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|corner| cell.point(corner));
     let box_of = |points: [DVec3; 4]| {
         let tight = Aabb::of(points);
         tight.widened((tight.min.abs().max(tight.max.abs()) + tight.size()) * CORNER_PADDING)
     };
-    match (facets, &object.shape) {
+    match (facets, body) {
         (Some(facets), _) => {
             let numbers = facets.facet(cell.face as usize).corners();
             let at = |k: usize| facets.positions()[numbers[k] as usize];
@@ -64,15 +65,13 @@ fn bounds(object: &Object, facets: Option<&Facets>, cell: &Cell) -> Aabb {
             let square = box_of(corners.map(|[u, v]| a + (b - a) * u + (d - a) * v));
             Aabb { min: square.min.max(face.min), max: square.max.min(face.max) }
         }
-        (None, Shape::Sphere(sphere)) => {
-            let map = object.placement.map();
-            let local = corners.map(|[u, v]| Sphere::direction(cell.face as usize, u, v).normalize() * sphere.radius);
-            let flat = box_of(local.map(|point| map.transform_point3(point)));
-            // The cap over the cell bulges out by less than its corners are apart.
-            let bulge = map.matrix3.abs() * DVec3::splat(local[0].distance(local[2]).max(local[1].distance(local[3])));
-            flat.widened(bulge)
+        (None, Some(body)) => {
+            let [u, v] = cell.point([0.0, 0.0]);
+            let hull = body.charts()[cell.face as usize].hull([u, v], 0.5f64.powi(i32::from(cell.level)));
+            let points = hull.placed(body.placement());
+            points.iter().fold(Aabb::EMPTY, |all, point| all.union(Aabb::of([point.position]).widened(point.slack)))
         }
-        (None, _) => object.bounds(),
+        (None, None) => object.bounds(),
     }
 }
 
@@ -80,14 +79,17 @@ fn bounds(object: &Object, facets: Option<&Facets>, cell: &Cell) -> Aabb {
 mod tests {
     use super::*;
     use crate::{Detail, Request, Silent, bake};
-    use umbriel_geometry::{Cuboid, LightSource, Placement};
-    use umbriel_scene::{Light, Scene, Sides};
+    use umbriel_geometry::{Analytic, Cuboid, LightSource, Placement};
+    use umbriel_scene::{Light, Scene, Shape, Sides};
 
     #[test]
     fn every_cell_is_found_at_its_own_points() {
         let turned = glam::DAffine3::from_quat(glam::DQuat::from_xyzw(0.1, 0.7, 0.2, 0.3).normalize());
         let placement = Placement::new(turned).expect("regular");
-        for shape in [Shape::Cuboid(Cuboid { size: [1.0, 2.0, 3.0] }), Shape::Sphere(Sphere { radius: 2.0 })] {
+        for shape in [
+            Shape::Cuboid(Cuboid { size: [1.0, 2.0, 3.0] }),
+            Shape::Analytic(Analytic::Cone { radius: 2.0, height: 1.0 }),
+        ] {
             let object = Object::new("body".into(), shape, placement, Sides::Auto).expect("a body");
             let source = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
             let lights = vec![Light { name: "sun".into(), source }];
@@ -98,18 +100,19 @@ mod tests {
             let cells = &report.lights[0].objects[0].cells;
             let object = &scene.objects[0];
             let octree = CellOctree::new(object, cells, 6).expect("few cells");
-            let facets = object.facets();
+            let (facets, body) = (object.facets(), object.analytic());
             for (index, cell) in cells.iter().enumerate() {
                 let [u, v] = cell.point([0.5, 0.5]);
-                let middle = match (&facets, &object.shape) {
+                let middle = match (&facets, &body) {
                     (Some(facets), _) => {
                         let corners = facets.facet(cell.face as usize).corners();
                         let at = |k: usize| facets.positions()[corners[k] as usize];
                         at(0) + (at(1) - at(0)) * u + (at(3) - at(0)) * v
                     }
-                    _ => {
-                        placement.map().transform_point3(Sphere::direction(cell.face as usize, u, v).normalize() * 2.0)
+                    (None, Some(body)) => {
+                        placement.map().transform_point3(body.charts()[cell.face as usize].point(u, v))
                     }
+                    (None, None) => continue,
                 };
                 assert!(octree.cells_near(middle).contains(&(index as u32)), "{cell:?}");
             }

@@ -1,21 +1,36 @@
 //! One point, exactly: lit or not, by the definition and without cells.
 
 use umbriel_geometry::{
-    LightSource, Ring, Sign,
-    blocking::{Probe, polygon_blocks, sphere_blocks, sphere_light_side},
+    LightSource, PlacedAnalytic, Ring, Sign, Surd,
+    analytic::{Occupied, Surface},
+    blocking::{Probe, polygon_blocks},
 };
 
-use crate::bodies::{Bodies, Body, Round};
+use crate::bodies::{Bodies, Body};
 
-/// Whether one face (any of a sphere's patches stands for the whole sphere) blocks the way from a point to the light.
+/// What the surface at a point itself can do to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Own {
+    /// The point lies in space.
+    Nothing,
+    /// It lies on this flat face, which is in contact only.
+    Face { object: usize, face: usize },
+    /// It lies on an analytic body that is wholly behind it, seen from the light.
+    Harmless { object: usize },
+    /// It lies on this surface of an analytic body, whose rest may be in the way.
+    Surface { object: usize, surface: Surface },
+}
+
+/// Whether one face (an analytic body as a whole counts as one) blocks the way from a point to the light.
 pub(crate) fn face_blocks<R: Ring>(
     bodies: &Bodies,
-    object: usize,
-    face: usize,
+    (object, face): (usize, usize),
     x: &Probe<R>,
+    own: Own,
     light: &LightSource,
 ) -> bool {
     match bodies.get(object) {
+        Body::Flat(_) if own == (Own::Face { object, face }) => false,
         Body::Flat(facets) => {
             let mut corners = [facets.point(0); 4];
             let numbers = facets.facet(face).corners();
@@ -24,7 +39,14 @@ pub(crate) fn face_blocks<R: Ring>(
             }
             polygon_blocks(&corners[..numbers.len()], x, light)
         }
-        Body::Round(round) => sphere_blocks(&round.form, || round.sphere.exact_form(&round.placement), x, light),
+        Body::Analytic(_) if own == (Own::Harmless { object }) => false,
+        Body::Analytic(body) => {
+            let surface = match own {
+                Own::Surface { object: number, surface } if number == object => Some(surface),
+                _ => None,
+            };
+            body.blocks(x, surface, light)
+        }
     }
 }
 
@@ -38,22 +60,31 @@ pub(crate) fn flat_face_is_turned_to(bodies: &Bodies, object: usize, face: usize
     }
 }
 
-/// How a point of a sphere stands to the light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Turned {
-    /// The light is nowhere strictly on the lit side.
-    Away,
-    /// It is, and the sphere itself lies behind the point.
-    Outward,
-    /// It is, on the inner side: the rest of the sphere may be in the way.
-    Inward,
+/// What a point on a surface of an analytic body has to fear from that body; `None` when its lit side is turned away.
+pub(crate) fn turned_to<R: Ring>(
+    bodies: &Bodies,
+    object: usize,
+    surface: Surface,
+    x: &Probe<R>,
+    light: &LightSource,
+) -> Option<Own> {
+    let Body::Analytic(body) = bodies.get(object) else { return None };
+    match body.facing(surface, x, light) {
+        Sign::Positive if body.body().is_convex() => Some(Own::Harmless { object }),
+        Sign::Positive => Some(Own::Surface { object, surface }),
+        Sign::Negative if !bodies.is_one_sided(object, 0) => Some(Own::Surface { object, surface }),
+        _ => None,
+    }
 }
 
-/// How a point of a placed sphere's surface stands to the light.
-pub(crate) fn sphere_turn<R: Ring>(round: &Round, is_one_sided: bool, x: &Probe<R>, light: &LightSource) -> Turned {
-    match sphere_light_side(&round.form, || round.sphere.exact_form::<R>(&round.placement), x, light) {
-        Sign::Positive => Turned::Outward,
-        Sign::Negative if !is_one_sided => Turned::Inward,
-        _ => Turned::Away,
+/// The exact point (u, v) of a patch, and floats round it; `None` where there is no surface.
+pub(crate) fn patch_probe(body: &PlacedAnalytic, face: usize, u: f64, v: f64) -> Option<Probe<'_, Surd>> {
+    let chart = &body.charts()[face];
+    let bounds = chart.bounded_point(body.placement(), u, v);
+    if chart.occupied([u, v], 0.0) == Occupied::Whole {
+        let exact = move || chart.exact_point(body.placement(), u, v).expect("the point is surface");
+        return Some(Probe::new(bounds, exact));
     }
+    let exact = chart.exact_point(body.placement(), u, v)?;
+    Some(Probe::new(bounds, || exact))
 }

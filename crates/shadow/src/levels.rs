@@ -4,7 +4,7 @@
 //! cells reaches farther than that, from any of its points to any other: so a cell always fits a leaf.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, Point};
+use umbriel_geometry::{Aabb, Placement, Point, analytic::Chart};
 use umbriel_octree::Octant;
 
 use crate::{fine::flat::Levels, request::Detail};
@@ -41,11 +41,11 @@ impl FaceSize {
         }
     }
 
-    /// Of a sphere's patch, from the sphere's box: a cell (level, i, j) has edges no longer than the box's / 2^level.
-    pub(crate) fn of_patch(bounds: &Aabb) -> Self {
-        let edge = bounds.size().max_element();
-        let square = edge * std::f64::consts::SQRT_2;
-        Self { edges: [edge; 2], longest_edge: edge, whole: square, square }
+    /// Of a patch of a curved body: cells are no longer than the patch's greatest steps, divided alike.
+    pub(crate) fn of_patch(chart: &Chart, placement: &Placement) -> Self {
+        let edges = chart.steps(placement);
+        let square = edges[0].hypot(edges[1]);
+        Self { edges, longest_edge: edges[0].max(edges[1]), whole: square, square }
     }
 
     /// How often the face must be halved for its cells to reach no farther than `limit`.

@@ -5,16 +5,17 @@ use std::{ops::ControlFlow, sync::OnceLock};
 use glam::DVec3;
 use umbriel_bvh::{BoxTree, Shaft};
 use umbriel_geometry::{
-    Aabb, Dyadic, Facets, LightSource, MIN_MAGNITUDE, Ring, Sign, Surd, accept_point, blocking::Probe,
+    Aabb, Dyadic, Facets, LightSource, MIN_MAGNITUDE, PlacedAnalytic, Ring, Sign, Surd, accept_point,
+    analytic::Surface, blocking::Probe,
 };
 use umbriel_scene::{Scene, Shape};
 
 use crate::{
-    bodies::{Bodies, Body, Round},
-    exact::{Turned, face_blocks, flat_face_is_turned_to, sphere_turn},
-    fine::{flat::flat_probe, patch::patch_probe},
+    bodies::{Bodies, Body},
+    exact::{Own, face_blocks, flat_face_is_turned_to, patch_probe, turned_to},
+    fine::flat::flat_probe,
     receivers::flat_corners,
-    slack::SlackBox,
+    slack::{SlackBox, SurfacePoint},
 };
 
 /// A place to ask about.
@@ -111,7 +112,10 @@ impl<'a> Queries<'a> {
             }
             Place::Free { position } => {
                 let position = accept_point(position).map_err(|_| QueryDefect::BadNumber)?;
-                Ok(Answer { lit: !self.is_blocked::<Dyadic>(&Probe::at(position), None, light), in_space: false })
+                Ok(Answer {
+                    lit: !self.is_blocked::<Dyadic>(&Probe::at(position), Own::Nothing, light),
+                    in_space: false,
+                })
             }
             Place::Oriented { position, normal, precision } => {
                 let position = accept_point(position).map_err(|_| QueryDefect::BadNumber)?;
@@ -144,38 +148,38 @@ impl<'a> Queries<'a> {
                 let probe = flat_probe(&flat_corners(facets, face, 0), u, v);
                 self.flat_point_is_lit(object, face, &probe, light)
             }
-            Body::Round(round) => self.sphere_point_is_lit(object, round, &patch_probe(round, face, u, v), light),
+            Body::Analytic(body) => {
+                let probe = patch_probe(body, face, u, v).ok_or(QueryDefect::OutsideFace)?;
+                self.curved_point_is_lit(object, body.charts()[face].surface, &probe, light)
+            }
         })
     }
 
     fn flat_point_is_lit(&self, object: usize, face: usize, probe: &Probe, light: &LightSource) -> bool {
         flat_face_is_turned_to(&self.bodies, object, face, light)
-            && !self.is_blocked(probe, Some((object, face)), light)
+            && !self.is_blocked(probe, Own::Face { object, face }, light)
     }
 
-    fn sphere_point_is_lit(&self, object: usize, round: &Round, probe: &Probe<Surd>, light: &LightSource) -> bool {
-        match sphere_turn(round, self.bodies.is_one_sided(object, 0), probe, light) {
-            Turned::Away => false,
-            Turned::Outward => !self.is_blocked(probe, Some((object, 0)), light),
-            Turned::Inward => !self.is_blocked(probe, None, light),
-        }
+    fn curved_point_is_lit(&self, object: usize, surface: Surface, probe: &Probe<Surd>, light: &LightSource) -> bool {
+        let own = turned_to(&self.bodies, object, surface, probe, light);
+        own.is_some_and(|own| !self.is_blocked(probe, own, light))
     }
 
-    /// Whether any face but the `harmless` one meets the open segment from the point to the light. A point's own face
-    /// is harmless: seen from its lit side it is in contact only.
-    fn is_blocked<R: Ring>(&self, probe: &Probe<R>, harmless: Option<(usize, usize)>, light: &LightSource) -> bool {
+    /// Whether any face meets the open segment from the point to the light.
+    fn is_blocked<R: Ring>(&self, probe: &Probe<R>, own: Own, light: &LightSource) -> bool {
         let bounds = Aabb::of([probe.bounds.position]).widened(probe.bounds.slack);
         let shaft = Shaft::new(&bounds, light);
         let walk = self.objects.for_each_in_shaft(&shaft, |object| {
             let object = object as usize;
-            let blocks =
-                |face: usize| harmless != Some((object, face)) && face_blocks(&self.bodies, object, face, probe, light);
+            let meets = |face: usize| match face_blocks(&self.bodies, (object, face), probe, own, light) {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            };
             match self.bodies.get(object) {
-                Body::Round(_) if blocks(0) => ControlFlow::Break(()),
-                Body::Round(_) => ControlFlow::Continue(()),
-                Body::Flat(facets) => self.face_tree(object, facets).for_each_in_shaft(&shaft, |face| {
-                    if blocks(face as usize) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-                }),
+                Body::Analytic(_) => meets(0),
+                Body::Flat(facets) => {
+                    self.face_tree(object, facets).for_each_in_shaft(&shaft, |face| meets(face as usize))
+                }
             }
         });
         walk.is_break()
@@ -186,6 +190,23 @@ impl<'a> Queries<'a> {
             let boxes: Vec<Aabb> = (0..facets.len()).map(|face| facets.facet_bounds(face)).collect();
             BoxTree::build(&boxes)
         })
+    }
+
+    /// Whether the side of a curved surface that can be lit makes an acute angle with the normal.
+    fn is_meant(
+        &self,
+        object: usize,
+        body: &PlacedAnalytic,
+        found: &SurfacePoint,
+        normal: DVec3,
+        light: &LightSource,
+    ) -> bool {
+        let lit_side = if self.bodies.is_one_sided(object, 0) {
+            Sign::Positive
+        } else {
+            body.facing(found.surface, &found.probe, light)
+        };
+        found.side_of(normal).times(lit_side) == Sign::Positive
     }
 
     /// Any surface point of the slack box that is turned the right way has a right answer: if all agree it is theirs,
@@ -210,17 +231,19 @@ impl<'a> Queries<'a> {
                         is_meant.then(|| self.flat_point_is_lit(object, face, &point, light))
                     })
                 }
-                Body::Round(round) => slack.point_on_sphere(round, normal).and_then(|(probe, is_meant)| {
-                    is_on_surface = true;
-                    is_meant.then(|| self.sphere_point_is_lit(object, round, &probe, light))
-                }),
+                Body::Analytic(body) => slack
+                    .point_on_analytic(body, |found| self.is_meant(object, body, found, normal, light))
+                    .and_then(|(found, is_meant)| {
+                        is_on_surface = true;
+                        is_meant.then(|| self.curved_point_is_lit(object, found.surface, &found.probe, light))
+                    }),
             };
             if let Some(lit) = found {
                 return Answer { lit, in_space: false };
             }
         }
         // On a surface whose lit side looks the other way, the side that is meant gets no light.
-        let lit = !is_on_surface && !self.is_blocked::<Dyadic>(&Probe::at(position), None, light);
+        let lit = !is_on_surface && !self.is_blocked::<Dyadic>(&Probe::at(position), Own::Nothing, light);
         Answer { lit, in_space: !is_on_surface }
     }
 }

@@ -3,18 +3,19 @@
 use std::ops::Range;
 
 use umbriel_bvh::Influences;
-use umbriel_geometry::{Approx, Facet, Facets, LightSource, Point, Surd, blocking::Probe};
+use umbriel_geometry::{
+    Approx, Facet, Facets, LightSource, PlacedAnalytic, Point, Surd, analytic::PatchArea, blocking::Probe,
+};
 use umbriel_octree::Face;
 
 use crate::{
-    bodies::{Bodies, Body, Round},
-    exact::{Turned, face_blocks, flat_face_is_turned_to, sphere_turn},
+    bodies::{Bodies, Body},
+    exact::{Own, face_blocks, flat_face_is_turned_to, patch_probe, turned_to},
     fine::{
         Blocker, Blockers, Entry, FacetId, Occluders, Receiver,
         flat::{FLAT, FaceShape, FlatFace},
         lattice::Lattice,
-        patch::{Patch, patch_probe},
-        solid_angle::PatchArea,
+        patch::Patch,
         tally::{Tally, Units, cell_units},
     },
     levels,
@@ -80,7 +81,7 @@ impl<'a> Receivers<'a> {
         for (receiver, &object) in self.request.receivers.iter().enumerate() {
             let (faces, step) = match self.bodies.get(object) {
                 Body::Flat(facets) => (facets.len(), FACES_PER_JOB),
-                Body::Round(_) => (6, 1),
+                Body::Analytic(body) => (body.charts().len(), 1),
             };
             let starts = (0..faces).step_by(step);
             jobs.extend(starts.map(|first| Job { receiver, faces: first..(first + step).min(faces) }));
@@ -94,7 +95,7 @@ impl<'a> Receivers<'a> {
         for face in job.faces.clone() {
             match self.bodies.get(self.request.receivers[job.receiver]) {
                 Body::Flat(facets) => self.run_flat(job, facets, face, is_cancelled, &mut sums),
-                Body::Round(round) => self.run_patch(job, round, face, is_cancelled, &mut sums),
+                Body::Analytic(body) => self.run_patch(job, body, face, is_cancelled, &mut sums),
             }
         }
         sums
@@ -124,16 +125,21 @@ impl<'a> Receivers<'a> {
         let whole = |verdict| FlatFace::decided(shape, verdict, levels, lattice);
         let tally = if flat_face_is_turned_to(self.bodies, object, face, self.light) {
             let id = FacetId { object: object as u32, facet: face as u32 };
-            let receiver = Receiver { points: corners, light: self.light, facing: Some(self.occluders.turn(id)) };
+            let receiver = Receiver {
+                points: corners,
+                light: self.light,
+                facing: Some(self.occluders.turn(id)),
+                plane: Some([corners[0], corners[1], corners[FLAT - 1]]),
+            };
             let mut candidates = self.occluders.candidates(self.influences.occluders_of(object as u32), &corners);
             candidates.facets.retain(|&candidate| candidate != id);
             let blockers = self.occluders.blockers(&candidates, &receiver);
             let blocks_exactly = |blockers: &Blockers<FLAT>, entry: Entry, probe: &Probe| {
                 let (object, facet) = match entry.blocker() {
                     Blocker::Polygon(index) => (blockers.polygons[index].id.object, blockers.polygons[index].id.facet),
-                    Blocker::Sphere(index) => (blockers.spheres[index].object, 0),
+                    Blocker::Body(index) => (blockers.bodies[index].object, 0),
                 };
-                face_blocks(self.bodies, object as usize, facet as usize, probe, self.light)
+                face_blocks(self.bodies, (object as usize, facet as usize), probe, Own::Nothing, self.light)
             };
             let flat =
                 FlatFace { shape, corners, blockers, levels, lattice, blocks_exactly: &blocks_exactly, is_cancelled };
@@ -151,39 +157,34 @@ impl<'a> Receivers<'a> {
     fn run_patch(
         &self,
         job: &Job,
-        round: &Round,
+        body: &PlacedAnalytic,
         face: usize,
         is_cancelled: &(dyn Fn() -> bool + Sync),
         sums: &mut FaceSums,
     ) {
         let object = self.request.receivers[job.receiver];
-        let area = PatchArea::new(&round.sphere, &round.placement);
-        let bounds = &self.bodies.boxes[object];
-        let size = levels::FaceSize::of_patch(bounds);
-        let levels = levels::of_face(self.detail, self.request.keep_cells, bounds, &size);
-        let quarter = bounds.size() * std::f64::consts::FRAC_PI_4;
-        let along = [1, 2].map(|k| quarter[(face / 2 + k) % 3]);
-        let along = if face % 2 == 1 { along } else { [along[1], along[0]] };
-        let is_one_sided = self.bodies.is_one_sided(object, face);
+        let chart = &body.charts()[face];
+        let size = levels::FaceSize::of_patch(chart, body.placement());
+        let levels = levels::of_face(self.detail, self.request.keep_cells, &self.bodies.boxes[object], &size);
+        let objects = self.influences.occluders_of(object as u32);
         let is_lit_exactly = |u: f64, v: f64| {
-            let probe: Probe<Surd> = patch_probe(round, face, u, v);
-            let own = match sphere_turn(round, is_one_sided, &probe, self.light) {
-                Turned::Away => return false,
-                Turned::Outward => Some(object),
-                Turned::Inward => None,
-            };
-            !self.point_is_blocked(self.influences.occluders_of(object as u32), own, &probe)
+            let probe = patch_probe(body, face, u, v)?;
+            let own = turned_to(self.bodies, object, chart.surface, &probe, self.light);
+            Some(own.is_some_and(|own| !self.point_is_blocked(objects, own, &probe)))
         };
+        let exact = chart.plane_points().map(|points| points.map(|local| body.placement().exact(local)));
+        let plane = exact.as_ref().map(|points| std::array::from_fn(|k| points[k].bounded()));
         let patch = Patch {
             face: face as u32,
             object: object as u32,
-            round,
-            is_one_sided,
-            area: &area,
+            body,
+            is_one_sided: self.bodies.is_one_sided(object, face),
+            plane,
+            area: &PatchArea::new(chart, body.placement()),
             occluders: &self.occluders,
-            objects: self.influences.occluders_of(object as u32),
+            objects,
             levels,
-            lattice: self.spacing.map(|spacing| Lattice::new(along, spacing, false)),
+            lattice: self.spacing.map(|spacing| Lattice::new(size.edges, spacing, false)),
             is_lit_exactly: &is_lit_exactly,
             is_cancelled,
         };
@@ -194,15 +195,12 @@ impl<'a> Receivers<'a> {
         sums.take(tally);
     }
 
-    /// Whether anything among `objects` but the `harmless` one blocks the way from the point to the light. Exact.
-    fn point_is_blocked(&self, objects: &[u32], harmless: Option<usize>, probe: &Probe<Surd>) -> bool {
+    /// Whether anything among `objects` blocks the way from a point to the light. Exact.
+    fn point_is_blocked(&self, objects: &[u32], own: Own, probe: &Probe<Surd>) -> bool {
         let candidates = self.occluders.candidates(objects, &[probe.bounds]);
-        let facets = candidates.facets.iter().map(|id| (id.object, id.facet));
-        let spheres = candidates.spheres.iter().map(|&object| (object, 0));
-        let spheres = spheres.filter(|&(object, _)| harmless != Some(object as usize));
-        facets
-            .chain(spheres)
-            .any(|(object, face)| face_blocks(self.bodies, object as usize, face as usize, probe, self.light))
+        let facets = candidates.facets.iter().map(|id| (id.object as usize, id.facet as usize));
+        let bodies = candidates.bodies.iter().map(|&object| (object as usize, 0));
+        facets.chain(bodies).any(|face| face_blocks(self.bodies, face, probe, own, self.light))
     }
 }
 
@@ -255,9 +253,10 @@ fn scaled(area: Approx, units: Units, all: Units) -> Approx {
 fn total_area(bodies: &Bodies, request: &Request) -> f64 {
     let area = |&object: &usize| match bodies.get(object) {
         Body::Flat(facets) => (0..facets.len()).map(|face| facets.area(face).value).sum::<f64>(),
-        Body::Round(_) => {
-            let size = bodies.boxes[object].size();
-            std::f64::consts::PI * (size.x * size.y + size.y * size.z + size.z * size.x) / 3.0
+        Body::Analytic(body) => {
+            // What the lattices of its patches cover.
+            let steps = body.charts().iter().map(|chart| chart.steps(body.placement()));
+            steps.map(|[u, v]| u * v).sum::<f64>()
         }
     };
     request.receivers.iter().map(area).sum()

@@ -5,10 +5,13 @@
 
 use glam::DVec3;
 use umbriel_geometry::{
-    Aabb, Dyadic, ExactPoint, Facets, LightSource, Point, Ring, Sign, Surd, blocking::Probe, predicates::exact_side,
+    Aabb, Approx, Dyadic, ExactPoint, Facets, LightSource, PlacedAnalytic, Point, Ring, Sign, Surd,
+    analytic::{Part, Surface, Trim},
+    blocking::Probe,
+    predicates::exact_side,
 };
 
-use crate::{bodies::Round, query::Precision};
+use crate::query::Precision;
 
 /// A point and half an ulp round it.
 pub(crate) struct SlackBox {
@@ -120,11 +123,44 @@ impl SlackBox {
         (0..6).all(|plane| self.inside_by(x, plane).sign() != Sign::Negative)
     }
 
-    /// A point of a sphere inside the box, one with its outer normal at an acute angle to the given one where it can be
-    /// had; and whether it can. Looks along the rays from the centre through the middle and the corners of the box, and
-    /// along the box's edges: where the sphere meets the box otherwise, its points are all beside the box's middle.
-    pub(crate) fn point_on_sphere(&self, round: &Round, normal: DVec3) -> Option<(Probe<'static, Surd>, bool)> {
-        let (sphere, placement) = (&round.sphere, &round.placement);
+    /// A point of an analytic body's surface inside the box, one that `is_meant` where it can be had; and whether it is.
+    ///
+    /// Looks along the surface's normal through the middle and the corners of the box, along the box's edges, and along the
+    /// rims: where the surface meets the box otherwise, its points are all beside the box's middle.
+    pub(crate) fn point_on_analytic(
+        &self,
+        body: &PlacedAnalytic,
+        is_meant: impl Fn(&SurfacePoint) -> bool,
+    ) -> Option<(SurfacePoint, bool)> {
+        let mut other = None;
+        for part in body.parts().iter().filter(|part| self.may_meet(body, part.surface)) {
+            let lines = self.lines(body, part);
+            let points = lines.iter().flat_map(|(line, surface)| points_on_line(body, *surface, line));
+            for exact in points.filter(|x| self.holds(x) && body.part_holds(part, x)) {
+                let outward = body.outward(part.surface, &exact);
+                let found = SurfacePoint { probe: Probe::new(self.whole(), || exact), surface: part.surface, outward };
+                if is_meant(&found) {
+                    return Some((found, true));
+                }
+                other = Some((found, false));
+            }
+        }
+        other
+    }
+
+    /// Whether the bounds leave room for a surface to pass the box.
+    fn may_meet(&self, body: &PlacedAnalytic, surface: Surface) -> bool {
+        let forms = body.forms();
+        let x = forms.pull_back(&self.whole().coordinates(), &Approx::exact(1.0));
+        let value = match surface {
+            Surface::Quadric(index) => forms.quadric(index, &x, &x),
+            Surface::Plane(index) => forms.plane(index, &x),
+        };
+        value.sign().is_none_or(|sign| sign == Sign::Zero)
+    }
+
+    /// Lines to look for points of a part along, each with the surface to cross it with.
+    fn lines(&self, body: &PlacedAnalytic, part: &Part) -> Vec<(Line, Surface)> {
         let corner = |i: usize| -> [Dyadic; 3] {
             std::array::from_fn(|axis| {
                 let half = if i >> axis & 1 == 0 { -self.half[axis] } else { self.half[axis] };
@@ -132,25 +168,115 @@ impl SlackBox {
             })
         };
         let middle = self.position.to_array().map(Dyadic::new);
-        let targets = std::iter::once(middle).chain((0..8).map(corner));
-        let radial = targets.filter_map(|target| sphere.radial_point(placement, &target));
+        let normal = body.outward(part.surface, &ExactPoint::from_position(self.position));
+        let across = std::iter::once(middle).chain((0..8).map(corner));
+        let across = across.map(|xyz| Line { start: point(xyz), along: normal.clone() });
         let edges = (0..3).flat_map(|axis| (0..8).filter(move |i| i >> axis & 1 == 0).map(move |i| (axis, i)));
-        let crossings = edges.filter_map(|(axis, i)| {
-            let along = DVec3::AXES[axis].to_array().map(Dyadic::new);
-            sphere.points_on_line(placement, &corner(i), &along)
-        });
-        let mut other = None;
-        for x in radial.chain(crossings.flatten()).filter(|x| self.holds(x)) {
-            let outward = sphere.outward(placement, &x);
-            let along = (0..3).map(|k| outward[k].clone() * Surd::from_f64(normal[k]));
-            let is_meant = along.reduce(|sum, term| sum + term)?.sign() == Sign::Positive;
-            let probe = Probe::new(self.whole(), || x);
-            if is_meant {
-                return Some((probe, true));
-            }
-            other = Some((probe, false));
+        let edges = edges
+            .map(|(axis, i)| Line { start: point(corner(i)), along: DVec3::AXES[axis].to_array().map(Dyadic::new) });
+        let mut lines: Vec<(Line, Surface)> = across.chain(edges).map(|line| (line, part.surface)).collect();
+        for &trim in &part.trims {
+            let rim = match (part.surface, trim) {
+                (Surface::Quadric(quadric), Trim::Above(plane) | Trim::Below(plane))
+                | (Surface::Plane(plane), Trim::Inside(quadric)) => Some((quadric, plane)),
+                _ => None,
+            };
+            lines.extend(rim.and_then(|(quadric, plane)| {
+                let line = self.line_in_plane(body, quadric, plane)?;
+                Some((line, Surface::Quadric(quadric)))
+            }));
         }
-        other
+        lines
+    }
+
+    /// The line in a plane, beside the middle of the box, along which a quadric changes most.
+    fn line_in_plane(&self, body: &PlacedAnalytic, quadric: usize, plane: usize) -> Option<Line> {
+        let middle = ExactPoint::from_position(self.position);
+        let normal: [Dyadic; 3] = body.outward(Surface::Plane(plane), &middle);
+        let gradient: [Dyadic; 3] = body.outward(Surface::Quadric(quadric), &middle);
+        let dot = |a: &[Dyadic; 3], b: &[Dyadic; 3]| {
+            let term = |k: usize| a[k].clone() * b[k].clone();
+            term(0) + term(1) + term(2)
+        };
+        let (square, lean) = (dot(&normal, &normal), dot(&normal, &gradient));
+        let along: [Dyadic; 3] =
+            std::array::from_fn(|k| gradient[k].clone() * square.clone() - normal[k].clone() * lean.clone());
+        let is_zero = along.iter().all(|coordinate| coordinate.sign() == Sign::Zero);
+        let straight = Line { start: middle, along: normal };
+        let start = points_on_line(body, Surface::Plane(plane), &straight).into_iter().next()?;
+        let start = ExactPoint { xyz: start.xyz.map(|x| x.rational().clone()), w: start.w.rational().clone() };
+        (!is_zero).then_some(Line { start, along })
+    }
+}
+
+/// A point of a curved surface.
+pub(crate) struct SurfacePoint {
+    pub(crate) probe: Probe<'static, Surd>,
+    pub(crate) surface: Surface,
+    /// Along the outer normal, world coordinates.
+    pub(crate) outward: [Surd; 3],
+}
+
+impl SurfacePoint {
+    /// Whether a vector points outward (positive) or inward there.
+    pub(crate) fn side_of(&self, vector: DVec3) -> Sign {
+        let term = |k: usize| self.outward[k].clone() * Surd::from_f64(vector[k]);
+        (term(0) + term(1) + term(2)).sign()
+    }
+}
+
+/// A line in the world: a point and a vector, not zero.
+struct Line {
+    start: ExactPoint,
+    along: [Dyadic; 3],
+}
+
+fn point(xyz: [Dyadic; 3]) -> ExactPoint {
+    ExactPoint { xyz, w: Dyadic::new(1.0) }
+}
+
+/// Where a line meets a surface of a body, trims left aside: two points at most, equal where it touches.
+fn points_on_line(body: &PlacedAnalytic, surface: Surface, line: &Line) -> Vec<ExactPoint<Surd>> {
+    let forms = body.exact_forms();
+    let x = forms.pull_back(&line.start.xyz, &line.start.w);
+    let way = forms.pull_back(&line.along, &Dyadic::zero());
+    // The point start + s·along with s = step/weight, weight > 0.
+    let at = |step: Surd, weight: Dyadic| {
+        let xyz = std::array::from_fn(|k| {
+            Surd::from(line.start.xyz[k].clone() * weight.clone()) + Surd::from(line.along[k].clone()) * step.clone()
+        });
+        ExactPoint { xyz, w: Surd::from(line.start.w.clone() * weight) }
+    };
+    let turned = |value: Dyadic, sign: Sign| if sign == Sign::Negative { -value } else { value };
+    let (a, b, c) = match surface {
+        Surface::Plane(index) => {
+            let half = Dyadic::new(0.5);
+            (Dyadic::zero(), forms.plane(index, &way) * half, forms.plane(index, &x))
+        }
+        Surface::Quadric(index) => {
+            (forms.quadric(index, &way, &way), forms.quadric(index, &x, &way), forms.quadric(index, &x, &x))
+        }
+    };
+    match (a.sign(), b.sign()) {
+        (Sign::Zero, Sign::Zero) => Vec::new(),
+        (Sign::Zero, sign) => {
+            let weight = turned(b.clone() + b, sign);
+            vec![at(Surd::from(turned(-c, sign)), weight)]
+        }
+        (sign, _) => {
+            let discriminant = b.clone() * b.clone() - a.clone() * c;
+            let middle = Surd::from(turned(-b, sign));
+            let weight = turned(a, sign);
+            match discriminant.sign() {
+                Sign::Negative => Vec::new(),
+                Sign::Zero => vec![at(middle, weight)],
+                Sign::Positive => [-1.0, 1.0]
+                    .map(|side| {
+                        at(middle.clone() + Surd::root(Dyadic::new(side), discriminant.clone()), weight.clone())
+                    })
+                    .to_vec(),
+            }
+        }
     }
 }
 

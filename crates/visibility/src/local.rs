@@ -1,11 +1,11 @@
-//! Rays against analytic bodies in their own coordinates: slabs for boxes, the stable quadratic for spheres.
+//! Rays against analytic bodies in their own coordinates: slabs for boxes, quadratics for curved ones.
 //!
 //! Distances count in lengths of the ray's direction, so they are the same before and after a ray is pulled into local
 //! coordinates. Double precision, rounded: for pictures, not for proofs.
 
 use glam::DVec3;
 use umbriel_bvh::Ray;
-use umbriel_geometry::{Cuboid, Rectangle, Sphere};
+use umbriel_geometry::{Cuboid, PlacedAnalytic, Rectangle, analytic::SurfaceHit};
 
 /// The nearest point of a body on a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,37 +62,10 @@ fn cuboid_hit(cuboid: &Cuboid, face: usize, distance: f64, point: DVec3) -> Loca
     LocalHit { distance, face, u: along(second - first), v: along(last - first), normal }
 }
 
-/// The sphere about the origin: its nearer root ahead of the ray's origin.
-pub(crate) fn sphere(sphere: &Sphere, ray: &Ray) -> Option<LocalHit> {
-    // From the point of the ray nearest to the centre: there the quadratic has no linear part to cancel.
-    let unit = ray.direction.length_squared();
-    let middle = -ray.origin.dot(ray.direction) / unit;
-    let rest = sphere.radius * sphere.radius - at(ray, middle).length_squared();
-    if rest.is_nan() || rest < 0.0 {
-        return None;
-    }
-    let half_chord = (rest / unit).sqrt();
-    let distance = [middle - half_chord, middle + half_chord].into_iter().find(|&distance| distance > 0.0)?;
-    let normal = at(ray, distance);
-    let (face, u, v) = patch_of(normal);
-    distance.is_finite().then_some(LocalHit { distance, face, u, v, normal })
-}
-
-/// The patch of a direction and its place there; the inverse of [`Sphere::direction`].
-fn patch_of(direction: DVec3) -> (usize, f64, f64) {
-    let size = direction.abs();
-    let axis = if size.x >= size.y && size.x >= size.z {
-        0
-    } else if size.y >= size.z {
-        1
-    } else {
-        2
-    };
-    let positive = direction[axis] > 0.0;
-    let on_cube = |other: usize| (0.5 + 0.5 * direction[other % 3] / size[axis]).clamp(0.0, 1.0);
-    let (first, second) = (on_cube(axis + 1), on_cube(axis + 2));
-    let (u, v) = if positive { (first, second) } else { (second, first) };
-    (2 * axis + usize::from(positive), u, v)
+/// A body given by formulas: the nearest part of its surface.
+pub(crate) fn analytic(body: &PlacedAnalytic, ray: &Ray) -> Option<LocalHit> {
+    let SurfaceHit { distance, face, u, v, normal } = body.nearest_local_hit(ray.origin, ray.direction)?;
+    Some(LocalHit { distance, face, u, v, normal })
 }
 
 fn at(ray: &Ray, distance: f64) -> DVec3 {
@@ -106,30 +79,20 @@ fn within_unit(value: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use umbriel_geometry::{Analytic, Placement};
 
     fn ray(origin: [f64; 3], direction: [f64; 3]) -> Ray {
         Ray::new(DVec3::from_array(origin), DVec3::from_array(direction))
     }
 
     #[test]
-    fn a_place_on_a_sphere_is_found_again() {
-        for patch in 0..6 {
-            for (u, v) in [(0.5, 0.5), (0.1, 0.8), (0.99, 0.02)] {
-                let (found, found_u, found_v) = patch_of(Sphere::direction(patch, u, v) * 0.3);
-                assert_eq!(found, patch);
-                assert!((found_u - u).abs() < 1e-15 && (found_v - v).abs() < 1e-15);
-            }
-        }
-    }
-
-    #[test]
     fn a_sphere_is_hit_from_outside_and_from_inside() {
-        let body = Sphere { radius: 2.0 };
-        let outside = sphere(&body, &ray([10.0, 0.0, 0.0], [-2.0, 0.0, 0.0])).expect("a hit");
+        let body = PlacedAnalytic::new(Analytic::Sphere { radius: 2.0 }, Placement::IDENTITY).expect("a sphere");
+        let outside = analytic(&body, &ray([10.0, 0.0, 0.0], [-2.0, 0.0, 0.0])).expect("a hit");
         assert_eq!((outside.distance, outside.face, outside.u, outside.v), (4.0, 1, 0.5, 0.5));
-        assert_eq!(sphere(&body, &ray([0.0; 3], [0.0, -1.0, 0.0])).expect("a hit").face, 2);
-        assert_eq!(sphere(&body, &ray([10.0, 2.1, 0.0], [-1.0, 0.0, 0.0])), None);
-        assert_eq!(sphere(&body, &ray([10.0, 0.0, 0.0], [1.0, 0.0, 0.0])), None);
+        assert_eq!(analytic(&body, &ray([0.0; 3], [0.0, -1.0, 0.0])).expect("a hit").face, 2);
+        assert_eq!(analytic(&body, &ray([10.0, 2.1, 0.0], [-1.0, 0.0, 0.0])), None);
+        assert_eq!(analytic(&body, &ray([10.0, 0.0, 0.0], [1.0, 0.0, 0.0])), None);
     }
 
     #[test]

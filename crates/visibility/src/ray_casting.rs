@@ -1,7 +1,7 @@
 //! Visible surface by ray casting (Appel, "Some techniques for shading machine renderings of solids", AFIPS 1968).
 //!
 //! Two levels: a tree over the objects' world boxes, and one BVH a mesh, which all instances of the mesh share; rays are
-//! pulled into local coordinates. Rectangles, boxes and spheres are hit as they are, not tessellated. O(log n) a ray in
+//! pulled into local coordinates. Rectangles, boxes and analytic bodies are hit as they are, not tessellated. O(log n) a ray in
 //! practice. Double precision, rounded: for pictures, not for proofs. Equal distances go to the lower object and face.
 
 use std::{collections::HashMap, sync::Arc};
@@ -9,7 +9,7 @@ use std::{collections::HashMap, sync::Arc};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use umbriel_bvh::{BoxTree, Ray, TriangleBvh};
-use umbriel_geometry::{Aabb, Cuboid, Mesh, Rectangle, Sphere};
+use umbriel_geometry::{Aabb, Cuboid, Mesh, PlacedAnalytic, Rectangle};
 use umbriel_scene::{Object, Scene, Shape};
 
 use crate::{
@@ -22,7 +22,7 @@ use crate::{
 pub struct SurfaceHit {
     /// Index into the scene's objects.
     pub object: usize,
-    /// Face of the object: a triangle, a side of a box, a patch of a sphere.
+    /// Face of the object: a triangle, a side of a box, a patch of an analytic body.
     pub face: usize,
     /// First parameter of the face.
     pub u: f64,
@@ -53,7 +53,7 @@ enum LocalShape {
     Mesh(Arc<TriangleBvh>),
     Rectangle(Rectangle),
     Cuboid(Cuboid),
-    Sphere(Sphere),
+    Analytic(Box<PlacedAnalytic>),
     /// A shape that this layer does not know; no ray meets it.
     Unknown,
 }
@@ -120,8 +120,7 @@ impl Body {
             }
             Shape::Rectangle(rectangle) => LocalShape::Rectangle(*rectangle),
             Shape::Cuboid(cuboid) => LocalShape::Cuboid(*cuboid),
-            Shape::Sphere(sphere) => LocalShape::Sphere(*sphere),
-            _ => LocalShape::Unknown,
+            _ => object.analytic().map_or(LocalShape::Unknown, |body| LocalShape::Analytic(Box::new(body))),
         };
         Self { shape, to_local: object.placement.map().inverse() }
     }
@@ -136,7 +135,7 @@ impl Body {
             LocalShape::Mesh(bvh) => mesh_hit(bvh, &local, t_max),
             LocalShape::Rectangle(rectangle) => local::rectangle(rectangle, &local),
             LocalShape::Cuboid(cuboid) => local::cuboid(cuboid, &local),
-            LocalShape::Sphere(sphere) => local::sphere(sphere, &local),
+            LocalShape::Analytic(body) => local::analytic(body, &local),
             LocalShape::Unknown => None,
         };
         hit.filter(|hit| hit.distance <= t_max)
@@ -167,7 +166,7 @@ fn into_triangle(u: f64, v: f64) -> (f64, f64) {
 mod tests {
     use super::*;
     use glam::DQuat;
-    use umbriel_geometry::Placement;
+    use umbriel_geometry::{Analytic, Placement};
     use umbriel_scene::{Camera, Projection, Sides};
 
     fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
@@ -187,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_sphere_and_a_box_are_seen_where_they_are() {
-        let sphere = Shape::Sphere(Sphere { radius: 1.0 });
+        let sphere = Shape::Analytic(Analytic::Sphere { radius: 1.0 });
         let cuboid = Shape::Cuboid(Cuboid { size: [2.0, 2.0, 2.0] });
         let caster = RayCaster::new(&scene(vec![
             object("sphere", sphere, DAffine3::from_translation(DVec3::new(-2.0, 0.0, 0.0))),
@@ -264,7 +263,7 @@ mod tests {
     #[test]
     fn the_nearer_body_hides_the_farther_one_at_any_scale() {
         for scale in [2.0f64.powi(-40), 1.0, 2.0f64.powi(40)] {
-            let sphere = Shape::Sphere(Sphere { radius: scale });
+            let sphere = Shape::Analytic(Analytic::Sphere { radius: scale });
             let floor = Shape::Rectangle(Rectangle { size: [8.0 * scale; 2] });
             let above = DAffine3::from_translation(DVec3::new(0.0, 2.0 * scale, 0.0));
             let caster = RayCaster::new(&scene(vec![

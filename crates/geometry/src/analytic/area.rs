@@ -12,10 +12,10 @@ use super::{
 use crate::{approx::Approx, placement::Placement};
 
 /// Relative width at which a bound is good enough.
-const GOOD: f64 = 1e-10;
+const GOOD: f64 = 1e-8;
 
 /// How often a cell is quartered at most.
-const QUARTERINGS: u32 = 5;
+const QUARTERINGS: u32 = 8;
 
 /// √(3/5), the outer node on −1..1.
 const NODE: f64 = 0.774_596_669_241_483_4;

@@ -61,12 +61,17 @@ pub enum Occupied {
 /// The axes in the plane y = 0 around which the quarters lie, counter-clockwise seen from +y: (x, z) of each.
 const QUARTERS: [[f64; 2]; 4] = [[1.0, 0.0], [0.0, -1.0], [-1.0, 0.0], [0.0, 1.0]];
 
+/// The middle of a quarter and the way u runs: (x, z) of each.
+pub(crate) fn quarter_axes(quarter: usize) -> [[f64; 2]; 2] {
+    [QUARTERS[quarter], QUARTERS[(quarter + 1) % 4]]
+}
+
 /// The direction of a quarter at u, not of unit length: (x, z).
 pub(crate) fn quarter_direction<T>(quarter: usize, u: T, number: impl Fn(f64) -> T) -> [T; 2]
 where
     T: Clone + std::ops::Add<Output = T> + std::ops::Sub<Output = T> + std::ops::Mul<Output = T>,
 {
-    let (axis, next) = (QUARTERS[quarter], QUARTERS[(quarter + 1) % 4]);
+    let [axis, next] = quarter_axes(quarter);
     let across = u.clone() + u - number(1.0);
     [0, 1].map(|k| number(axis[k]) + across.clone() * number(next[k]))
 }
@@ -175,21 +180,42 @@ impl Chart {
         }
     }
 
-    /// Bounds on the lengths of the images of a step of one along u and along v, in local coordinates: for each
-    /// parameter, how far it reaches along x, y, z.
-    pub(crate) fn steps(&self) -> [DVec3; 2] {
-        match &self.kind {
-            // |d| ≥ 1 and the steps are at most two long.
+    /// Three points that span the plane of a flat patch, local coordinates; exact.
+    pub fn plane_points(&self) -> Option<[DVec3; 3]> {
+        match (&self.surface, &self.kind) {
+            (Surface::Plane(_), Kind::Turned { outline, .. }) => {
+                let ([_, y], size) = (outline.at(0.0), self.size());
+                Some([DVec3::new(0.0, y, 0.0), DVec3::new(size, y, 0.0), DVec3::new(0.0, y, size)])
+            }
+            _ => None,
+        }
+    }
+
+    /// How far a step of one along u, and one along v, goes at most in the world, metres. Two steps together go no farther
+    /// than the root of the sum of their squares.
+    pub fn steps(&self, placement: &Placement) -> [f64; 2] {
+        let local = match &self.kind {
+            // |d| ≥ 1: the way on the sphere is no longer than on the cube.
             Kind::Radial { radii, along, .. } => {
-                along.map(|step| DVec3::from_array(*radii) * DVec3::from_array(step).length())
+                let radius = radii.iter().fold(0.0, |a: f64, &b| a.max(b));
+                along.map(|step| radius * DVec3::from_array(step).length())
             }
             Kind::Turned { outline, .. } => {
                 let [radius, y] = outline.step();
-                let around = 2.0 * outline.greatest_radius();
-                [DVec3::new(around, 0.0, around), DVec3::new(radius, y, radius)]
+                [2.0 * outline.greatest_radius(), radius.hypot(y)]
             }
-        }
+        };
+        let stretch = greatest_stretch(placement);
+        local.map(|length| length * stretch)
     }
+}
+
+/// A bound on how much a placement stretches any vector: by Gershgorin's circles on MᵀM, which is sharp for similarities.
+fn greatest_stretch(placement: &Placement) -> f64 {
+    let m = placement.map().matrix3;
+    let gram = m.transpose() * m;
+    let circle = |k: usize| gram.col(k).abs().element_sum();
+    circle(0).max(circle(1)).max(circle(2)).sqrt()
 }
 
 /// A local point in the world, by floats, when its local coordinates may be off by `slack`.

@@ -89,6 +89,16 @@ where
         [row(0), row(1), row(2), self.weight.clone() * w.clone()]
     }
 
+    /// The quadrics, negative inside.
+    pub fn quadrics(&self) -> &[QuadricForm<T>] {
+        &self.quadrics
+    }
+
+    /// The planes' coefficients, positive inside.
+    pub fn planes(&self) -> &[[T; 4]] {
+        &self.planes
+    }
+
     /// The value of plane `index` at a point.
     pub fn plane(&self, index: usize, x: &LocalPoint<T>) -> T {
         let h = &self.planes[index];

@@ -14,6 +14,7 @@ mod layout;
 mod outline;
 mod placed;
 mod polynomial;
+mod ray;
 
 #[cfg(test)]
 mod tests;
@@ -25,6 +26,7 @@ pub use chart::{CellHull, Chart, HULL, Occupied};
 pub use forms::{Forms, LocalPoint, QuadricForm};
 pub use layout::{Part, Piece, Surface, Trim};
 pub use placed::PlacedAnalytic;
+pub use ray::SurfaceHit;
 
 /// A body given by formulas, in local coordinates (metres): centred at the origin, axis +y.
 ///

@@ -31,6 +31,8 @@ pub struct PlacedAnalytic {
     layout: Layout,
     forms: Forms<Approx>,
     exact: OnceLock<Forms<Dyadic>>,
+    /// In local coordinates, rounded.
+    float: OnceLock<Forms<f64>>,
     charts: Vec<Chart>,
 }
 
@@ -43,7 +45,15 @@ impl PlacedAnalytic {
         body.check()?;
         let layout = Layout::of(&body);
         let forms = approx_forms(&layout, &placement);
-        Ok(Self { charts: charts(&body), body, placement, layout, forms, exact: OnceLock::new() })
+        Ok(Self {
+            charts: charts(&body),
+            body,
+            placement,
+            layout,
+            forms,
+            exact: OnceLock::new(),
+            float: OnceLock::new(),
+        })
     }
 
     /// The body in local coordinates.
@@ -79,6 +89,16 @@ impl PlacedAnalytic {
     /// The exact forms; made when first asked for.
     pub fn exact_forms(&self) -> &Forms<Dyadic> {
         self.exact.get_or_init(|| exact_forms(&self.layout, &self.placement))
+    }
+
+    /// The forms in floats; made when first asked for.
+    pub(crate) fn float_forms(&self) -> &Forms<f64> {
+        self.float.get_or_init(|| self.forms.map(|number| number.value))
+    }
+
+    /// The unit of length that local coordinates are counted in, metres.
+    pub(crate) fn unit(&self) -> f64 {
+        self.layout.unit
     }
 
     /// The tight world box, rounded outward.

@@ -9,25 +9,25 @@
 //! the cancelling rule; NUMERICS.md, "Winding".)
 
 use super::{
+    analytic_blocker::{AnalyticBlocker, Influence},
     borders::{DirectedEdge, mark_borders},
     field::Weights,
     outline::ParamBox,
     polygon_blocker::{NEARER, PolygonBlocker},
-    sphere_blocker::{Influence, SphereBlocker},
 };
 use crate::report::Verdict;
 
 /// Everything that may block some point of a receiver.
-pub(crate) struct Blockers<const N: usize> {
+pub(crate) struct Blockers<'a, const N: usize> {
     pub(crate) polygons: Vec<PolygonBlocker<N>>,
-    pub(crate) spheres: Vec<SphereBlocker<N>>,
+    pub(crate) bodies: Vec<AnalyticBlocker<'a, N>>,
 }
 
 /// A blocker that is still in question over a cell; what is known of it holds for all parts of the cell.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
     index: u32,
-    is_sphere: bool,
+    is_body: bool,
     /// Bit f: function f of the polygon is proved on the blocking side over the whole cell.
     known: u8,
 }
@@ -35,12 +35,12 @@ pub(crate) struct Entry {
 /// Where an entry's blocker stands in [`Blockers`].
 pub(crate) enum Blocker {
     Polygon(usize),
-    Sphere(usize),
+    Body(usize),
 }
 
 impl Entry {
     pub(crate) fn blocker(self) -> Blocker {
-        if self.is_sphere { Blocker::Sphere(self.index as usize) } else { Blocker::Polygon(self.index as usize) }
+        if self.is_body { Blocker::Body(self.index as usize) } else { Blocker::Polygon(self.index as usize) }
     }
 }
 
@@ -52,22 +52,22 @@ pub(crate) struct Hull<const N: usize> {
     pub(crate) parameters: Option<ParamBox>,
 }
 
-impl<const N: usize> Blockers<N> {
+impl<'a, const N: usize> Blockers<'a, N> {
     /// Marks the border edges among all edges of the polygons.
     pub(crate) fn new(
         mut polygons: Vec<PolygonBlocker<N>>,
-        spheres: Vec<SphereBlocker<N>>,
+        bodies: Vec<AnalyticBlocker<'a, N>>,
         edges: Vec<DirectedEdge>,
     ) -> Self {
         mark_borders(&mut polygons, edges);
-        Self { polygons, spheres }
+        Self { polygons, bodies }
     }
 
     /// All blockers as entries.
     pub(crate) fn entries(&self) -> Vec<Entry> {
-        let polygons = (0..self.polygons.len() as u32).map(|index| Entry { index, is_sphere: false, known: 0 });
-        let spheres = (0..self.spheres.len() as u32).map(|index| Entry { index, is_sphere: true, known: 0 });
-        polygons.chain(spheres).collect()
+        let polygons = (0..self.polygons.len() as u32).map(|index| Entry { index, is_body: false, known: 0 });
+        let bodies = (0..self.bodies.len() as u32).map(|index| Entry { index, is_body: true, known: 0 });
+        polygons.chain(bodies).collect()
     }
 
     /// What is proved of a cell, given the blockers in question over a cell that holds it. Those still in question are
@@ -94,7 +94,7 @@ impl<const N: usize> Blockers<N> {
     pub(crate) fn blocks(&self, entry: Entry, weights: &Weights<N>) -> Option<bool> {
         match entry.blocker() {
             Blocker::Polygon(index) => self.polygons[index].blocks(weights),
-            Blocker::Sphere(index) => self.spheres[index].blocks(weights),
+            Blocker::Body(index) => self.bodies[index].blocks(weights),
         }
     }
 
@@ -102,13 +102,13 @@ impl<const N: usize> Blockers<N> {
     pub(crate) fn probably_blocks(&self, entry: Entry, weights: &Weights<N>) -> bool {
         match entry.blocker() {
             Blocker::Polygon(index) => self.polygons[index].probably_blocks(weights),
-            Blocker::Sphere(index) => self.spheres[index].probably_blocks(weights),
+            Blocker::Body(index) => self.bodies[index].probably_blocks(weights),
         }
     }
 
     fn influence(&self, entry: Entry, hull: &Hull<N>) -> (Influence, Entry) {
-        if entry.is_sphere {
-            return (self.spheres[entry.index as usize].influence(&hull.corners), entry);
+        if entry.is_body {
+            return (self.bodies[entry.index as usize].influence(&hull.corners), entry);
         }
         let polygon = &self.polygons[entry.index as usize];
         if hull.parameters.as_ref().is_some_and(|parameters| parameters.misses(polygon.reach())) {
@@ -139,8 +139,7 @@ impl<const N: usize> Blockers<N> {
 
     /// Whether the winding at some probe survives all borders that cross the cell.
     fn winding_covers(&self, hull: &Hull<N>, entries: &[Entry]) -> bool {
-        let polygons =
-            || entries.iter().filter(|entry| !entry.is_sphere && !self.polygons[entry.index as usize].edge_on);
+        let polygons = || entries.iter().filter(|entry| !entry.is_body && !self.polygons[entry.index as usize].edge_on);
         let crossing: Vec<(&PolygonBlocker<N>, usize, u32)> = polygons()
             .flat_map(|entry| {
                 let polygon = &self.polygons[entry.index as usize];

@@ -35,7 +35,7 @@ pub(crate) struct Levels {
 pub(crate) struct FlatFace<'a> {
     pub(crate) shape: FaceShape,
     pub(crate) corners: [Point<'a>; FLAT],
-    pub(crate) blockers: Blockers<FLAT>,
+    pub(crate) blockers: Blockers<'a, FLAT>,
     pub(crate) levels: Levels,
     pub(crate) lattice: Option<Lattice>,
     /// The exact answer for one point: whether blocker `entry` blocks it.

@@ -1,9 +1,10 @@
 //! The fine step, in the light's own space.
 //!
 //! [`Occluders`] finds what may block a face by its place in light space; what is found is measured against the face by
-//! exact signs ([`polygon_blocker`], [`sphere_blocker`]); [`flat`] and [`patch`] divide the face and [`classify`]
+//! exact signs ([`polygon_blocker`], [`analytic_blocker`]); [`flat`] and [`patch`] divide the face and [`classify`]
 //! proves its cells.
 
+mod analytic_blocker;
 mod borders;
 mod classify;
 mod field;
@@ -16,8 +17,6 @@ pub(crate) mod patch;
 mod pattern;
 mod polygon_blocker;
 mod receiver;
-pub(crate) mod solid_angle;
-mod sphere_blocker;
 pub(crate) mod tally;
 
 pub(crate) use classify::{Blocker, Blockers, Entry};

@@ -7,15 +7,15 @@
 use std::sync::OnceLock;
 
 use umbriel_bvh::BoxTree;
-use umbriel_geometry::{Aabb, Facet, Facets, LightSource, Point, Sign};
+use umbriel_geometry::{Aabb, Facet, Facets, LightSource, PlacedAnalytic, Point, Sign};
 
 use super::{
+    analytic_blocker::AnalyticBlocker,
     borders::DirectedEdge,
     classify::Blockers,
     light_frame::LightFrame,
     polygon_blocker::{FacetId, PolygonBlocker},
     receiver::Receiver,
-    sphere_blocker::SphereBlocker,
 };
 use crate::bodies::{Bodies, Body};
 
@@ -24,8 +24,8 @@ use crate::bodies::{Bodies, Body};
 pub(crate) struct Candidates {
     /// Facets, sorted.
     pub(crate) facets: Vec<FacetId>,
-    /// Objects that are spheres.
-    pub(crate) spheres: Vec<u32>,
+    /// Objects that are analytic bodies.
+    pub(crate) bodies: Vec<u32>,
 }
 
 /// All occluders of one light.
@@ -38,9 +38,9 @@ pub(crate) struct Occluders<'a> {
 
 /// One object in light space.
 struct ObjectIndex {
-    /// Which way each facet turns, seen from the light.
+    /// Which way each facet turns, seen from the light; for an analytic body, on which side of it the light lies.
     turns: Vec<Sign>,
-    /// For each frame, a tree and the facets that its items stand for (a sphere is item 0 of its own).
+    /// For each frame, a tree and the facets that its items stand for (an analytic body is item 0 of its own).
     trees: Vec<(BoxTree, Vec<u32>)>,
 }
 
@@ -56,6 +56,11 @@ impl<'a> Occluders<'a> {
         self.index(id.object).turns[id.facet as usize]
     }
 
+    /// On which side of an analytic body the light lies: positive outside. Exact.
+    pub(crate) fn side_of_light(&self, object: u32) -> Sign {
+        self.index(object).turns[0]
+    }
+
     /// What among `objects` may block some point of the hull of `points`.
     pub(crate) fn candidates(&self, objects: &[u32], points: &[Point]) -> Candidates {
         let mut found = Candidates::default();
@@ -64,10 +69,10 @@ impl<'a> Occluders<'a> {
             query.min.z = f64::NEG_INFINITY;
             for &object in objects {
                 let (tree, items) = &self.index(object).trees[frame];
-                let is_round = matches!(self.bodies.get(object as usize), Body::Round(_));
+                let is_analytic = matches!(self.bodies.get(object as usize), Body::Analytic(_));
                 tree.for_each_meeting(&query, |item| {
-                    if is_round {
-                        found.spheres.push(object);
+                    if is_analytic {
+                        found.bodies.push(object);
                     } else {
                         found.facets.push(FacetId { object, facet: items[item as usize] });
                     }
@@ -76,13 +81,13 @@ impl<'a> Occluders<'a> {
         }
         found.facets.sort_unstable();
         found.facets.dedup();
-        found.spheres.sort_unstable();
-        found.spheres.dedup();
+        found.bodies.sort_unstable();
+        found.bodies.dedup();
         found
     }
 
     /// The candidates measured against a receiver; those that cannot block it after all are left out.
-    pub(crate) fn blockers<const N: usize>(&self, candidates: &Candidates, receiver: &Receiver<N>) -> Blockers<N> {
+    pub(crate) fn blockers<const N: usize>(&self, candidates: &Candidates, receiver: &Receiver<N>) -> Blockers<'_, N> {
         let mut polygons = Vec::new();
         let mut edges = Vec::new();
         for &id in &candidates.facets {
@@ -100,17 +105,17 @@ impl<'a> Occluders<'a> {
             }
             polygons.push(blocker);
         }
-        let spheres = candidates.spheres.iter().filter_map(|&object| match self.bodies.get(object as usize) {
-            Body::Round(round) => Some(SphereBlocker::new(object, &round.form, &receiver.points, self.light)),
+        let bodies = candidates.bodies.iter().filter_map(|&object| match self.bodies.get(object as usize) {
+            Body::Analytic(body) => Some(AnalyticBlocker::new(object, body, self.index(object).turns[0], receiver)),
             Body::Flat(_) => None,
         });
-        Blockers::new(polygons, spheres.collect(), edges)
+        Blockers::new(polygons, bodies.collect(), edges)
     }
 
     fn index(&self, object: u32) -> &ObjectIndex {
         self.indices[object as usize].get_or_init(|| match self.bodies.get(object as usize) {
             Body::Flat(facets) => self.index_facets(facets),
-            Body::Round(_) => self.index_sphere(&self.bodies.boxes[object as usize]),
+            Body::Analytic(body) => self.index_analytic(body, &self.bodies.boxes[object as usize]),
         })
     }
 
@@ -135,13 +140,13 @@ impl<'a> Occluders<'a> {
         ObjectIndex { turns, trees: trees.collect() }
     }
 
-    fn index_sphere(&self, world: &Aabb) -> ObjectIndex {
+    fn index_analytic(&self, body: &PlacedAnalytic, world: &Aabb) -> ObjectIndex {
         let corners = box_corners(world);
         let trees = self.frames.iter().map(|frame| {
             let boxes: Vec<Aabb> = frame.bounds(&corners).into_iter().collect();
             (BoxTree::build(&boxes), vec![0])
         });
-        ObjectIndex { turns: Vec::new(), trees: trees.collect() }
+        ObjectIndex { turns: vec![body.light_side(self.light)], trees: trees.collect() }
     }
 }
 

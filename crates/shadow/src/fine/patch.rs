@@ -1,13 +1,14 @@
-//! The fine step on one patch of a placed sphere.
+//! The fine step on one patch of a placed analytic body.
 //!
-//! A cell of a patch is bounded by the cone of its four corner directions, cut by the plane through the sphere's
-//! tangent at the middle and a parallel one through the deepest corner: eight points whose hull holds the cell. Signs
-//! over the hull are signs over the cell ("curved cells use outward depth bounds"). Whether the surface faces the light
-//! is the sign of its polar form, affine in the point; a sphere shadows itself exactly where it faces away.
+//! A cell of a patch lies in the hull of eight points ([`Chart::hull`]); signs over the hull are signs over the cell ("curved
+//! cells use outward depth bounds"). Whether the surface faces the light is the sign of its polar form, affine in the
+//! point. A convex body shadows itself exactly where it faces away; how others do: NUMERICS.md, "Self shadow".
 
-use umbriel_geometry::{Approx, Dyadic, ExactPoint, Point, Ring, Sign, Sphere, Surd, blocking::Probe};
-
-use glam::DVec3;
+use umbriel_geometry::{
+    Approx, Dyadic, PlacedAnalytic, Point, Sign,
+    analytic::{CellHull, Chart, HULL, Occupied, PatchArea, Surface},
+    blocking::Probe,
+};
 use umbriel_octree::Quadrant;
 
 use super::{
@@ -17,69 +18,75 @@ use super::{
     flat::Levels,
     lattice::Lattice,
     pattern,
-    solid_angle::PatchArea,
     tally::{Measure, Tally},
 };
-use crate::{
-    bodies::Round,
-    report::{Cell, Verdict},
-};
-
-/// Points of a hull.
-const HULL: usize = 8;
-
-/// Covers the roundings of a hull's construction: a dozen operations on numbers of the sphere's size.
-const HULL_PADDING: f64 = 32.0 * f64::EPSILON;
+use crate::report::{Cell, Verdict};
 
 /// One patch and all that may shadow it.
 pub(crate) struct Patch<'a> {
     pub(crate) face: u32,
     pub(crate) object: u32,
-    pub(crate) round: &'a Round,
+    pub(crate) body: &'a PlacedAnalytic,
     pub(crate) is_one_sided: bool,
-    pub(crate) area: &'a PatchArea,
+    /// Three exact points of the patch's plane, if it is flat.
+    pub(crate) plane: Option<[Point<'a>; 3]>,
+    pub(crate) area: &'a PatchArea<'a>,
     pub(crate) occluders: &'a Occluders<'a>,
     /// Objects that may shadow this one.
     pub(crate) objects: &'a [u32],
     pub(crate) levels: Levels,
     pub(crate) lattice: Option<Lattice>,
-    /// The exact answer for a point (u, v) of the patch.
-    pub(crate) is_lit_exactly: &'a (dyn Fn(f64, f64) -> bool + Sync),
+    /// The exact answer for a point (u, v) of the patch; `None` where there is no surface.
+    pub(crate) is_lit_exactly: &'a (dyn Fn(f64, f64) -> Option<bool> + Sync),
     pub(crate) is_cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// A cell's hull: in the world with slack, and in local coordinates.
-struct CellHull {
-    points: [Point<'static>; HULL],
-    local: [[Approx; 3]; HULL],
+/// Whether the light is strictly on the lit side of a cell, and what the body itself does to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Facing {
+    /// Everywhere; the own body is in nobody's way.
+    Turned,
+    /// Nowhere, or the own body shadows all of it.
+    Dark,
+    /// Neither is proved.
+    Unknown,
 }
 
 impl Patch<'_> {
     /// Classifies the whole patch.
     pub(crate) fn run(&self) -> Tally<Approx> {
         let mut tally = Tally::new();
-        let hull = self.hull(Quadrant::ROOT);
-        let mut candidates = self.occluders.candidates(self.objects, &hull.points);
-        candidates.spheres.retain(|&object| object != self.object);
+        let hull = self.hull(Quadrant::ROOT).placed(self.body.placement());
+        let mut candidates = self.occluders.candidates(self.objects, &hull);
+        candidates.bodies.retain(|&object| object != self.object);
         self.divide(Quadrant::ROOT, &candidates, &mut tally);
         tally
+    }
+
+    fn chart(&self) -> &Chart {
+        &self.body.charts()[self.face as usize]
     }
 
     fn divide(&self, place: Quadrant, candidates: &Candidates, tally: &mut Tally<Approx>) {
         if (self.is_cancelled)() {
             return;
         }
+        let occupied = self.chart().occupied(place.low_corner(), place.edge());
+        if occupied == Occupied::Nowhere {
+            return;
+        }
         tally.examined += 1;
-        let hull = self.hull(place);
-        let (verdict, left) = match self.facing(&hull) {
-            Some(false) => (Verdict::Shadowed, Candidates::default()),
+        let points = self.hull(place).placed(self.body.placement());
+        let (verdict, left) = match self.facing(&points) {
+            Facing::Dark => (Verdict::Shadowed, Candidates::default()),
             facing => {
-                let (verdict, left) = self.classify(&hull, candidates);
-                let open = facing.is_none() && verdict == Verdict::Lit;
+                let (verdict, left) = self.classify(points, candidates);
+                let open = facing == Facing::Unknown && verdict == Verdict::Lit;
                 (if open { Verdict::Undecided } else { verdict }, left)
             }
         };
-        if verdict != Verdict::Undecided || place.level() == self.levels.finest {
+        let is_done = verdict != Verdict::Undecided && occupied == Occupied::Whole;
+        if is_done || place.level() == self.levels.finest {
             self.count(place, verdict, tally);
         } else {
             for part in place.children() {
@@ -88,44 +95,70 @@ impl Patch<'_> {
         }
     }
 
-    /// Whether the light is strictly on the lit side of all of the cell, or nowhere; `None` where neither is proved.
-    fn facing(&self, hull: &CellHull) -> Option<bool> {
-        let form = &self.round.form;
-        let light = self.occluders.light;
-        let weight = Approx::exact(light.w());
-        let local_light = form.pull_back(&light.xyz().to_array().map(Approx::exact), &weight);
-        let local = |k: usize| form.lift(&hull.local[k]);
-        let one = Approx::exact(1.0);
-        let polar = (0..HULL).map(|k| form.value((&local(k), &one), (&local_light, &weight)));
-        let signs: Vec<Option<Sign>> = polar.map(|value| value.sign()).collect();
-        let all = |wanted: Sign| signs.iter().all(|&sign| sign == Some(wanted));
-        // Seen from inside, a two-sided sphere turns its inner side to the light.
-        let lit_from_inside = || !self.is_one_sided && !light.is_sun() && !self.light_is_outside();
-        if all(Sign::Positive) {
-            Some(true)
-        } else if all(Sign::Negative) {
-            Some(lit_from_inside())
-        } else {
-            None
+    fn facing(&self, points: &[Point; HULL]) -> Facing {
+        let (forms, source) = (self.body.forms(), self.occluders.light);
+        let light = forms.pull_back(&source.xyz().to_array().map(Approx::exact), &Approx::exact(source.w()));
+        let local = points.map(|point| forms.pull_back(&point.coordinates(), &Approx::exact(1.0)));
+        let outward = match (self.chart().surface, &self.plane) {
+            (Surface::Quadric(quadric), _) => {
+                let polar = local.map(|x| forms.quadric(quadric, &x, &light));
+                common_sign(polar.map(|value| value.sign()))
+            }
+            (Surface::Plane(_), Some([x, ..])) => {
+                Some(self.body.facing(self.chart().surface, &Probe::<Dyadic>::at(x.position), source))
+            }
+            (Surface::Plane(_), None) => None,
+        };
+        let is_closed = self.body.body().is_closed();
+        match outward {
+            None => Facing::Unknown,
+            Some(Sign::Zero) => Facing::Dark,
+            Some(Sign::Positive) => self.own_shadow(&local, &light),
+            Some(Sign::Negative) if self.is_one_sided => Facing::Dark,
+            Some(Sign::Negative) if !is_closed => Facing::Turned,
+            // The inner side of a closed surface: only a light inside reaches it.
+            Some(Sign::Negative) => match self.occluders.side_of_light(self.object) {
+                Sign::Positive => Facing::Dark,
+                Sign::Negative if self.body.body().is_convex() => Facing::Turned,
+                _ => Facing::Unknown,
+            },
         }
     }
 
-    /// Whether a point light lies strictly outside the sphere. Exact: one on the surface is not outside.
-    fn light_is_outside(&self) -> bool {
-        let (form, source) = (&self.round.form, self.occluders.light);
-        let weight = Approx::exact(source.w());
-        let local = form.pull_back(&source.xyz().to_array().map(Approx::exact), &weight);
-        let sign = form.value((&local, &weight), (&local, &weight)).sign().unwrap_or_else(|| {
-            let form = self.round.sphere.exact_form::<Dyadic>(&self.round.placement);
-            let light = ExactPoint::<Dyadic>::from_light(source);
-            let local = form.pull_back(&light.xyz, &light.w);
-            form.value((&local, &light.w), (&local, &light.w)).sign()
-        });
-        sign == Sign::Positive
+    /// What the own body does to a cell that faces the light. A line from x on the quadric q to the light meets it once more, at
+    /// y = 2·q(x, L)·L − q(L, L)·x, which is on the way only for q(L, L) < 0; beyond it the way is inside q, so that the body
+    /// is met exactly when y is within the planes.
+    fn own_shadow(&self, local: &[[Approx; 4]; HULL], light: &[Approx; 4]) -> Facing {
+        let Surface::Quadric(quadric) = self.chart().surface else { return Facing::Turned };
+        if self.body.body().is_convex() {
+            return Facing::Turned;
+        }
+        let forms = self.body.forms();
+        let at_light = forms.quadric(quadric, light, light);
+        match (at_light.sign(), self.occluders.side_of_light(self.object)) {
+            (Some(Sign::Positive | Sign::Zero), _) => return Facing::Turned,
+            (Some(Sign::Negative), Sign::Positive) => {}
+            _ => return Facing::Unknown,
+        }
+        let planes = || self.body.pieces().iter().flat_map(|piece| piece.planes.iter().copied());
+        let at_return = |plane: usize| {
+            let plane_at_light = forms.plane(plane, light);
+            local.map(|x| {
+                let polar = forms.quadric(quadric, &x, light);
+                (polar + polar) * plane_at_light - at_light * forms.plane(plane, &x)
+            })
+        };
+        if planes().any(|plane| at_return(plane).iter().all(|value| value.upper() < 0.0)) {
+            Facing::Turned
+        } else if planes().all(|plane| at_return(plane).iter().all(|value| value.lower() >= 0.0)) {
+            Facing::Dark
+        } else {
+            Facing::Unknown
+        }
     }
 
-    fn classify(&self, hull: &CellHull, candidates: &Candidates) -> (Verdict, Candidates) {
-        let receiver = Receiver { points: hull.points, light: self.occluders.light, facing: None };
+    fn classify(&self, points: [Point; HULL], candidates: &Candidates) -> (Verdict, Candidates) {
+        let receiver = Receiver { points, light: self.occluders.light, facing: None, plane: self.plane };
         let blockers = self.occluders.blockers(candidates, &receiver);
         let unit = |k: usize| -> Weights<HULL> { std::array::from_fn(|l| f64::from(u8::from(k == l))) };
         let corners = (0..HULL).map(unit).collect();
@@ -136,42 +169,26 @@ impl Patch<'_> {
         for entry in entries {
             match entry.blocker() {
                 Blocker::Polygon(index) => left.facets.push(blockers.polygons[index].id),
-                Blocker::Sphere(index) => left.spheres.push(blockers.spheres[index].object),
+                Blocker::Body(index) => left.bodies.push(blockers.bodies[index].object),
             }
         }
         (verdict, left)
     }
 
     fn hull(&self, place: Quadrant) -> CellHull {
-        let ([u, v], edge) = (place.low_corner(), place.edge());
-        let at = |s: f64, t: f64| Sphere::direction(self.face as usize, u + s * edge, v + t * edge);
-        let corners = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
-        let middle = at(0.5, 0.5).normalize();
-        let radius = self.round.sphere.radius;
-        let deepest = corners.map(|corner| middle.dot(corner) / corner.length()).into_iter().fold(1.0, f64::min);
-        let reach = [radius * deepest * (1.0 - HULL_PADDING), radius * (1.0 + HULL_PADDING)];
-        let local: [DVec3; HULL] =
-            std::array::from_fn(|k| corners[k % 4] * (reach[k / 4] / middle.dot(corners[k % 4])));
-        let map = self.round.placement.map();
-        let points = local.map(|point| {
-            let position = map.transform_point3(point);
-            let size = map.matrix3.abs() * point.abs() + map.translation.abs();
-            Point { position, slack: size * HULL_PADDING, exact: None }
-        });
-        let bounded = |v: f64| Approx { value: v, error: radius * HULL_PADDING };
-        CellHull { points, local: local.map(|point| point.to_array().map(bounded)) }
+        self.chart().hull(place.low_corner(), place.edge())
     }
 
     fn count(&self, place: Quadrant, verdict: Verdict, tally: &mut Tally<Approx>) {
-        let area = self.area.of_cell(self.face as usize, place);
+        let ([u, v], edge) = (place.low_corner(), place.edge());
+        let area = self.area.of_cell([u, v], edge);
         match verdict {
             Verdict::Lit => tally.lit.add(&area),
             Verdict::Shadowed => tally.shadowed.add(&area),
             Verdict::Undecided => {
                 tally.undecided.add(&area);
-                let ([u, v], edge) = (place.low_corner(), place.edge());
                 let points = pattern::points(place);
-                let lit = points.filter(|&[s, t]| (self.is_lit_exactly)(u + s * edge, v + t * edge));
+                let lit = points.filter(|&[s, t]| (self.is_lit_exactly)(u + s * edge, v + t * edge) == Some(true));
                 tally.likely.add(&area.part(lit.count() as u64));
                 tally.points += 16;
             }
@@ -180,28 +197,22 @@ impl Patch<'_> {
             tally.cells.push(Cell::new(self.face, 0, place, verdict));
         }
         for [u, v] in self.lattice.iter().flat_map(|lattice| lattice.points(place)) {
+            let is_whole = self.chart().occupied([u, v], 0.0) == Occupied::Whole;
             let lit = match verdict {
-                Verdict::Lit => true,
-                Verdict::Shadowed => false,
-                Verdict::Undecided => {
+                Verdict::Lit if is_whole => Some(true),
+                Verdict::Shadowed if is_whole => Some(false),
+                _ => {
                     tally.points += 1;
                     (self.is_lit_exactly)(u, v)
                 }
             };
-            tally.samples.samples += 1;
-            tally.samples.lit += u64::from(lit);
+            tally.samples.samples += u64::from(lit.is_some());
+            tally.samples.lit += u64::from(lit == Some(true));
         }
     }
 }
 
-/// The exact point (u, v) of a patch, and floats round it.
-pub(crate) fn patch_probe(round: &Round, patch: usize, u: f64, v: f64) -> Probe<'_, Surd> {
-    let direction = Sphere::direction(patch, u, v);
-    let local = direction * (round.sphere.radius / direction.length());
-    let map = round.placement.map();
-    let size = map.matrix3.abs() * local.abs() + map.translation.abs();
-    // 2u − 1 may have cancelled: an error of one rounding of 1 in the direction.
-    let slack = size * HULL_PADDING + map.matrix3.abs() * DVec3::splat(round.sphere.radius * HULL_PADDING);
-    let bounds = Point { position: map.transform_point3(local), slack, exact: None };
-    Probe::new(bounds, move || round.sphere.exact_point(&round.placement, patch, u, v))
+/// The sign that all have.
+fn common_sign(signs: [Option<Sign>; HULL]) -> Option<Sign> {
+    signs[0].filter(|_| signs.iter().all(|sign| *sign == signs[0]))
 }

@@ -13,6 +13,8 @@ pub(crate) struct Receiver<'a, const N: usize> {
     /// For a flat face: on which side of (first, second, last corner) the light lies. `None` for a hull, whose
     /// points are only bounds: signs are then never settled by exact arithmetic.
     pub(crate) facing: Option<Sign>,
+    /// Three points of the plane of a flat receiver, with exact coordinates, from where the light's side is exact.
+    pub(crate) plane: Option<[Point<'a>; 3]>,
 }
 
 impl<const N: usize> Receiver<'_, N> {
@@ -44,14 +46,12 @@ impl<const N: usize> Receiver<'_, N> {
         Approx { value: value.value * sign, error: value.error }
     }
 
-    /// Whether all of the polygon lies in the face's plane or behind it, seen from the light: it cannot block. Exact;
-    /// `false` for a hull.
+    /// Whether all of the polygon lies in the receiver's plane or behind it, seen from the light: it cannot block. Exact;
+    /// `false` for a curved receiver.
     pub(crate) fn is_before(&self, corners: &[Point]) -> bool {
-        let Some(facing) = self.facing else { return false };
-        let [a, b, c] = [&self.points[0], &self.points[1], &self.points[N - 1]];
-        corners.iter().all(|corner| {
-            let side = Sign::of(side_value(a, b, c, Target::Point(corner)).value);
-            side.times(facing) != Sign::Positive
-        })
+        let Some([a, b, c]) = &self.plane else { return false };
+        let side = |target: Target| Sign::of(side_value(a, b, c, target).value);
+        let facing = self.facing.unwrap_or_else(|| side(Target::Light(self.light)));
+        corners.iter().all(|corner| side(Target::Point(corner)).times(facing) != Sign::Positive)
     }
 }

@@ -1,0 +1,401 @@
+//! An analytic body as an occluder of one receiver, by the values of its forms alone.
+//!
+//! A body is a union of pieces {q ≤ 0, planes ≥ 0}. A point on the way from x to the light L, y = α·x + β·L with α, β > 0, has
+//! q(y, y) = α²·q(x, x) + 2·α·β·q(x, L) + β²·q(L, L): all that is needed are q and the planes at the receiver's corners,
+//! at pairs of them, and at L. Where α is one number and β affine in x, a form at y is a form at x, and over the hull of
+//! points it stays within its values at pairs of those points (Bernstein coefficients).
+//!
+//! *Covered*: x is blocked where such a y lies in the piece: taken on one of the planes, or on the polar plane of L, which holds
+//! the outline. These sections together block every line that meets the piece at all (NUMERICS.md, "Analytic bodies as
+//! occluders"). *Missed*: no section is met, and x is not inside; or q > 0 all along the part of the way between two
+//! planes.
+
+use std::ops::Range;
+
+use umbriel_geometry::{
+    Approx, Dyadic, PlacedAnalytic, Point, Ring, Sign,
+    analytic::{LocalPoint, Piece},
+};
+
+use super::{field::Weights, receiver::Receiver};
+
+type Pairs<const N: usize> = [[Approx; N]; N];
+
+/// How a body stands to all points of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Influence {
+    /// It blocks none.
+    None,
+    /// It blocks all.
+    All,
+    /// Neither is proved.
+    Unknown,
+}
+
+/// A quadric at N points and the light.
+#[derive(Clone, Copy, Debug)]
+struct QuadricValues<const N: usize> {
+    pairs: Pairs<N>,
+    /// q(x, L).
+    polar: [Approx; N],
+    /// q(L, L).
+    light: Approx,
+}
+
+/// A plane at N points and the light.
+#[derive(Clone, Copy, Debug)]
+struct PlaneValues<const N: usize> {
+    points: [Approx; N],
+    light: Approx,
+}
+
+/// All forms of a body at N points and the light.
+#[derive(Clone, Debug)]
+struct Values<const N: usize> {
+    quadrics: Vec<QuadricValues<N>>,
+    planes: Vec<PlaneValues<N>>,
+}
+
+/// A point y = α·x + β(x)·L on the way to the light, for each of N points x.
+struct Section<const N: usize> {
+    alpha: Approx,
+    beta: [Approx; N],
+    /// The plane that it lies on.
+    plane: Option<usize>,
+}
+
+/// A body as an occluder of one receiver with N corners.
+pub(crate) struct AnalyticBlocker<'a, const N: usize> {
+    pub(crate) object: u32,
+    body: &'a PlacedAnalytic,
+    /// Positive: the light is outside; exact.
+    light_side: Sign,
+    values: Values<N>,
+}
+
+impl<'a, const N: usize> AnalyticBlocker<'a, N> {
+    /// The forms at the receiver's corners. `light_side` is where the light lies, exactly.
+    pub(crate) fn new(object: u32, body: &'a PlacedAnalytic, light_side: Sign, receiver: &Receiver<N>) -> Self {
+        let forms = body.forms();
+        let one = Approx::exact(1.0);
+        let light = receiver.light;
+        let at_light = forms.pull_back(&light.xyz().to_array().map(Approx::exact), &Approx::exact(light.w()));
+        let at: [LocalPoint<Approx>; N] = receiver.points.map(|point| forms.pull_back(&point.coordinates(), &one));
+        let quadrics = forms.quadrics().iter().map(|form| QuadricValues {
+            pairs: symmetric(|k, l| form.value(&at[k], &at[l])),
+            polar: at.map(|point| form.value(&point, &at_light)),
+            light: form.value(&at_light, &at_light),
+        });
+        let planes = (0..forms.planes().len()).map(|plane| {
+            let in_contact = is_in_contact(body, plane, receiver);
+            let value = |point| if in_contact { Approx::exact(0.0) } else { forms.plane(plane, &point) };
+            PlaneValues { points: at.map(value), light: forms.plane(plane, &at_light) }
+        });
+        let values = Values { quadrics: quadrics.collect(), planes: planes.collect() };
+        Self { object, body, light_side, values }
+    }
+
+    /// What is proved of the hull of `corners`.
+    pub(crate) fn influence(&self, corners: &[Weights<N>]) -> Influence {
+        let is_whole = corners.len() == N && (0..N).all(|k| corners[k][k] == 1.0);
+        if is_whole { self.judge(&self.values) } else { self.judge(&self.values.at(corners, 0.0)) }
+    }
+
+    /// Whether the body blocks the point with these weights, each off by two units roundoff of one at most; `None` where
+    /// the bounds cannot tell.
+    pub(crate) fn blocks(&self, weights: &Weights<N>) -> Option<bool> {
+        match self.judge(&self.values.at(&[*weights], 8.0 * f64::EPSILON)) {
+            Influence::None => Some(false),
+            Influence::All => Some(true),
+            Influence::Unknown => None,
+        }
+    }
+
+    /// The likely answer, for estimates.
+    pub(crate) fn probably_blocks(&self, weights: &Weights<N>) -> bool {
+        let mut values = self.values.at(&[*weights], 0.0);
+        values.forget_errors();
+        self.judge(&values) == Influence::All
+    }
+
+    fn judge(&self, values: &Values<N>) -> Influence {
+        let pieces = self.body.pieces();
+        let (misses, covers) = match self.light_side {
+            Sign::Positive => (pieces.iter().all(|piece| values.misses(piece)), self.covers(values)),
+            Sign::Negative => (self.holds(values), pieces.iter().all(|piece| values.lies_outside(piece))),
+            Sign::Zero => (false, false),
+        };
+        match (misses, covers) {
+            (true, _) => Influence::None,
+            (_, true) => Influence::All,
+            _ => Influence::Unknown,
+        }
+    }
+
+    /// Whether all points are blocked, with the light outside. The shadow of a convex body is convex: its corners decide.
+    fn covers(&self, values: &Values<N>) -> bool {
+        let pieces = self.body.pieces();
+        if self.body.body().is_convex() {
+            (0..N).all(|k| {
+                pieces.iter().any(|piece| {
+                    let mut sections = values.sections(piece, k..k + 1);
+                    values.enters(piece, [k, k])
+                        || sections.any(|section| values.is_section_met(piece, &section, [k, k]))
+                })
+            })
+        } else {
+            pieces.iter().any(|piece| {
+                let mut sections = values.sections(piece, 0..N);
+                over_pairs::<N>(|pair| values.enters(piece, pair))
+                    || sections.any(|section| over_pairs::<N>(|pair| values.is_section_met(piece, &section, pair)))
+            })
+        }
+    }
+
+    /// Whether all points lie in the body, with the light strictly inside, and the ways between them do not leave it.
+    fn holds(&self, values: &Values<N>) -> bool {
+        let pieces = self.body.pieces();
+        if self.body.body().is_convex() {
+            (0..N).all(|k| pieces.iter().any(|piece| values.is_inside(piece, [k, k])))
+        } else {
+            pieces.iter().any(|piece| {
+                let q = &values.quadrics[piece.quadric];
+                over_pairs::<N>(|pair| values.is_inside(piece, pair))
+                    && q.polar.iter().all(|&value| negative(value))
+                    && negative(q.light)
+                    && piece.planes.iter().all(|&plane| positive(values.planes[plane].light))
+            })
+        }
+    }
+}
+
+impl<const N: usize> Values<N> {
+    /// Whether x lies in a piece: q ≤ 0 at the pair, planes ≥ 0 at its points.
+    fn is_inside(&self, piece: &Piece, [k, l]: [usize; 2]) -> bool {
+        not_positive(self.quadrics[piece.quadric].pairs[k][l])
+            && piece.planes.iter().all(|&plane| not_negative(self.planes[plane].points[k]))
+    }
+
+    /// Whether x lies in a piece, off the quadric, and moves into it where it lies on a plane.
+    fn enters(&self, piece: &Piece, [k, l]: [usize; 2]) -> bool {
+        let moves_in = |plane: &PlaneValues<N>| {
+            positive(plane.points[k]) || (not_negative(plane.points[k]) && positive(plane.light))
+        };
+        piece.flat.is_none()
+            && negative(self.quadrics[piece.quadric].pairs[k][l])
+            && piece.planes.iter().all(|&plane| moves_in(&self.planes[plane]))
+    }
+
+    /// Whether all points lie strictly outside a piece.
+    fn lies_outside(&self, piece: &Piece) -> bool {
+        let beyond = |plane: usize| self.planes[plane].points.iter().all(|&value| negative(value));
+        over_pairs::<N>(|[k, l]| positive(self.quadrics[piece.quadric].pairs[k][l]))
+            || piece.planes.iter().any(|&plane| beyond(plane))
+    }
+
+    /// The sections of a piece that lie strictly between some of the points and the light.
+    fn sections<'a>(&'a self, piece: &'a Piece, points: Range<usize>) -> impl Iterator<Item = Section<N>> + 'a {
+        let outline = if piece.flat.is_none() { self.outline(piece.quadric, points.clone()) } else { None };
+        let planes = piece.planes.iter().chain(&piece.flat);
+        planes.filter_map(move |&plane| self.on_plane(plane, points.clone())).chain(outline)
+    }
+
+    /// Where the ways cross a plane; `None` unless those of the chosen points do, strictly between their ends.
+    fn on_plane(&self, plane: usize, chosen: Range<usize>) -> Option<Section<N>> {
+        let PlaneValues { points, light } = &self.planes[plane];
+        if positive(*light) && points[chosen.clone()].iter().all(|&value| negative(value)) {
+            Some(Section { alpha: *light, beta: points.map(|value| -value), plane: Some(plane) })
+        } else if negative(*light) && points[chosen].iter().all(|&value| positive(value)) {
+            Some(Section { alpha: -*light, beta: *points, plane: Some(plane) })
+        } else {
+            None
+        }
+    }
+
+    /// Where the ways cross the polar plane of the light; `None` unless those of the chosen points do, strictly between
+    /// their ends.
+    fn outline(&self, quadric: usize, chosen: Range<usize>) -> Option<Section<N>> {
+        let QuadricValues { polar, light, .. } = &self.quadrics[quadric];
+        let is_between = positive(*light) && polar[chosen].iter().all(|&value| negative(value));
+        is_between.then(|| Section { alpha: *light, beta: polar.map(|value| -value), plane: None })
+    }
+
+    /// q at a pair of points of two sections.
+    fn quadric_at(&self, quadric: usize, (a, k): (&Section<N>, usize), (b, l): (&Section<N>, usize)) -> Approx {
+        let QuadricValues { pairs, polar, light } = &self.quadrics[quadric];
+        a.alpha * b.alpha * pairs[k][l]
+            + a.alpha * b.beta[l] * polar[k]
+            + b.alpha * a.beta[k] * polar[l]
+            + a.beta[k] * b.beta[l] * *light
+    }
+
+    /// A plane at a point of a section.
+    fn plane_at(&self, plane: usize, section: &Section<N>, k: usize) -> Approx {
+        let values = &self.planes[plane];
+        section.alpha * values.points[k] + section.beta[k] * values.light
+    }
+
+    /// Whether the section's points at a pair lie in the piece.
+    fn is_section_met(&self, piece: &Piece, section: &Section<N>, [k, l]: [usize; 2]) -> bool {
+        let mut others = piece.planes.iter().filter(|&&plane| section.plane != Some(plane));
+        not_positive(self.quadric_at(piece.quadric, (section, k), (section, l)))
+            && others.all(|&plane| not_negative(self.plane_at(plane, section, k)))
+    }
+
+    /// Whether all of the section's points lie strictly outside the piece.
+    fn is_section_missed(&self, piece: &Piece, section: &Section<N>) -> bool {
+        let mut others = piece.planes.iter().filter(|&&plane| section.plane != Some(plane));
+        over_pairs::<N>(|[k, l]| positive(self.quadric_at(piece.quadric, (section, k), (section, l))))
+            || others.any(|&plane| (0..N).all(|k| negative(self.plane_at(plane, section, k))))
+    }
+
+    /// Whether no way to the light meets a piece, with the light strictly outside of it.
+    fn misses(&self, piece: &Piece) -> bool {
+        piece.planes.iter().any(|&plane| self.stays_below(plane))
+            || self.is_positive_between_planes(piece)
+            || self.misses_all_sections(piece)
+    }
+
+    /// Whether a plane's form is negative on all open ways.
+    fn stays_below(&self, plane: usize) -> bool {
+        let PlaneValues { points, light } = &self.planes[plane];
+        points.iter().all(|&value| not_positive(value)) && negative(*light)
+            || points.iter().all(|&value| negative(value)) && not_positive(*light)
+    }
+
+    fn stays_above(&self, plane: usize) -> bool {
+        let PlaneValues { points, light } = &self.planes[plane];
+        points.iter().all(|&value| not_negative(value)) && positive(*light)
+            || points.iter().all(|&value| positive(value)) && not_negative(*light)
+    }
+
+    /// Whether q > 0 from where the ways enter past some plane (or their start) to where they leave (or the light).
+    fn is_positive_between_planes(&self, piece: &Piece) -> bool {
+        let crossings: Vec<Section<N>> = piece.planes.iter().filter_map(|&plane| self.on_plane(plane, 0..N)).collect();
+        let is_entry = |section: &&Section<N>| section.plane.is_some_and(|plane| positive(self.planes[plane].light));
+        let (zero, one) = (Approx::exact(0.0), Approx::exact(1.0));
+        let start = Section { alpha: one, beta: [zero; N], plane: None };
+        let end = Section { alpha: zero, beta: [one; N], plane: None };
+        let starts = || std::iter::once(&start).chain(crossings.iter().filter(is_entry));
+        let mut ends = std::iter::once(&end).chain(crossings.iter().filter(|section| !is_entry(section)));
+        let at = |a: &Section<N>, b: &Section<N>, [k, l]: [usize; 2]| self.quadric_at(piece.quadric, (a, k), (b, l));
+        let is_above = |from: &Section<N>, to: &Section<N>| {
+            over_pairs::<N>(|pair| positive(at(from, from, pair)))
+                && over_pairs::<N>(|pair| not_negative(at(to, to, pair)))
+                && over_pairs::<N>(|[k, l]| not_negative(at(from, to, [k, l]) + at(from, to, [l, k])))
+        };
+        piece.flat.is_none() && ends.any(|to| starts().any(|from| is_above(from, to)))
+    }
+
+    /// Whether the points are outside, no plane's section is met, and no way goes in and out through the quadric.
+    fn misses_all_sections(&self, piece: &Piece) -> bool {
+        let is_missed = |plane: usize| {
+            self.stays_above(plane)
+                || self.stays_below(plane)
+                || self.on_plane(plane, 0..N).is_some_and(|section| self.is_section_missed(piece, &section))
+        };
+        if let Some(plane) = piece.flat {
+            return is_missed(plane);
+        }
+        self.lies_outside(piece)
+            && piece.planes.iter().all(|&plane| is_missed(plane))
+            && self.misses_quadric_twice(piece)
+    }
+
+    /// Whether no way meets the quadric twice before the light within the piece: the polar plane would lie between.
+    fn misses_quadric_twice(&self, piece: &Piece) -> bool {
+        let QuadricValues { pairs, polar, light } = &self.quadrics[piece.quadric];
+        not_positive(*light)
+            || over_pairs::<N>(|[k, l]| negative(polar[k] * polar[l] - pairs[k][l] * *light))
+            || positive(*light) && polar.iter().all(|&value| not_negative(value))
+            || self.outline(piece.quadric, 0..N).is_some_and(|outline| self.is_section_missed(piece, &outline))
+    }
+
+    /// The values at the points with these weights (N of them at most; the first fills the rest); `weight_error` bounds the
+    /// errors of the weights.
+    fn at(&self, corners: &[Weights<N>], weight_error: f64) -> Self {
+        let corner = |k: usize| corners.get(k).unwrap_or(&corners[0]);
+        let widened = |value: Approx, spread: f64| Approx { error: value.error + spread * weight_error, ..value };
+        let magnitude = |values: &[Approx; N]| values.iter().map(|value| value.value.abs()).sum::<f64>();
+        let linear_at = |values: &[Approx; N], k: usize| widened(linear(values, corner(k)), magnitude(values));
+        let quadrics = self.quadrics.iter().map(|values| {
+            let spread = if weight_error > 0.0 { values.pairs.iter().map(magnitude).sum() } else { 0.0 };
+            let half: [[Approx; N]; N] =
+                std::array::from_fn(|k| std::array::from_fn(|row| linear(&values.pairs[row], corner(k))));
+            QuadricValues {
+                pairs: symmetric(|k, l| widened(linear(&half[k], corner(l)), spread)),
+                polar: std::array::from_fn(|k| linear_at(&values.polar, k)),
+                light: values.light,
+            }
+        });
+        let planes = self.planes.iter().map(|values| PlaneValues {
+            points: std::array::from_fn(|k| linear_at(&values.points, k)),
+            light: values.light,
+        });
+        Self { quadrics: quadrics.collect(), planes: planes.collect() }
+    }
+
+    fn forget_errors(&mut self) {
+        let forget = |value: &mut Approx| value.error = 0.0;
+        for values in &mut self.quadrics {
+            values.pairs.iter_mut().flatten().chain(&mut values.polar).for_each(forget);
+            forget(&mut values.light);
+        }
+        for values in &mut self.planes {
+            values.points.iter_mut().for_each(forget);
+            forget(&mut values.light);
+        }
+    }
+}
+
+/// Whether the receiver lies in a plane of the body: then the plane's form is zero all over it, exactly.
+fn is_in_contact<const N: usize>(body: &PlacedAnalytic, plane: usize, receiver: &Receiver<N>) -> bool {
+    let Some(points) = &receiver.plane else { return false };
+    let may_vanish = |point: &Point| {
+        let local = body.forms().pull_back(&point.coordinates(), &Approx::exact(1.0));
+        body.forms().plane(plane, &local).sign().is_none_or(|sign| sign == Sign::Zero)
+    };
+    let vanishes = |point: &Point| {
+        let (forms, exact) = (body.exact_forms(), point.to_exact::<Dyadic>());
+        forms.plane(plane, &forms.pull_back(&exact.xyz, &exact.w)).sign() == Sign::Zero
+    };
+    points.iter().all(may_vanish) && points.iter().all(vanishes)
+}
+
+fn positive(value: Approx) -> bool {
+    value.value > value.error
+}
+
+fn negative(value: Approx) -> bool {
+    -value.value > value.error
+}
+
+fn not_negative(value: Approx) -> bool {
+    value.value >= value.error
+}
+
+fn not_positive(value: Approx) -> bool {
+    -value.value >= value.error
+}
+
+fn symmetric<const N: usize>(value: impl Fn(usize, usize) -> Approx) -> Pairs<N> {
+    let mut pairs = [[Approx::exact(0.0); N]; N];
+    for k in 0..N {
+        for l in k..N {
+            pairs[k][l] = value(k, l);
+            pairs[l][k] = pairs[k][l];
+        }
+    }
+    pairs
+}
+
+/// Whether `test` holds at all pairs of N points.
+fn over_pairs<const N: usize>(test: impl Fn([usize; 2]) -> bool) -> bool {
+    (0..N).all(|k| (k..N).all(|l| test([k, l])))
+}
+
+fn linear<const N: usize>(values: &[Approx; N], weights: &Weights<N>) -> Approx {
+    values.iter().zip(weights).fold(Approx::exact(0.0), |sum, (&value, &weight)| {
+        if weight == 0.0 { sum } else { sum + value * Approx::exact(weight) }
+    })
+}
