@@ -4,6 +4,7 @@
 
 use std::path::PathBuf;
 
+use glam::DVec3;
 use umbriel_bvh::{
     Exclusion, Families, Member, NodeId, ObjectTree, cannot_shadow, influences, influences_with, level_pairs,
     may_shadow,
@@ -16,6 +17,10 @@ fn ten_bodies() -> Scene {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/ten-bodies.gltf");
     let scene = load(&file, &LoadOptions::default()).expect("a stored scene").scene;
     assert!(scene.findings.is_empty(), "{:?}", scene.findings);
+    let towards_sun = scene.lights[0].source.xyz().normalize();
+    let meant = DVec3::new(-1.0, 2.0, 0.0).normalize();
+    // The rotation in the file has eight digits.
+    assert!(scene.lights[0].source.is_sun() && (towards_sun - meant).abs().max_element() < 1e-7, "{towards_sun}");
     scene
 }
 
