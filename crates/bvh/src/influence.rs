@@ -29,7 +29,8 @@ use crate::shaft::Shaft;
 /// Whether part of the closed box `receiver` may lie in the shadow space of the closed box `occluder`: `[A] → [B]`.
 ///
 /// No is a proof; yes is exact up to rounding ([`Shaft::may_meet`]). Boxes that share a point influence each other.
-/// Empty boxes have no influence. Monotone in both boxes.
+/// Empty boxes have no influence. Monotone in both boxes. Cost: that of a [`Shaft`] and one test; for many occluders of
+/// one receiver keep the shaft.
 pub fn may_shadow(occluder: &Aabb, receiver: &Aabb, light: &LightSource) -> bool {
     !occluder.is_empty() && !receiver.is_empty() && Shaft::new(receiver, light).may_meet(occluder)
 }
@@ -38,6 +39,7 @@ pub fn may_shadow(occluder: &Aabb, receiver: &Aabb, light: &LightSource) -> bool
 ///
 /// True is a proof (see the header of the module), false says nothing. Sharper than a no of [`may_shadow`] in one
 /// case: boxes that merely touch. Monotone: what holds for two boxes holds for all boxes inside them.
+/// Cost: 12 comparisons.
 #[inline]
 pub fn cannot_shadow(occluder: &Aabb, receiver: &Aabb, light: &LightSource) -> bool {
     let xyz = light.xyz();
