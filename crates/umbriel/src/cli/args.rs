@@ -33,6 +33,8 @@ pub(crate) enum Command {
     Query(QueryArgs),
     /// Draw the scene with its computed shadows
     Render(RenderArgs),
+    /// Tell what about a scene limits the answers, and how much surface it concerns
+    Doctor(DoctorArgs),
 }
 
 /// Which scene, and how to read it.
@@ -172,6 +174,19 @@ pub(crate) struct RenderArgs {
     /// Write the picture to a .png file (repeatable)
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     pub(crate) output: Vec<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct DoctorArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+    #[command(flatten)]
+    pub(crate) detail: DetailArgs,
+    /// Write what is found as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -2,6 +2,7 @@
 
 pub(crate) mod cells;
 pub(crate) mod csv;
+pub(crate) mod doctor;
 pub(crate) mod findings;
 pub(crate) mod glb;
 pub(crate) mod json;
