@@ -115,6 +115,8 @@ impl BoxTree {
     }
 
     /// Visits every item whose closed box meets the closed box `query`, in no particular order.
+    ///
+    /// Cost, as of all visits: O(k log n) for k items visited where boxes overlap little, O(n) at worst; no memory.
     #[inline]
     pub fn for_each_meeting(&self, query: &Aabb, mut visit: impl FnMut(u32)) {
         let _ = self.for_each_where(

@@ -99,6 +99,9 @@ pub fn level_pairs(tree: &ObjectTree, light: &LightSource) -> Vec<LevelPair> {
 ///
 /// Every receiver is its own possible occluder, untested and uncounted. Pairs whose receiver is not asked for are
 /// neither tested nor counted.
+///
+/// Source: Xie, Yu, Hao and Sun (2001), "coarse step". Cost: proportional to the pairs of boxes with influence, on all
+/// levels; O(n²) where all boxes overlap, near O(n log n + registered) where few objects influence each other.
 pub fn influences(tree: &ObjectTree, light: &LightSource, is_receiver: impl Fn(u32) -> bool) -> Influences {
     influences_with(tree, light, is_receiver, Exclusion::Planes)
 }

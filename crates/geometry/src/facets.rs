@@ -8,7 +8,7 @@ use glam::DVec3;
 use crate::{
     aabb::Aabb,
     approx::Approx,
-    brep::Cuboid,
+    brep::{Convex, Cuboid, HullDefect},
     dyadic::Dyadic,
     light::LightSource,
     mesh::Mesh,
@@ -77,6 +77,24 @@ impl Facets {
     /// The six facets of a box in the order of [`Cuboid::FACES`], the exact image of its corners.
     pub fn of_cuboid(cuboid: &Cuboid, placement: &Placement) -> Self {
         Self::of_parallelograms(&cuboid.corners(), &Cuboid::FACES, placement)
+    }
+
+    /// The triangles of a convex body: its points placed and rounded, then their hull, each face as a fan from its first
+    /// corner. Faces, and corners within them, are in the order that [`crate::Brep::hull`] documents, so facets keep
+    /// their numbers whatever the order of the points. Never mirrored. About O(n log n).
+    ///
+    /// # Errors
+    /// [`HullDefect`] when the placed points leave the accepted range or, rounded, lie in one plane.
+    pub fn of_convex(convex: &Convex, placement: &Placement) -> Result<Self, HullDefect> {
+        let body = convex.placed(placement)?;
+        let triangles: Vec<[u32; 3]> = body.triangles().collect();
+        Ok(Self {
+            positions: body.vertices().to_vec(),
+            inexact: Vec::new(),
+            topology: Topology::of(triangles.iter().copied()),
+            facets: triangles.into_iter().map(Facet::Triangle).collect(),
+            mirrored: false,
+        })
     }
 
     fn of_parallelograms(corners: &[DVec3], faces: &[[u32; 4]], placement: &Placement) -> Self {

@@ -16,6 +16,7 @@ mod findings;
 mod folder;
 mod gltf;
 mod ledger;
+mod lightmap;
 mod load;
 mod model;
 mod names;
@@ -29,6 +30,7 @@ pub mod write;
 
 pub use error::{LoadError, LoadProblem};
 pub use findings::surface_findings;
+pub use lightmap::LightmapLayout;
 pub use load::load;
 pub use options::{DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
 pub use sun::sun_from_angles;

@@ -29,7 +29,8 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedScene, LoadError
     let (model, stated) = match Format::of(path) {
         Some(Format::SceneFile) => scene_file::read(path, &bytes, &folder, options)?,
         Some(Format::Mesh(format)) => {
-            let model = read_mesh(path, format, &bytes, &folder, options.up.is_some())?;
+            let reading = Reading { up_is_stated: options.up.is_some(), lightmap_set: options.lightmap_set };
+            let model = read_mesh(path, format, &bytes, &folder, &reading)?;
             (model, Stated::default())
         }
         None => return Err(LoadProblem::UnknownFormat.in_file(path)),
@@ -37,8 +38,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedScene, LoadError
     let up = options.up.or(stated.up).unwrap_or_default();
     let north_degrees = options.north_degrees.unwrap_or(stated.north);
     let sides = options.sides.or(stated.sides).unwrap_or_default();
+    let lightmaps = model.objects.iter().map(|object| object.lightmap.clone()).collect();
     let scene = model.into_scene(up.turn(), sides, folder.ledger()).map_err(|problem| problem.in_file(path))?;
-    Ok(LoadedScene { scene, detail: stated.detail, north_degrees, files: folder.ledger().files() })
+    Ok(LoadedScene { scene, detail: stated.detail, north_degrees, lightmaps, files: folder.ledger().files() })
 }
 
 /// What a scene file says about the scene as a whole.
@@ -80,19 +82,28 @@ impl Format {
     }
 }
 
-/// The content of an OBJ or glTF file. `up_is_stated` keeps an OBJ from being suspected of pointing up elsewhere.
+/// How to read a mesh file.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Reading {
+    /// Keeps an OBJ from being suspected of pointing up elsewhere.
+    pub(crate) up_is_stated: bool,
+    /// See [`LoadOptions::lightmap_set`].
+    pub(crate) lightmap_set: Option<u32>,
+}
+
+/// The content of an OBJ or glTF file.
 pub(crate) fn read_mesh(
     path: &Path,
     format: MeshFormat,
     bytes: &[u8],
     folder: &Folder,
-    up_is_stated: bool,
+    reading: &Reading,
 ) -> Result<Model, LoadError> {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let folder = folder.of_file(path);
     let model = match format {
-        MeshFormat::Obj => obj::read(bytes, &stem, &folder, up_is_stated),
-        MeshFormat::Gltf => gltf::read(bytes, &folder),
+        MeshFormat::Obj => obj::read(bytes, &stem, &folder, reading),
+        MeshFormat::Gltf => gltf::read(bytes, &folder, reading.lightmap_set),
     };
     model.map_err(|problem| problem.in_file(path))
 }

@@ -1,6 +1,9 @@
 //! What a reader makes of a file, in the file's own axes; and the step from there to a scene.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    sync::Arc,
+};
 
 use glam::{DAffine3, DVec3};
 use umbriel_geometry::{LightSource, Placement};
@@ -11,6 +14,7 @@ use umbriel_scene::{
 use crate::{
     error::LoadProblem,
     ledger::{Ledger, Quantity},
+    lightmap::LightmapLayout,
     names::Names,
 };
 
@@ -23,6 +27,8 @@ pub(crate) struct ModelObject {
     pub(crate) map: DAffine3,
     /// What the file says about its sides.
     pub(crate) sides: Option<Sides>,
+    /// Where its triangles lie on a light map.
+    pub(crate) lightmap: Option<Arc<LightmapLayout>>,
 }
 
 /// The content of a file.

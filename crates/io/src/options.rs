@@ -1,11 +1,11 @@
 //! What a user may say about a scene besides the file, and what the file says besides the scene.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use glam::{DAffine3, DMat3, DVec3};
 use umbriel_scene::{Scene, Sides};
 
-use crate::sun::sun_from_angles;
+use crate::{lightmap::LightmapLayout, sun::sun_from_angles};
 
 /// Which axis of the file points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -40,6 +40,9 @@ pub struct LoadOptions {
     pub outside: Outside,
     /// Which sides can be lit, for objects whose own entry does not say; `None` as the file says, else `Auto`.
     pub sides: Option<Sides>,
+    /// Which set of texture coordinates lays out light maps: 1 for glTF's `TEXCOORD_1`. The only set that an OBJ has
+    /// (`vt`) stands for any. `None` reads no texture coordinates.
+    pub lightmap_set: Option<u32>,
 }
 
 /// Whether files outside the folder of the scene may be read.
@@ -84,6 +87,8 @@ pub struct LoadedScene {
     pub detail: Option<DetailSetting>,
     /// Where north lies, degrees clockwise from −Z seen from above.
     pub north_degrees: f64,
+    /// For each object its layout on a light map, if that was asked for and the file has one; instances share it.
+    pub lightmaps: Vec<Option<Arc<LightmapLayout>>>,
     /// Every file that was read, absolute and without symbolic links.
     pub files: Vec<PathBuf>,
 }

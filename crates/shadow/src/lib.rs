@@ -1,12 +1,13 @@
 //! Lit, shadowed and still undecided surface, with proofs.
 //!
 //! [`bake`] classifies surfaces: which cells of which faces are lit, which are in shadow, how much is undecided.
-//! [`Queries`] answers single points exactly.
+//! [`Queries`] answers single points exactly. [`doctor`] tells what about a scene limits the answers.
 
 mod bake;
 mod bodies;
 mod cell_octree;
 mod coarse;
+pub mod doctor;
 mod exact;
 mod fine;
 mod levels;

@@ -8,7 +8,10 @@ use super::{
     accessor::{Accessors, Component, within},
     json::{Document, Primitive, element, existing},
 };
-use crate::error::LoadProblem;
+use crate::{
+    error::LoadProblem,
+    lightmap::{LightmapLayout, NOWHERE},
+};
 
 /// A mesh, and what of it was taken otherwise than the file says.
 #[derive(Clone, Debug)]
@@ -22,6 +25,17 @@ pub(super) struct LoadedMesh {
     pub(super) not_triangles: usize,
     /// Whether it has morph targets.
     pub(super) morphs: bool,
+    /// Where its triangles lie on a light map, if that is wanted.
+    pub(super) lightmap: Option<Arc<LightmapLayout>>,
+}
+
+/// The triangles of a mesh as its primitives come.
+#[derive(Default)]
+struct Parts {
+    positions: Vec<[f64; 3]>,
+    triangles: Vec<[u32; 3]>,
+    /// As many as triangles, or none where light maps are not wanted.
+    lightmap: Vec<[[f64; 2]; 3]>,
 }
 
 /// The meshes of a document, read when first asked for.
@@ -30,15 +44,17 @@ pub(super) struct Meshes<'a> {
     document: &'a Document,
     accessors: &'a Accessors<'a>,
     quantized: bool,
+    /// Which texture coordinates lay out light maps.
+    lightmap_set: Option<u32>,
     loaded: HashMap<usize, LoadedMesh>,
     /// Exporters like to share one vertex buffer among many primitives: it is decoded once.
     positions: HashMap<usize, Rc<Vec<[f64; 3]>>>,
 }
 
 impl<'a> Meshes<'a> {
-    pub(super) fn new(document: &'a Document, accessors: &'a Accessors<'a>) -> Self {
+    pub(super) fn new(document: &'a Document, accessors: &'a Accessors<'a>, lightmap_set: Option<u32>) -> Self {
         let quantized = document.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
-        Self { document, accessors, quantized, loaded: HashMap::new(), positions: HashMap::new() }
+        Self { document, accessors, quantized, lightmap_set, loaded: HashMap::new(), positions: HashMap::new() }
     }
 
     /// The mesh of that index; the same one every time.
@@ -53,7 +69,7 @@ impl<'a> Meshes<'a> {
     fn read(&mut self, index: usize) -> Result<LoadedMesh, LoadProblem> {
         let place = format!("mesh {index}");
         let declared = existing(&self.document.meshes, index, "mesh")?;
-        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        let mut parts = Parts::default();
         let (mut masked, mut blended, mut not_triangles) = (0, 0, 0);
         for (number, primitive) in declared.primitives.iter().enumerate() {
             let place = format!("{place}, primitive {number}");
@@ -63,28 +79,24 @@ impl<'a> Meshes<'a> {
                 not_triangles += 1;
                 continue;
             }
-            let before = triangles.len();
-            self.append(primitive, mode, &place, &mut positions, &mut triangles)?;
+            let before = parts.triangles.len();
+            self.append(primitive, mode, &place, &mut parts)?;
+            let added = parts.triangles.len() - before;
             match self.alpha_mode(primitive).map_err(refused)? {
-                "MASK" => masked += triangles.len() - before,
-                "BLEND" => blended += triangles.len() - before,
+                "MASK" => masked += added,
+                "BLEND" => blended += added,
                 _ => {}
             }
         }
-        let mesh = Mesh::new(positions, triangles).map_err(|defect| LoadProblem::element(&place, defect))?;
+        let lightmap = LightmapLayout::of(parts.lightmap).map(Arc::new);
+        let mesh =
+            Mesh::new(parts.positions, parts.triangles).map_err(|defect| LoadProblem::element(&place, defect))?;
         let morphs = declared.primitives.iter().any(|primitive| !primitive.targets.is_empty());
-        Ok(LoadedMesh { mesh: Arc::new(mesh), masked, blended, not_triangles, morphs })
+        Ok(LoadedMesh { mesh: Arc::new(mesh), masked, blended, not_triangles, morphs, lightmap })
     }
 
     /// Adds the triangles of a primitive and the vertices that they use.
-    fn append(
-        &mut self,
-        primitive: &Primitive,
-        mode: u32,
-        place: &str,
-        positions: &mut Vec<[f64; 3]>,
-        triangles: &mut Vec<[u32; 3]>,
-    ) -> Result<(), LoadProblem> {
+    fn append(&mut self, primitive: &Primitive, mode: u32, place: &str, parts: &mut Parts) -> Result<(), LoadProblem> {
         let refused = |message: String| LoadProblem::element(place, message);
         let Some(&accessor) = primitive.attributes.get("POSITION") else {
             return Err(refused("it has no POSITION attribute".to_owned()));
@@ -104,15 +116,42 @@ impl<'a> Meshes<'a> {
         let mut used = corners.clone();
         used.sort_unstable();
         used.dedup();
-        let base = positions.len();
+        let base = parts.positions.len();
         if base + used.len() >= u32::MAX as usize {
             return Err(refused("its mesh has more than 2^32 - 2 vertices".to_owned()));
         }
-        positions.extend(used.iter().map(|&vertex| vertices[vertex as usize]));
+        parts.positions.extend(used.iter().map(|&vertex| vertices[vertex as usize]));
         let place_of = |vertex: u32| (base + used.partition_point(|&other| other < vertex)) as u32;
         let faces = triangles_of(mode, &corners).map_err(refused)?;
-        triangles.extend(faces.into_iter().map(|face| face.map(place_of)));
+        if self.lightmap_set.is_some() {
+            let layout = self.texture_coordinates(primitive, vertices.len(), place)?;
+            let corners =
+                |face: &[u32; 3]| layout.as_ref().map_or(NOWHERE, |uv| face.map(|corner| uv[corner as usize]));
+            parts.lightmap.extend(faces.iter().map(corners));
+        }
+        parts.triangles.extend(faces.into_iter().map(|face| face.map(place_of)));
         Ok(())
+    }
+
+    /// The texture coordinates that lay out light maps, one pair a vertex, if the primitive has them.
+    fn texture_coordinates(
+        &self,
+        primitive: &Primitive,
+        vertices: usize,
+        place: &str,
+    ) -> Result<Option<Vec<[f64; 2]>>, LoadProblem> {
+        let Some(set) = self.lightmap_set else { return Ok(None) };
+        let name = format!("TEXCOORD_{set}");
+        let Some(&accessor) = primitive.attributes.get(&name) else { return Ok(None) };
+        let refused = |message: String| LoadProblem::element(format!("{place}, {name}"), message);
+        let pairs = self.accessors.vectors::<2>(accessor).map_err(|problem| within(problem, place))?;
+        if pairs.len() != vertices {
+            return Err(refused(format!("{} pairs for {vertices} vertices", pairs.len())));
+        }
+        match pairs.iter().position(|pair| !pair.iter().all(|coordinate| coordinate.is_finite())) {
+            Some(vertex) => Err(refused(format!("vertex {vertex} has a coordinate that is not finite"))),
+            None => Ok(Some(pairs)),
+        }
     }
 
     /// The positions of an accessor, each one accepted, used or not.

@@ -35,8 +35,8 @@ const WITHOUT_EFFECT: [&str; 4] = ["KHR_materials_", "KHR_texture_", "EXT_textur
 /// Extensions that compress buffers.
 const COMPRESSION: [&str; 3] = ["EXT_meshopt_compression", "KHR_meshopt_compression", "KHR_draco_mesh_compression"];
 
-/// Reads a glTF file.
-pub(crate) fn read(bytes: &[u8], folder: &Folder) -> Result<Model, LoadProblem> {
+/// Reads a glTF file; `lightmap_set` says which texture coordinates lay out light maps, if any are wanted.
+pub(crate) fn read(bytes: &[u8], folder: &Folder, lightmap_set: Option<u32>) -> Result<Model, LoadProblem> {
     let (text, binary) = container::split(bytes)?;
     let document: Document = serde_json::from_slice(text).map_err(|fault| LoadProblem::Text {
         line: fault.line(),
@@ -47,7 +47,8 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder) -> Result<Model, LoadProblem> 
     check_required(&document)?;
     let accessors = Accessors::new(&document, Buffers::new(&document.buffers, binary, folder));
     let hierarchy = hierarchy::Hierarchy::new(&document)?;
-    let mut model = nodes::read(&document, &hierarchy, &accessors, Meshes::new(&document, &accessors))?;
+    let meshes = Meshes::new(&document, &accessors, lightmap_set);
+    let mut model = nodes::read(&document, &hierarchy, &accessors, meshes)?;
     for name in document.extensions_used.iter().filter(|name| !is_known(name)) {
         model.findings.add(FindingKind::UnknownExtension, name, 1);
     }

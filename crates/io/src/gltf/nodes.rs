@@ -82,7 +82,13 @@ fn add_objects(model: &mut Model, name: &str, placed: &Placed, maps: Option<Vec<
     if mesh.mesh.triangles().is_empty() {
         return;
     }
-    let object = |name: String, map| ModelObject { name, shape: Shape::Mesh(Arc::clone(&mesh.mesh)), map, sides: None };
+    let object = |name: String, map| ModelObject {
+        name,
+        shape: Shape::Mesh(Arc::clone(&mesh.mesh)),
+        map,
+        sides: None,
+        lightmap: mesh.lightmap.clone(),
+    };
     match maps {
         None => model.objects.push(object(name.to_owned(), placed.map)),
         Some(maps) => {

@@ -57,7 +57,7 @@ fn parse((mut document, data): (Value, Data)) -> Result<Model, LoadProblem> {
     fill(&mut document, "buffers", json!([{ "uri": uri, "byteLength": data.bytes.len() }]));
     fill(&mut document, "bufferViews", data.views.into());
     fill(&mut document, "accessors", data.accessors.into());
-    read(document.to_string().as_bytes(), &folder())
+    read(document.to_string().as_bytes(), &folder(), Some(1))
 }
 
 fn model(input: (Value, Data)) -> Model {
@@ -427,22 +427,24 @@ fn binary_files_and_their_faults() {
     document["bufferViews"] = data.views.into();
     document["accessors"] = data.accessors.into();
     let whole = glb(&document, &data.bytes);
-    let model = read(&whole, &folder()).unwrap_or_else(|problem| panic!("{problem}"));
+    let model = read(&whole, &folder(), Some(1)).unwrap_or_else(|problem| panic!("{problem}"));
     assert_eq!(mesh(&model.objects[0]).triangles(), [[0, 1, 2]]);
     for length in 0..whole.len() {
-        assert!(read(&whole[..length], &folder()).is_err(), "cut off after {length} bytes");
+        assert!(read(&whole[..length], &folder(), Some(1)).is_err(), "cut off after {length} bytes");
     }
     let with = |at: usize, value: u32| {
         let mut bytes = whole.clone();
         bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
-        read(&bytes, &folder()).expect_err("refused").to_string()
+        read(&bytes, &folder(), Some(1)).expect_err("refused").to_string()
     };
     assert!(with(4, 1).contains("version is 1"));
     assert!(with(8, u32::MAX).contains("4294967295"));
     assert!(with(12, u32::MAX).contains("chunk"));
     assert!(with(16, 7).contains("no JSON") || with(16, 7).contains("chunks"));
     document["buffers"][0]["byteLength"] = json!(data.bytes.len() + 1);
-    assert!(read(&glb(&document, &data.bytes), &folder()).expect_err("short").to_string().contains("buffer 0"));
+    assert!(
+        read(&glb(&document, &data.bytes), &folder(), Some(1)).expect_err("short").to_string().contains("buffer 0")
+    );
 }
 
 #[test]
@@ -455,7 +457,7 @@ fn buffers_come_from_files_in_the_folder() {
     document["accessors"] = data.accessors.into();
     let mut with = |uri: &str| {
         document["buffers"] = json!([{ "byteLength": data.bytes.len(), "uri": uri }]);
-        read(document.to_string().as_bytes(), &folder)
+        read(document.to_string().as_bytes(), &folder, None)
     };
     assert!(with("my%20data.bin").is_ok() && with("my data.bin").is_ok() && with("./my%20data.bin").is_ok());
     for outside in ["../my%20data.bin", "%2e%2e/my%20data.bin", "%2Fetc/hostname", "/etc/hostname"] {
@@ -482,7 +484,7 @@ proptest::proptest! {
             let at = at % bytes.len();
             bytes[at] = value;
         }
-        let _ = read(&bytes, &folder());
+        let _ = read(&bytes, &folder(), Some(1));
     }
 }
 
@@ -518,4 +520,24 @@ fn what_a_node_or_primitive_names_is_told_with_its_name() {
     let both = json!({ "mesh": 0, "scale": [1, 1, 1], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] });
     let both = refused(changed(|document, _| document["nodes"][0] = both));
     assert!(both.contains("both a matrix and translation"), "{both}");
+}
+
+#[test]
+fn the_second_texture_coordinates_lay_out_light_maps() {
+    let with = |pairs: &[[f32; 2]]| {
+        changed(|document, data| {
+            let pairs = data.floats(pairs);
+            document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"] = pairs.into();
+            let bare = document["meshes"][0]["primitives"][0]["attributes"]["POSITION"].clone();
+            let bare = json!({ "attributes": { "POSITION": bare, "TEXCOORD_0": 1 } });
+            document["meshes"][0]["primitives"].as_array_mut().expect("primitives").push(bare);
+        })
+    };
+    let model = model(with(&[[0.0, 0.5], [1.0, 0.25], [0.75, 1.0]]));
+    let layout = model.objects[0].lightmap.as_ref().expect("a layout");
+    assert_eq!(layout.triangles, [[[0.0, 0.5], [1.0, 0.25], [0.75, 1.0]], [[0.0; 2]; 3]]);
+    assert!(super::tests::model(triangle(&json!([{ "mesh": 0 }]))).objects[0].lightmap.is_none());
+    assert!(refused(with(&[[0.0, 0.5]])).contains("TEXCOORD_1: 1 pairs for 3 vertices"));
+    let wild = refused(with(&[[0.0, 0.5], [f32::NAN, 0.0], [0.0; 2]]));
+    assert!(wild.contains("mesh 0, primitive 0, TEXCOORD_1: vertex 1 has a coordinate that is not finite"), "{wild}");
 }

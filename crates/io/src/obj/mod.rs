@@ -5,7 +5,8 @@
 //! object is its `o`; faces before any `o` belong to their `g`, faces before either to an object named after the file.
 //! Objects whose faces all lie in one group form the family of that group.
 //!
-//! Positions are read as f64. Texture coordinates and normals are checked and not used. A statement may be continued
+//! Positions are read as f64. Normals are checked and not used, texture coordinates used for light maps only (their v
+//! counts from below in this format, so it is turned). A statement may be continued
 //! by a `\` at the end of the line; negative indices count back from their own line, others may look ahead. Two passes
 //! (statements, then triangles), linear in the file but for triangulation.
 
@@ -20,19 +21,21 @@ use umbriel_scene::{Family, FindingKind, Member, Shape};
 use crate::{
     error::LoadProblem,
     folder::Folder,
+    lightmap::{LightmapLayout, NOWHERE},
+    load::Reading,
     model::{Model, ModelObject},
     triangulate::{is_planar, triangulate},
 };
 use parser::{Owner, Parser, Polygon};
 
 /// Reads an OBJ file. `stem` names what stands before any object or group.
-pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, up_is_stated: bool) -> Result<Model, LoadProblem> {
+pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, reading: &Reading) -> Result<Model, LoadProblem> {
     if let Some(at) = bytes.iter().position(|&byte| byte == 0) {
         let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
         return Err(LoadProblem::line(line, "a zero byte: this is no text in UTF-8 or ASCII, which an OBJ file is"));
     }
     let text = String::from_utf8_lossy(bytes);
-    let mut parser = Parser::default();
+    let mut parser = Parser::new(reading.lightmap_set.is_some());
     for (line, statement) in statements(text.strip_prefix('\u{feff}').unwrap_or(&text)) {
         parser.statement(&statement, line).map_err(|message| LoadProblem::line(line, message))?;
     }
@@ -46,7 +49,7 @@ pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, up_is_stated: bool
         }
     }
     model.findings.add(FindingKind::NonPlanarPolygons, "", count_non_planar(&parser));
-    model.findings.add(FindingKind::LooksZUp, "", usize::from(!up_is_stated && looks_z_up(&model)));
+    model.findings.add(FindingKind::LooksZUp, "", usize::from(!reading.up_is_stated && looks_z_up(&model)));
     Ok(model)
 }
 
@@ -83,8 +86,15 @@ fn build(parser: &Parser, stem: &str) -> Result<Model, LoadProblem> {
             Owner::Object(name) => (if name.is_empty() { stem } else { name }, true),
         };
         let member = Member::Object(model.objects.len());
-        let shape = Shape::Mesh(Arc::new(mesh_of(parser, polygons, name)?));
-        model.objects.push(ModelObject { name: name.to_owned(), shape, map: DAffine3::IDENTITY, sides: None });
+        let (mesh, layout) = mesh_of(parser, polygons, name)?;
+        let (shape, lightmap) = (Shape::Mesh(Arc::new(mesh)), layout.map(Arc::new));
+        model.objects.push(ModelObject {
+            name: name.to_owned(),
+            shape,
+            map: DAffine3::IDENTITY,
+            sides: None,
+            lightmap,
+        });
         let group = first.group.filter(|_| is_object && polygons.iter().all(|face| face.group == first.group));
         let Some(group) = group else {
             model.families.roots.push(member);
@@ -101,10 +111,10 @@ fn build(parser: &Parser, stem: &str) -> Result<Model, LoadProblem> {
     Ok(model)
 }
 
-/// The mesh of some polygons: the vertices that they use, in the order of first use.
-fn mesh_of(parser: &Parser, polygons: &[&Polygon], name: &str) -> Result<Mesh, LoadProblem> {
+/// The mesh of some polygons, the vertices that they use in the order of first use; and its layout on a light map.
+fn mesh_of(parser: &Parser, polygons: &[&Polygon], name: &str) -> Result<(Mesh, Option<LightmapLayout>), LoadProblem> {
     let mut place: HashMap<u32, u32> = HashMap::new();
-    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    let (mut positions, mut triangles, mut layout) = (Vec::new(), Vec::new(), Vec::new());
     for polygon in polygons {
         let corners = parser.corners(polygon);
         let points: Vec<DVec3> = corners.iter().map(|&corner| parser.positions[corner as usize]).collect();
@@ -116,9 +126,17 @@ fn mesh_of(parser: &Parser, polygons: &[&Polygon], name: &str) -> Result<Mesh, L
                 })
             })
             .collect();
-        triangles.extend(triangulate(&points).iter().map(|triangle| triangle.map(|corner| places[corner])));
+        let cut = triangulate(&points);
+        if let Some(texture) = parser.texture(polygon) {
+            layout.extend(cut.iter().map(|triangle| triangle.map(|corner| texture[corner])));
+        } else if parser.keeps_texture {
+            layout.extend(cut.iter().map(|_| NOWHERE));
+        }
+        triangles.extend(cut.iter().map(|triangle| triangle.map(|corner| places[corner])));
     }
-    Mesh::new(positions, triangles).map_err(|defect| LoadProblem::element(format!("object \"{name}\""), defect))
+    let mesh = Mesh::new(positions, triangles);
+    let mesh = mesh.map_err(|defect| LoadProblem::element(format!("object \"{name}\""), defect))?;
+    Ok((mesh, LightmapLayout::of(layout)))
 }
 
 fn count_non_planar(parser: &Parser) -> usize {

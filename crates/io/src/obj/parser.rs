@@ -39,7 +39,12 @@ pub(super) struct Polygon {
 #[derive(Debug, Default)]
 pub(super) struct Parser {
     pub(super) positions: Vec<DVec3>,
-    texture_coordinates: usize,
+    /// Whether texture coordinates are kept, or only counted.
+    pub(super) keeps_texture: bool,
+    texture_count: usize,
+    texture_coordinates: Vec<[f64; 2]>,
+    /// As long as `corners` where texture coordinates are kept.
+    texture_corners: Vec<Option<u32>>,
     normals: usize,
     corners: Vec<u32>,
     pub(super) polygons: Vec<Polygon>,
@@ -59,6 +64,11 @@ pub(super) struct Parser {
 const KINDS: [&str; 3] = ["vertices", "texture coordinates", "normals"];
 
 impl Parser {
+    /// Nothing read yet.
+    pub(super) fn new(keeps_texture: bool) -> Self {
+        Self { keeps_texture, ..Self::default() }
+    }
+
     /// The corners of a polygon, indices of positions.
     pub(super) fn corners(&self, polygon: &Polygon) -> &[u32] {
         &self.corners[polygon.first..polygon.first + polygon.len]
@@ -77,7 +87,7 @@ impl Parser {
                 let position = accept_point([numbers[0], numbers[1], numbers[2]]);
                 self.positions.push(position.map_err(|(axis, defect)| format!("coordinate {axis} {defect}"))?);
             }
-            "vt" => self.texture_coordinates += numbers(words(), 1..=3).map(|_| 1)?,
+            "vt" => self.texture_coordinate(&numbers(words(), 1..=3)?),
             "vn" => self.normals += numbers(words(), 3..=3).map(|_| 1)?,
             "f" | "fo" => self.face(words(), line)?,
             "o" => self.begin_object(rest.trim()),
@@ -88,6 +98,20 @@ impl Parser {
             _ => self.findings.add(FindingKind::UnknownExtension, keyword, 1),
         }
         Ok(())
+    }
+
+    fn texture_coordinate(&mut self, numbers: &[f64]) {
+        self.texture_count += 1;
+        if self.keeps_texture {
+            // The origin is the lower left corner here, the upper left one in glTF and in pictures.
+            self.texture_coordinates.push([numbers[0], 1.0 - numbers.get(1).copied().unwrap_or(0.0)]);
+        }
+    }
+
+    /// The texture coordinates of a polygon's corners, if they are kept and it has them.
+    pub(super) fn texture(&self, polygon: &Polygon) -> Option<Vec<[f64; 2]>> {
+        let corners = self.texture_corners.get(polygon.first..polygon.first + polygon.len)?;
+        corners.iter().map(|&corner| Some(self.texture_coordinates[corner? as usize])).collect()
     }
 
     fn begin_object(&mut self, name: &str) {
@@ -146,8 +170,8 @@ impl Parser {
 
     /// Takes a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`; says which of the three it has.
     fn corner(&mut self, word: &str, line: usize) -> Result<[bool; 3], String> {
-        let counts = [self.positions.len(), self.texture_coordinates, self.normals];
-        let mut has = [false; 3];
+        let counts = [self.positions.len(), self.texture_count, self.normals];
+        let (mut has, mut texture) = ([false; 3], None);
         for (kind, part) in word.split('/').enumerate() {
             if kind > 2 || (part.is_empty() && kind != 1) {
                 return Err(format!("\"{}\" is not a corner (v, v/vt, v//vn or v/vt/vn)", excerpt(word)));
@@ -160,16 +184,21 @@ impl Parser {
             if index >= counts[kind].max(self.ahead[kind].0) {
                 self.ahead[kind] = (index + 1, line);
             }
-            if kind == 0 {
-                self.corners.push(index as u32);
+            match kind {
+                0 => self.corners.push(index as u32),
+                1 => texture = Some(index as u32),
+                _ => {}
             }
+        }
+        if self.keeps_texture {
+            self.texture_corners.push(texture);
         }
         Ok(has)
     }
 
     /// Once everything is read: whether the indices that looked ahead found something.
     pub(super) fn check_ranges(&self) -> Result<(), LoadProblem> {
-        let counts = [self.positions.len(), self.texture_coordinates, self.normals];
+        let counts = [self.positions.len(), self.texture_count, self.normals];
         for kind in 0..3 {
             let (needed, line) = self.ahead[kind];
             if needed > counts[kind] {

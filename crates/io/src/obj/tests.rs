@@ -5,7 +5,7 @@ use crate::{folder::Folder, options::Outside};
 
 fn parse(text: &str) -> Result<Model, LoadProblem> {
     let folder = Folder::of_scene(std::path::Path::new("nowhere/scene.obj"), Outside::Refused);
-    read(text.as_bytes(), "scene", &folder, false)
+    read(text.as_bytes(), "scene", &folder, &Reading { lightmap_set: Some(1), ..Reading::default() })
 }
 
 fn model(text: &str) -> Model {
@@ -119,7 +119,8 @@ fn what_is_not_read_is_told() {
 fn flat_along_z_looks_z_up() {
     let kinds = |text: &str, stated: bool| {
         let folder = Folder::of_scene(std::path::Path::new("scene.obj"), Outside::Refused);
-        let model = read(text.as_bytes(), "scene", &folder, stated).expect("loads");
+        let model = read(text.as_bytes(), "scene", &folder, &Reading { up_is_stated: stated, lightmap_set: None })
+            .expect("loads");
         findings(model).iter().any(|finding| finding.0 == FindingKind::LooksZUp)
     };
     let terrain = "v 0 0 0\nv 100 0 5\nv 0 100 1\nf 1 2 3\n";
@@ -173,4 +174,18 @@ proptest::proptest! {
         let _ = parse(&text);
         let _ = parse(&format!("{SQUARE}{text}\n{text}"));
     }
+}
+
+#[test]
+fn texture_coordinates_lay_out_light_maps() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0 0\nvt 1 0.75\nvt 0 1\n\
+        f 1/1 2/2 3/3 4/4\nf 1 2 3\no bare\nf 1 2 3\n";
+    let model = model(text);
+    // v counts from above in a layout, from below in the file.
+    let [a, b, c, d] = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.25], [0.0, 0.0]];
+    let mesh = mesh(&model, 0);
+    let place = |triangle: [u32; 3]| triangle.map(|corner| [a, b, c, d][corner as usize]);
+    let expected = [place(mesh.triangles()[0]), place(mesh.triangles()[1]), NOWHERE];
+    assert_eq!(model.objects[0].lightmap.as_ref().expect("a layout").triangles, expected);
+    assert!(model.objects[1].lightmap.is_none());
 }

@@ -38,7 +38,7 @@ use umbriel_scene::{Camera, Projection, Sides};
 use crate::{
     error::{LoadError, LoadProblem},
     folder::Folder,
-    load::Stated,
+    load::{Reading, Stated},
     model::{Model, camera},
     options::{DetailSetting, LoadOptions, UpAxis},
 };
@@ -67,8 +67,8 @@ pub(crate) fn read(
     let up = options.up.or(stated.up).unwrap_or_default();
     let north = options.north_degrees.unwrap_or(stated.north);
     let mut model = Model::default();
-    let up_is_stated = options.up.or(stated.up).is_some();
-    objects::read(&mut model, path, &file.object, &objects::Context { places: &places, folder, up_is_stated })?;
+    let reading = Reading { up_is_stated: options.up.or(stated.up).is_some(), lightmap_set: options.lightmap_set };
+    objects::read(&mut model, path, &file.object, &objects::Context { places: &places, folder, reading })?;
     lights::read(&mut model, &file.light, &places, up, north).map_err(in_file)?;
     if let Some(entry) = &file.camera {
         let eye = camera_of(entry.get_ref(), up);

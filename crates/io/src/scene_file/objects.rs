@@ -18,7 +18,7 @@ use super::{
 use crate::{
     error::{LoadError, LoadProblem},
     folder::{Folder, Located},
-    load::{MeshFormat, read_mesh},
+    load::{MeshFormat, Reading, read_mesh},
     model::{Model, ModelObject},
     transform::{from_matrix, from_parts},
 };
@@ -27,7 +27,7 @@ use crate::{
 pub(super) struct Context<'a> {
     pub(super) places: &'a Places<'a>,
     pub(super) folder: &'a Folder,
-    pub(super) up_is_stated: bool,
+    pub(super) reading: Reading,
 }
 
 /// Reads all objects; a mesh file that several of them name is read once, and its geometry shared.
@@ -48,7 +48,7 @@ pub(super) fn read(
         match body_of(entry).map_err(refused)? {
             Body::Shape(shape) => {
                 model.families.roots.push(Member::Object(model.objects.len()));
-                model.objects.push(ModelObject { name, shape, map, sides });
+                model.objects.push(ModelObject { name, shape, map, sides, lightmap: None });
             }
             Body::Mesh(file) => {
                 let place = format!("object \"{name}\"");
@@ -119,8 +119,8 @@ fn read_file(
     };
     let bytes = context.folder.ledger().read(file).map_err(|problem| problem.in_file(scene))?;
     // An entry that turns its mesh has said which way is up.
-    let up_is_stated = context.up_is_stated || entry.rotation.is_some() || entry.matrix.is_some();
-    read_mesh(&file.shown, format, &bytes, context.folder, up_is_stated)
+    let up_is_stated = context.reading.up_is_stated || entry.rotation.is_some() || entry.matrix.is_some();
+    read_mesh(&file.shown, format, &bytes, context.folder, &Reading { up_is_stated, ..context.reading })
 }
 
 /// Adds a mesh file, or the part of it that the entry picks.

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 
+use crate::output::{csv::Rows, glb::Coloring};
+
 /// Shadows in object space with a known error.
 ///
 /// For every object and light of a scene (.toml, .obj, .gltf, .glb): which parts of its surface are lit, which are in
@@ -31,6 +33,8 @@ pub(crate) enum Command {
     Query(QueryArgs),
     /// Draw the scene with its computed shadows
     Render(RenderArgs),
+    /// Tell what about a scene limits the answers, and how much surface it concerns
+    Doctor(DoctorArgs),
 }
 
 /// Which scene, and how to read it.
@@ -112,12 +116,31 @@ pub(crate) struct BakeArgs {
     /// Only objects whose name matches, with * and ? (repeatable); all objects cast shadows
     #[arg(long, value_name = "GLOB")]
     pub(crate) receiver: Vec<String>,
-    /// Write results to a .json, .csv or .glb file (repeatable)
+    /// Write results to a .json, .csv, .vtu, .glb or .png file (repeatable); .png: light maps
     #[arg(short, long = "output", value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
     /// Write results as JSON; - is standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) forms: FormArgs,
+}
+
+/// What files hold, where there is a choice.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct FormArgs {
+    /// What a row of a .csv file stands for
+    #[arg(long, value_name = "ROWS", default_value = "objects")]
+    pub(crate) csv: Rows,
+    /// What has one colour in a .glb file
+    #[arg(long, value_name = "BY", default_value = "cell")]
+    pub(crate) color: Coloring,
+    /// Edge of light maps in texels, 1 to 8192
+    #[arg(long, value_name = "N", default_value = "512", value_parser = clap::value_parser!(u32).range(1..=8192))]
+    pub(crate) lightmap_size: u32,
+    /// Which texture coordinates of a glTF lay out light maps: 1 for TEXCOORD_1 (an OBJ has one set)
+    #[arg(long, value_name = "SET", default_value = "1")]
+    pub(crate) lightmap_texcoord: u32,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -151,6 +174,19 @@ pub(crate) struct RenderArgs {
     /// Write the picture to a .png file (repeatable)
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     pub(crate) output: Vec<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct DoctorArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+    #[command(flatten)]
+    pub(crate) detail: DetailArgs,
+    /// Write what is found as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -250,6 +286,10 @@ mod tests {
             "--max-undecided 1.5",
             "--samples 0",
             "--samples 5 --spacing 1",
+            "--csv lights",
+            "--color light",
+            "--lightmap-size 0",
+            "--lightmap-size 9000",
             "--threads 0",
             "--threads 1025",
             "--up x",

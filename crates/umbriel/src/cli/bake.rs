@@ -3,8 +3,8 @@
 use std::{io::Write, path::Path, time::Instant};
 
 use umbriel_io::{
-    surface_findings,
-    write::{ColoredMesh, Staged, WriteError, write_glb},
+    LoadedScene, surface_findings,
+    write::{Staged, WriteError, write_glb, write_gray_png, write_vtu},
 };
 use umbriel_scene::{Finding, Scene};
 use umbriel_shadow::{Report, Request, Sampling};
@@ -12,40 +12,50 @@ use umbriel_shadow::{Report, Request, Sampling};
 use crate::{
     cli::{
         Failure,
-        args::BakeArgs,
+        args::{BakeArgs, FormArgs},
         plan::{self, CellUse},
     },
     output::{
-        self, Format, Target, csv, glb,
+        self, Format, Target,
+        csv::{self, Rows},
+        glb,
         json::{Clock, Document},
-        table,
+        lightmap::{Lightmap, Lightmaps},
+        table, vtu,
     },
     progress::{Bar, Interrupt},
 };
 
 pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     let begun = Instant::now();
-    let outputs = Outputs::new(args)?;
-    let mut loaded = plan::load(&args.scene)?;
-    output::check_unread(&outputs.files, &loaded.file.files)?;
-    let interrupt = &Interrupt::install();
+    let mut outputs = Outputs::new(args)?;
+    let layouts = outputs.has(Format::Png).then_some(args.forms.lightmap_texcoord);
+    let mut loaded = plan::load_with_layouts(&args.scene, layouts)?;
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     outputs.check_lights(lights.len())?;
+    let receivers = plan::choose_receivers(&loaded.file.scene, &args.receiver)?;
+    outputs.name_lightmaps(&loaded.file, &receivers, &args.scene.scene)?;
+    outputs.check_unread(&loaded.file)?;
+    let interrupt = &Interrupt::install();
     let scene = &loaded.file.scene;
-    let cells = if outputs.has(Format::Glb) { CellUse::Cells } else { CellUse::Sums };
+    let cells = outputs.cell_use();
     let request = Request {
         detail: plan::choose_detail(&args.detail, loaded.file.detail, cells)?,
         sampling: args.samples.map(Sampling::Count).or(args.spacing.map(Sampling::Spacing)),
         lights,
-        receivers: plan::choose_receivers(scene, &args.receiver)?,
+        receivers,
         keep_cells: cells == CellUse::Cells,
     };
     plan::tell_findings(scene, args.scene.quiet);
-    let report = umbriel_shadow::bake(scene, &request, &Bar::new(interrupt, args.scene.quiet))?;
+    let bar = Bar::new(interrupt, args.scene.quiet);
+    let report = umbriel_shadow::bake(scene, &request, &bar)?;
+    let maps = outputs.make_lightmaps(&loaded.file, &report, &bar)?;
+    drop(bar);
+    outputs.tell_misfits(scene, &report, &maps, args.scene.quiet);
     let findings = if outputs.has(Format::Json) { all_findings(scene) } else { Vec::new() };
     let clock = Clock { begun, load: loaded.seconds };
     let json = Document::new(scene, request.detail, &report, &findings, clock).to_text();
-    outputs.write(scene, &report, &json, interrupt)?;
+    outputs.write(&Results { scene, report: &report, json: &json, maps: &maps }, interrupt)?;
     if outputs.json_to_stdout { output::print(&json) } else { output::print(&table::text(scene, &report)) }
 }
 
@@ -56,26 +66,53 @@ fn all_findings(scene: &Scene) -> Vec<Finding> {
     findings
 }
 
-/// Where the results go.
-struct Outputs {
-    files: Vec<Target>,
-    json_to_stdout: bool,
+/// All that files are made from.
+struct Results<'a> {
+    scene: &'a Scene,
+    report: &'a Report,
+    json: &'a str,
+    maps: &'a [Lightmap],
 }
 
-impl Outputs {
-    fn new(args: &BakeArgs) -> Result<Self, Failure> {
+/// Where the results go.
+struct Outputs<'a> {
+    /// All files but light maps.
+    files: Vec<Target>,
+    json_to_stdout: bool,
+    forms: &'a FormArgs,
+    /// The light maps as typed.
+    lightmaps: Vec<Target>,
+    /// The receivers that have layouts, by their places in the list of receivers, ascending.
+    mapped: Vec<usize>,
+    /// The files of the light maps, those of one receiver after those of another.
+    map_files: Vec<Target>,
+}
+
+impl<'a> Outputs<'a> {
+    fn new(args: &'a BakeArgs) -> Result<Self, Failure> {
         let json_to_stdout = args.json.as_deref() == Some(Path::new("-"));
         let inputs = [args.scene.scene.as_path()];
-        let mut files = output::targets(&args.output, &[Format::Json, Format::Csv, Format::Glb], &inputs)?;
+        let known = [Format::Json, Format::Csv, Format::Vtu, Format::Glb, Format::Png];
+        let mut files = output::targets(&args.output, &known, &inputs)?;
         if let Some(path) = args.json.clone().filter(|_| !json_to_stdout) {
             output::check_file(&path, &inputs)?;
             output::add_target(&mut files, Target { path, format: Format::Json })?;
         }
-        Ok(Self { files, json_to_stdout })
+        let (lightmaps, files) = files.into_iter().partition(|file| file.format == Format::Png);
+        let (mapped, map_files) = (Vec::new(), Vec::new());
+        Ok(Self { files, json_to_stdout, forms: &args.forms, lightmaps, mapped, map_files })
     }
 
     fn has(&self, format: Format) -> bool {
-        (self.json_to_stdout && format == Format::Json) || self.files.iter().any(|file| file.format == format)
+        (self.json_to_stdout && format == Format::Json)
+            || self.files.iter().chain(&self.lightmaps).any(|file| file.format == format)
+    }
+
+    /// Whether some file shows single cells, or speeds up with them.
+    fn cell_use(&self) -> CellUse {
+        let in_csv = self.has(Format::Csv) && self.forms.csv == Rows::Cells;
+        let shown = [Format::Glb, Format::Vtu, Format::Png].into_iter().any(|format| self.has(format));
+        if in_csv || shown { CellUse::Cells } else { CellUse::Sums }
     }
 
     /// A coloured model shows one light; two would lie on top of each other.
@@ -87,21 +124,88 @@ impl Outputs {
         Ok(())
     }
 
+    /// Each receiver with a layout has a picture: the file that was typed if there is one such receiver, else files
+    /// named after it and them.
+    fn name_lightmaps(&mut self, file: &LoadedScene, receivers: &[usize], scene: &Path) -> Result<(), Failure> {
+        if self.lightmaps.is_empty() {
+            return Ok(());
+        }
+        self.mapped = (0..receivers.len()).filter(|&place| file.lightmaps[receivers[place]].is_some()).collect();
+        if self.mapped.is_empty() {
+            return Err(Failure::Refused(format!(
+                "{}: a .png holds a light map, and no receiver has texture coordinates for one (in glTF TEXCOORD_{}, \
+                 see --lightmap-texcoord; in OBJ vt); for a picture use `umbriel render`",
+                scene.display(),
+                self.forms.lightmap_texcoord
+            )));
+        }
+        let mut known = self.files.clone();
+        for place in &self.mapped {
+            for typed in &self.lightmaps {
+                let name = &file.scene.objects[receivers[*place]].name;
+                let path =
+                    if self.mapped.len() == 1 { typed.path.clone() } else { output::file_of_object(&typed.path, name) };
+                output::check_file(&path, &[scene])?;
+                output::add_target(&mut known, Target { path, format: Format::Png })?;
+            }
+        }
+        self.map_files = known.split_off(self.files.len());
+        Ok(())
+    }
+
+    fn check_unread(&self, loaded: &LoadedScene) -> Result<(), Failure> {
+        output::check_unread(&self.files, &loaded.files)?;
+        output::check_unread(&self.map_files, &loaded.files)
+    }
+
+    /// One picture a receiver with a layout.
+    fn make_lightmaps(&self, file: &LoadedScene, report: &Report, bar: &Bar) -> Result<Vec<Lightmap>, Failure> {
+        if self.mapped.is_empty() {
+            return Ok(Vec::new());
+        }
+        let maps = Lightmaps::new(&file.scene, report, self.forms.lightmap_size);
+        let make = |&place: &usize| {
+            let layout = file.lightmaps[report.lights[0].objects[place].object].as_deref();
+            maps.make(place, layout.unwrap_or(&Default::default()), bar).map_err(Failure::from)
+        };
+        self.mapped.iter().map(make).collect()
+    }
+
+    /// What of the layouts does not fit a light map.
+    fn tell_misfits(&self, scene: &Scene, report: &Report, maps: &[Lightmap], quiet: bool) {
+        for (map, &place) in maps.iter().zip(&self.mapped).filter(|_| !quiet) {
+            let name = &scene.objects[report.lights[0].objects[place].object].name;
+            if map.outside > 0 {
+                output::tell(&format!("note: {name}: {} triangles reach beyond its light map", map.outside));
+            }
+            if map.overlaps > 0 {
+                let text = "points of its light map lie inside two triangles; the first one has them";
+                output::tell(&format!("note: {name}: {} {text}", map.overlaps));
+            }
+        }
+    }
+
     /// Writes all files or none.
-    fn write(&self, scene: &Scene, report: &Report, json: &str, interrupt: &Interrupt) -> Result<(), Failure> {
+    fn write(&self, results: &Results, interrupt: &Interrupt) -> Result<(), Failure> {
+        let Results { scene, report, json, maps } = results;
         let stage = |file: &Target| -> Result<Staged, WriteError> {
             Staged::new(&file.path, |out| match file.format {
-                Format::Csv => csv::table(scene, report).write(out),
-                Format::Glb => write_glb(&meshes(scene, report), out),
+                Format::Csv => csv::write(scene, report, self.forms.csv, out),
+                Format::Vtu => write_vtu(&vtu::grid(scene, report), out),
+                Format::Glb => {
+                    let meshes = report.lights.iter().flat_map(|light| glb::meshes(scene, light, self.forms.color));
+                    write_glb(&meshes.collect::<Vec<_>>(), out)
+                }
                 Format::Json | Format::Png => out.write_all(json.as_bytes()),
             })
         };
-        let staged = self.files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;
+        let mut staged = self.files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;
+        for (map, files) in maps.iter().zip(self.map_files.chunks(self.lightmaps.len().max(1))) {
+            for file in files {
+                staged.push(Staged::new(&file.path, |out| write_gray_png(&map.picture, out))?);
+            }
+        }
         interrupt.check()?;
         output::commit_all(staged)
     }
-}
-
-fn meshes(scene: &Scene, report: &Report) -> Vec<ColoredMesh> {
-    report.lights.iter().flat_map(|light| glb::meshes(scene, light)).collect()
 }

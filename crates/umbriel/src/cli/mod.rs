@@ -2,6 +2,7 @@
 
 mod args;
 mod bake;
+mod doctor;
 mod failure;
 mod glob;
 mod info;
@@ -40,6 +41,7 @@ fn run(args: &args::Args) -> Result<(), Failure> {
         args::Command::Bake(args) => bake::run(args),
         args::Command::Query(args) => query::run(args),
         args::Command::Render(args) => render::run(args),
+        args::Command::Doctor(args) => doctor::run(args),
     }
 }
 

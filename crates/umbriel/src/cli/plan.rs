@@ -28,6 +28,11 @@ pub(crate) struct Loaded {
 
 /// Sets up the threads and reads the scene.
 pub(crate) fn load(args: &SceneArgs) -> Result<Loaded, Failure> {
+    load_with_layouts(args, None)
+}
+
+/// As [`load`]; also the layouts of light maps from that set of texture coordinates, if one is given.
+pub(crate) fn load_with_layouts(args: &SceneArgs, lightmap_set: Option<u32>) -> Result<Loaded, Failure> {
     if let Some(threads) = args.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
         pool.map_err(|error| Failure::Unusable(format!("--threads {threads}: {error}")))?;
@@ -45,6 +50,7 @@ pub(crate) fn load(args: &SceneArgs) -> Result<Loaded, Failure> {
             SidesChoice::One => Sides::One,
             SidesChoice::Two => Sides::Two,
         }),
+        lightmap_set,
     };
     let file = umbriel_io::load(&args.scene, &options)?;
     Ok(Loaded { file, seconds: begun.elapsed().as_secs_f64() })

@@ -1,138 +1,183 @@
-//! A bake as a coloured model: every stored cell a polygon in the colour of its verdict.
+//! A bake as a coloured model under one light, coloured by cell, by face or by vertex.
 
+use std::collections::HashMap;
+
+use clap::ValueEnum;
 use glam::DVec3;
-use umbriel_geometry::{Facet, Facets, Sphere};
 use umbriel_io::write::ColoredMesh;
-use umbriel_scene::{Object, Scene, Shape};
+use umbriel_scene::{Object, Scene};
 use umbriel_shadow::{Cell, LightReport, Verdict};
 
-/// On a sphere no polygon is coarser than a patch halved this often, so that it looks round.
-const ROUND_LEVEL: u8 = 4;
+use crate::output::surface::Surface;
 
-/// The objects that have stored cells, each a mesh.
-pub(crate) fn meshes(scene: &Scene, light: &LightReport) -> Vec<ColoredMesh> {
-    let with_cells = light.objects.iter().filter(|object| !object.cells.is_empty());
-    with_cells.map(|report| mesh(&scene.objects[report.object], &report.cells)).collect()
+/// What has one colour in a baked .glb.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Coloring {
+    /// Every stored cell: lit, shadowed or undecided
+    Cell,
+    /// Every face: the mixture of lit and shadowed by its share
+    Face,
+    /// Every corner of cells: the mean of the cells around, smooth between
+    Vertex,
 }
 
 /// Linear light, as glTF wants vertex colours.
-fn color(verdict: Verdict) -> [u8; 4] {
-    match verdict {
-        Verdict::Lit => [255, 205, 120, 255],
-        Verdict::Shadowed => [10, 16, 48, 255],
-        Verdict::Undecided => [255, 70, 0, 255],
-    }
+const LIT: [u8; 4] = [255, 205, 120, 255];
+const SHADOWED: [u8; 4] = [10, 16, 48, 255];
+const UNDECIDED: [u8; 4] = [255, 70, 0, 255];
+
+/// Faces that meet at a smaller angle than this (60°, by its cosine) share their vertices' colours; at an edge that is
+/// sharper the lit side does not shine round the corner.
+const SMOOTH_COSINE: f64 = 0.5;
+
+/// The objects that have stored cells, each a mesh.
+pub(crate) fn meshes(scene: &Scene, light: &LightReport, coloring: Coloring) -> Vec<ColoredMesh> {
+    let with_cells = light.objects.iter().filter(|object| !object.cells.is_empty());
+    with_cells.map(|report| mesh(&scene.objects[report.object], &report.cells, coloring)).collect()
 }
 
-fn mesh(object: &Object, cells: &[Cell]) -> ColoredMesh {
+fn mesh(object: &Object, cells: &[Cell], coloring: Coloring) -> ColoredMesh {
     let surface = Surface::of(object);
     let mut mesh = ColoredMesh { name: object.name.clone(), ..Default::default() };
-    for cell in cells {
-        for polygon in surface.polygons(cell) {
-            let first = mesh.positions.len() as u32;
-            mesh.positions.extend(polygon.iter().map(|point| point.to_array()));
-            mesh.colors.extend(polygon.iter().map(|_| color(cell.verdict)));
-            mesh.triangles.extend((2..polygon.len() as u32).map(|i| [first, first + i - 1, first + i]));
+    match coloring {
+        Coloring::Cell => cells.iter().for_each(|cell| add_polygons(&mut mesh, &surface, cell, color(cell.verdict))),
+        Coloring::Face => {
+            for cells in cells.chunk_by(|one, next| one.face == next.face) {
+                let face = Cell { level: 0, i: 0, j: 0, ..cells[0] };
+                add_polygons(&mut mesh, &surface, &face, mixture(lit_share(&surface, cells)));
+            }
         }
+        Coloring::Vertex => add_smooth(&mut mesh, &surface, cells),
     }
     mesh
 }
 
-/// Where (u, v) of a face lies in the world.
-enum Surface<'a> {
-    Facets(Facets),
-    Sphere(&'a Object, Sphere),
-    /// A curved shape that this file format knows no polygons for.
-    Unknown,
-}
-
-impl<'a> Surface<'a> {
-    fn of(object: &'a Object) -> Self {
-        match (&object.shape, object.facets()) {
-            (Shape::Sphere(sphere), _) => Self::Sphere(object, *sphere),
-            (_, Some(facets)) => Self::Facets(facets),
-            _ => Self::Unknown,
-        }
-    }
-
-    /// The convex polygons of a cell, counter-clockwise seen from the face's front.
-    fn polygons(&self, cell: &Cell) -> Vec<Vec<DVec3>> {
-        match self {
-            Self::Unknown => Vec::new(),
-            Self::Facets(facets) => {
-                let facet = facets.facet(cell.face as usize);
-                let half = matches!(facet, Facet::Triangle(_)) && is_cut(cell);
-                let mut polygon: Vec<DVec3> =
-                    corners(cell, half).iter().map(|&(u, v)| facet_point(facets, facet, u, v)).collect();
-                if facets.is_mirrored() {
-                    polygon.reverse();
-                }
-                vec![polygon]
-            }
-            Self::Sphere(object, sphere) => {
-                let point = |(u, v): (f64, f64)| {
-                    let direction = Sphere::direction(cell.face as usize, u, v).normalize();
-                    object.placement.map().transform_point3(sphere.radius * direction)
-                };
-                let parts = split(cell, ROUND_LEVEL).into_iter();
-                let mirrored = object.placement.is_mirrored();
-                parts
-                    .map(|part| {
-                        let mut polygon = corners(&part, false).into_iter().map(point).collect::<Vec<_>>();
-                        if mirrored {
-                            polygon.reverse();
-                        }
-                        polygon
-                    })
-                    .collect()
-            }
-        }
+fn color(verdict: Verdict) -> [u8; 4] {
+    match verdict {
+        Verdict::Lit => LIT,
+        Verdict::Shadowed => SHADOWED,
+        Verdict::Undecided => UNDECIDED,
     }
 }
 
-/// Whether the line u + v = 1 cuts the cell in half.
-fn is_cut(cell: &Cell) -> bool {
-    u64::from(cell.i) + u64::from(cell.j) + 1 == 1 << cell.level
+/// Between shadowed (0) and lit (1).
+fn mixture(share: f64) -> [u8; 4] {
+    std::array::from_fn(|i| {
+        let (from, to) = (f64::from(SHADOWED[i]), f64::from(LIT[i]));
+        (from + share * (to - from)).round() as u8
+    })
 }
 
-/// The corners of a cell in its face's parameters, counter-clockwise; of its lower half only if `half`.
-fn corners(cell: &Cell, half: bool) -> Vec<(f64, f64)> {
-    let steps: &[(f64, f64)] =
-        if half { &[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] } else { &[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] };
-    steps.iter().map(|&(s, t)| cell.point([s, t]).into()).collect()
+/// What a verdict says of the lit share; the middle where it says nothing.
+fn share_of(verdict: Verdict) -> f64 {
+    match verdict {
+        Verdict::Lit => 1.0,
+        Verdict::Shadowed => 0.0,
+        Verdict::Undecided => 0.5,
+    }
 }
 
-/// The cell, or its descendants at `level` when it is coarser.
-fn split(cell: &Cell, level: u8) -> Vec<Cell> {
-    let steps = level.saturating_sub(cell.level);
-    let part = |i: u32, j: u32| Cell {
-        level: cell.level + steps,
-        i: (cell.i << steps) + i,
-        j: (cell.j << steps) + j,
-        ..*cell
-    };
-    (0..1u32 << steps).flat_map(|j| (0..1u32 << steps).map(move |i| part(i, j))).collect()
+/// The lit share of some cells by area, undecided ones counted half. Cells of no area count alike.
+fn lit_share(surface: &Surface, cells: &[Cell]) -> f64 {
+    let (mut lit, mut all) = (0.0, 0.0);
+    for cell in cells {
+        let area = surface.area(cell).value;
+        lit += area * share_of(cell.verdict);
+        all += area;
+    }
+    if all > 0.0 { lit / all } else { share_of(cells[0].verdict) }
 }
 
-fn facet_point(facets: &Facets, facet: &Facet, u: f64, v: f64) -> DVec3 {
-    let corners = facet.corners();
-    let at = |corner: u32| facets.positions()[corner as usize];
-    let (first, second, last) = (at(corners[0]), at(corners[1]), at(corners[corners.len() - 1]));
-    first + u * (second - first) + v * (last - first)
+fn add_polygons(mesh: &mut ColoredMesh, surface: &Surface, cell: &Cell, color: [u8; 4]) {
+    for part in surface.parts(cell) {
+        let polygon = surface.polygon(&part);
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(polygon.iter().map(|&corner| point(surface, cell.face, corner).to_array()));
+        mesh.colors.extend(polygon.iter().map(|_| color));
+        mesh.triangles.extend((2..polygon.len() as u32).map(|i| [first, first + i - 1, first + i]));
+    }
+}
+
+fn point(surface: &Surface, face: u32, corner: [f64; 2]) -> DVec3 {
+    surface.point(face, corner).unwrap_or_default()
+}
+
+fn add_smooth(mesh: &mut ColoredMesh, surface: &Surface, cells: &[Cell]) {
+    let mut vertices = SharedVertices::default();
+    for part in cells.iter().flat_map(|cell| surface.parts(cell)) {
+        let corners: Vec<DVec3> =
+            surface.polygon(&part).into_iter().map(|corner| point(surface, part.face, corner)).collect();
+        // Of a quadrilateral, the cross product of its diagonals; of a triangle, twice that of two edges' halves.
+        let normal = (corners[2] - corners[0]).cross(corners[corners.len() - 1] - corners[1]).normalize_or_zero();
+        let places: Vec<u32> =
+            corners.iter().map(|&corner| vertices.place(corner, normal, share_of(part.verdict))).collect();
+        mesh.triangles.extend((2..places.len()).map(|i| [places[0], places[i - 1], places[i]]));
+    }
+    mesh.positions = vertices.list.iter().map(|vertex| vertex.position.to_array()).collect();
+    mesh.colors = vertices.list.iter().map(|vertex| mixture(vertex.sum / f64::from(vertex.cells))).collect();
+}
+
+/// Vertices by place; several at one place where sharp edges meet.
+#[derive(Default)]
+struct SharedVertices {
+    list: Vec<Vertex>,
+    at: HashMap<[u32; 3], Vec<u32>>,
+}
+
+struct Vertex {
+    position: DVec3,
+    /// Of the first cell that came.
+    normal: DVec3,
+    /// The shares of the cells that meet here, and their number.
+    sum: f64,
+    cells: u32,
+}
+
+impl SharedVertices {
+    /// The vertex at a position, for a polygon with this normal and share.
+    fn place(&mut self, position: DVec3, normal: DVec3, share: f64) -> u32 {
+        // As 32-bit floats from a point of the object, which is how files keep them: neighbouring faces round the
+        // points of a common edge differently. Adding zero makes −0 and 0 the same.
+        let origin = self.list.first().map_or(position, |first| first.position);
+        let key = (position - origin).to_array().map(|coordinate| (coordinate as f32 + 0.0).to_bits());
+        let here = self.at.entry(key).or_default();
+        let smooth = here.iter().copied().find(|&vertex| {
+            let cosine = self.list[vertex as usize].normal.dot(normal);
+            cosine > SMOOTH_COSINE
+        });
+        let vertex = smooth.unwrap_or_else(|| {
+            self.list.push(Vertex { position, normal, sum: 0.0, cells: 0 });
+            here.push(self.list.len() as u32 - 1);
+            self.list.len() as u32 - 1
+        });
+        let shared = &mut self.list[vertex as usize];
+        shared.sum += share;
+        shared.cells += 1;
+        vertex
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use umbriel_geometry::{Placement, Rectangle};
-    use umbriel_scene::Sides;
+    use Verdict::{Lit, Shadowed, Undecided};
+    use umbriel_geometry::{Cuboid, Placement, Rectangle, Sphere};
+    use umbriel_scene::{Shape, Sides};
 
     fn object(shape: Shape) -> Object {
         Object::new("body".into(), shape, Placement::IDENTITY, Sides::Auto).expect("a body")
     }
 
-    fn cell(level: u8, i: u32, j: u32) -> Cell {
-        Cell { face: 0, corner: 0, level, i, j, verdict: Verdict::Lit }
+    fn rectangle() -> Object {
+        object(Shape::Rectangle(Rectangle { size: [4.0, 2.0] }))
+    }
+
+    fn cell(level: u8, i: u32, j: u32, verdict: Verdict) -> Cell {
+        Cell { face: 0, corner: 0, level, i, j, verdict }
+    }
+
+    fn quarters(verdicts: [Verdict; 4]) -> Vec<Cell> {
+        (0..4).map(|k| cell(1, k % 2, k / 2, verdicts[k as usize])).collect()
     }
 
     /// Twice the area of the triangles.
@@ -143,24 +188,43 @@ mod tests {
     }
 
     #[test]
-    fn cells_tile_their_face() {
-        let rectangle = object(Shape::Rectangle(Rectangle { size: [4.0, 2.0] }));
-        let quarters = [cell(1, 0, 0), cell(1, 1, 0), cell(1, 0, 1), cell(1, 1, 1)];
-        assert_eq!(doubled_area(&mesh(&rectangle, &quarters)), DVec3::new(0.0, 16.0, 0.0));
-        let positions = vec![[0.0; 3], [4.0, 0.0, 0.0], [0.0, 2.0, 0.0]];
-        let triangle = umbriel_geometry::Mesh::new(positions, vec![[0, 1, 2]]).expect("a mesh");
-        let triangle = object(Shape::Mesh(triangle.into()));
-        assert_eq!(doubled_area(&mesh(&triangle, &quarters[..3])), DVec3::new(0.0, 0.0, 8.0));
+    fn every_colouring_shows_the_whole_face() {
+        for (coloring, vertices) in [(Coloring::Cell, 16), (Coloring::Face, 4), (Coloring::Vertex, 9)] {
+            let mesh = mesh(&rectangle(), &quarters([Lit; 4]), coloring);
+            assert_eq!(doubled_area(&mesh), DVec3::new(0.0, 16.0, 0.0), "{coloring:?}");
+            assert_eq!(mesh.colors, vec![LIT; vertices], "{coloring:?}");
+        }
     }
 
     #[test]
-    fn a_sphere_is_round_and_looks_outward() {
-        let sphere = object(Shape::Sphere(Sphere { radius: 2.0 }));
-        let whole: Vec<Cell> = (0..6).map(|face| Cell { face, ..cell(0, 0, 0) }).collect();
-        let mesh = mesh(&sphere, &whole);
-        let corner = |index: u32| DVec3::from_array(mesh.positions[index as usize]);
-        let volume: f64 = mesh.triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c))) / 6.0).sum();
-        let exact = 4.0 / 3.0 * std::f64::consts::PI * 8.0;
-        assert!(volume > 0.98 * exact && volume < exact, "{volume} is not {exact}");
+    fn a_face_has_the_mixture_of_its_cells() {
+        let mesh = mesh(&rectangle(), &quarters([Lit, Shadowed, Undecided, Shadowed]), Coloring::Face);
+        assert_eq!(mesh.colors, vec![mixture(0.375); 4]);
+        assert_eq!((mixture(0.0), mixture(1.0)), (SHADOWED, LIT));
+    }
+
+    #[test]
+    fn a_vertex_has_the_mean_of_the_cells_around() {
+        let mesh = mesh(&rectangle(), &quarters([Lit, Shadowed, Lit, Lit]), Coloring::Vertex);
+        let color = |x: f64, z: f64| {
+            let at = mesh.positions.iter().position(|&position| position == [x, 0.0, z]).expect("a vertex");
+            mesh.colors[at]
+        };
+        assert_eq!(color(0.0, 0.0), mixture(0.75), "all four");
+        assert_eq!(color(0.0, 1.0), mixture(0.5), "the lower two");
+        assert_eq!(color(2.0, 1.0), SHADOWED);
+        assert_eq!(color(-2.0, 1.0), LIT);
+    }
+
+    #[test]
+    fn light_does_not_shine_round_sharp_edges() {
+        let top_lit = |face: u32| if face == 3 { Lit } else { Shadowed };
+        let cells: Vec<Cell> = (0..6).map(|face| Cell { face, ..cell(0, 0, 0, top_lit(face)) }).collect();
+        let cuboid = mesh(&object(Shape::Cuboid(Cuboid { size: [1.0; 3] })), &cells, Coloring::Vertex);
+        assert_eq!((cuboid.positions.len(), cuboid.colors.iter().filter(|&&color| color == LIT).count()), (24, 4));
+        let ball = mesh(&object(Shape::Sphere(Sphere { radius: 1.0 })), &cells, Coloring::Vertex);
+        // A patch has 16 × 16 polygons here; the patches of a ball share their borders.
+        assert_eq!(ball.positions.len(), 6 * 16 * 16 + 2);
+        assert!(ball.colors.iter().any(|&color| color != LIT && color != SHADOWED), "the border is smooth");
     }
 }

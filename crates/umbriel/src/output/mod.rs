@@ -2,17 +2,22 @@
 
 pub(crate) mod cells;
 pub(crate) mod csv;
+pub(crate) mod doctor;
 pub(crate) mod findings;
 pub(crate) mod glb;
 pub(crate) mod json;
+pub(crate) mod lightmap;
+mod overlay;
 pub(crate) mod picture;
+mod surface;
 pub(crate) mod table;
 mod target;
 pub(crate) mod viewpoint;
+pub(crate) mod vtu;
 
 use std::io::{self, Write};
 
-pub(crate) use target::{Format, Target, add_target, check_file, check_unread, commit_all, targets};
+pub(crate) use target::{Format, Target, add_target, check_file, check_unread, commit_all, file_of_object, targets};
 
 use crate::cli::Failure;
 

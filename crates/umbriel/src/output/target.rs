@@ -1,6 +1,7 @@
 //! Where results go: files chosen by their extensions, all of them written or none.
 
 use std::{
+    ffi::OsStr,
     fs,
     path::{Path, PathBuf},
 };
@@ -16,6 +17,7 @@ pub(crate) enum Format {
     Csv,
     Glb,
     Png,
+    Vtu,
 }
 
 impl Format {
@@ -25,6 +27,7 @@ impl Format {
             Self::Csv => "csv",
             Self::Glb => "glb",
             Self::Png => "png",
+            Self::Vtu => "vtu",
         }
     }
 }
@@ -60,6 +63,15 @@ pub(crate) fn add_target(targets: &mut Vec<Target>, target: Target) -> Result<()
     }
     targets.push(target);
     Ok(())
+}
+
+/// The file `name-OBJECT.ext` beside `name.ext`. Of the object's name only letters, digits, `-`, `_` and `.` stay, the
+/// first hundred: what comes out of a scene must not lead into other folders.
+pub(crate) fn file_of_object(path: &Path, object: &str) -> PathBuf {
+    let safe = |character: char| if character.is_alphanumeric() || "-_.".contains(character) { character } else { '_' };
+    let object: String = object.chars().take(100).map(safe).collect();
+    let part = |part: Option<&OsStr>| part.map(|part| part.to_string_lossy().into_owned()).unwrap_or_default();
+    path.with_file_name(format!("{}-{object}.{}", part(path.file_stem()), part(path.extension())))
 }
 
 /// A path whose folder is resolved; the file itself need not exist.
@@ -102,6 +114,14 @@ pub(crate) fn commit_all(files: Vec<Staged>) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn objects_do_not_lead_into_other_folders() {
+        let file = |object: &str| file_of_object(Path::new("out/map.v2.png"), object);
+        assert_eq!(file("wall 3"), Path::new("out/map.v2-wall_3.png"));
+        assert_eq!(file("../../etc/passwd"), Path::new("out/map.v2-.._.._etc_passwd.png"));
+        assert_eq!(file(&"é".repeat(200)), Path::new("out").join(format!("map.v2-{}.png", "é".repeat(100))));
+    }
 
     #[test]
     fn targets_are_checked_before_the_work() {

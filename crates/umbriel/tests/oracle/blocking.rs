@@ -73,7 +73,7 @@ impl Lamp {
     }
 
     /// Whether the light is at x: the open segment is then empty.
-    fn is_at(&self, x: &Place) -> bool {
+    pub(crate) fn is_at(&self, x: &Place) -> bool {
         self.weight.sign() != 0
             && (0..3).all(|axis| {
                 let unit: [f64; 3] = std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 });

@@ -7,7 +7,9 @@ use umbriel_scene::{Object, Shape, Sides};
 
 use super::{
     blocking::{Ellipsoid, Lamp, Place, Triangle, combination},
+    curved::Curved,
     number::{Binary, Vector, cross, dot, minus, plus, times, vector},
+    solids::Solid,
 };
 
 /// A placed flat face: a triangle or a parallelogram.
@@ -182,6 +184,12 @@ impl Frame {
         };
         triangles.iter().zip(closed).map(flat).collect()
     }
+}
+
+/// A solid under a placement; `one_sided` says whether only its outside can be lit.
+pub(crate) fn placed(solid: &Solid, placement: &Placement, one_sided: bool) -> Curved {
+    let frame = Frame::new(placement);
+    Curved::new(solid.pieces(), one_sided, frame.rows, frame.origin)
 }
 
 /// Whether each triangle belongs to a component (triangles joined by edges of equal positions) in which every edge is

@@ -10,10 +10,14 @@
 
 pub(crate) mod blocking;
 pub(crate) mod body;
+pub(crate) mod curved;
 pub(crate) mod dice;
 pub(crate) mod fixtures;
+pub(crate) mod graze;
+pub(crate) mod margin;
 pub(crate) mod number;
 pub(crate) mod slack;
+pub(crate) mod solids;
 
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Object, Scene};

@@ -112,6 +112,13 @@ impl Mul for &Binary {
     }
 }
 
+impl Neg for &Surd {
+    type Output = Surd;
+    fn neg(self) -> Surd {
+        Surd { rational: -&self.rational, irrational: -&self.irrational }
+    }
+}
+
 impl Neg for &Binary {
     type Output = Binary;
     fn neg(self) -> Binary {
@@ -185,6 +192,27 @@ impl Surd {
         let (a, b) = (&self.rational, &self.irrational);
         let product = a * b;
         Self { rational: &(a * a) + &(&(b * b) * radicand), irrational: &product + &product }
+    }
+
+    /// A number without the root.
+    pub(crate) fn plain(rational: Binary) -> Self {
+        Self { rational, irrational: Binary::zero() }
+    }
+
+    /// The sum.
+    pub(crate) fn plus(&self, other: &Self) -> Self {
+        Self { rational: &self.rational + &other.rational, irrational: &self.irrational + &other.irrational }
+    }
+
+    /// The product, given n.
+    pub(crate) fn times(&self, other: &Self, radicand: &Binary) -> Self {
+        let (a, b, c, d) = (&self.rational, &self.irrational, &other.rational, &other.irrational);
+        Self { rational: &(a * c) + &(&(b * d) * radicand), irrational: &(a * d) + &(b * c) }
+    }
+
+    /// k times this.
+    pub(crate) fn scaled(&self, k: &Binary) -> Self {
+        Self { rational: &self.rational * k, irrational: &self.irrational * k }
     }
 
     /// This minus k·other.

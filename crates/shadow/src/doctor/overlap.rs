@@ -1,0 +1,133 @@
+//! Coplanar overlaps: faces of one plane that lie on each other, in one object or in two.
+//!
+//! Sorting by plane numbers ([`PlaneKey`]) leaves the faces that share a plane with another one; only these are placed
+//! again and kept. Inside a plane a tree over boxes proposes pairs, and an exact test decides ([`Plate::meeting`]).
+//! A face that is covered by several others counts what they cover one by one, its own area at most.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+use umbriel_bvh::BoxTree;
+use umbriel_scene::Scene;
+
+use crate::progress::{Cancelled, Progress};
+
+use super::{
+    defect::{Defect, DefectKind, Place},
+    planes::PlaneKey,
+    plate::Plate,
+};
+
+/// Up to so many faces of a plane every pair is tested; a tree would cost more.
+const WITHOUT_TREE: usize = 8;
+
+/// What covers a face, square metres; `None` while nothing does.
+#[derive(Clone, Copy, Debug, Default)]
+struct Covered {
+    alike: Option<f64>,
+    back_to_back: Option<f64>,
+}
+
+/// The overlaps of all objects, from the numbers of their faces' planes.
+pub(super) fn find(scene: &Scene, planes: &[Vec<PlaneKey>], progress: &dyn Progress) -> Result<Vec<Defect>, Cancelled> {
+    let mut named: Vec<(PlaneKey, u32, u32)> = Vec::with_capacity(planes.iter().map(Vec::len).sum());
+    for (object, keys) in planes.iter().enumerate() {
+        let faces = keys.iter().enumerate().filter(|(_, key)| **key != PlaneKey::None);
+        named.extend(faces.map(|(face, &key)| (key, object as u32, face as u32)));
+    }
+    if named.iter().any(|&(key, ..)| key == PlaneKey::Any) {
+        // A face that may lie in any plane is tested against all faces.
+        named.iter_mut().for_each(|(key, ..)| *key = PlaneKey::Any);
+    }
+    named.par_sort_unstable();
+    let groups: Vec<&[(PlaneKey, u32, u32)]> =
+        named.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1).collect();
+    let plates = Plates::of(scene, &groups, progress)?;
+    let covered = groups
+        .par_iter()
+        .map(|group| if progress.is_cancelled() { Err(Cancelled) } else { Ok(covered(&plates.of_group(group))) });
+    let covered = covered.collect::<Result<Vec<_>, Cancelled>>()?;
+    Ok(defects(covered.into_iter().flatten()))
+}
+
+/// The faces that share a plane with another one, object by object.
+struct Plates(BTreeMap<(u32, u32), Plate>);
+
+impl Plates {
+    fn of(scene: &Scene, groups: &[&[(PlaneKey, u32, u32)]], progress: &dyn Progress) -> Result<Self, Cancelled> {
+        let mut faces: Vec<(u32, u32)> =
+            groups.iter().flat_map(|group| group.iter().map(|&(_, object, face)| (object, face))).collect();
+        faces.par_sort_unstable();
+        let objects: Vec<&[(u32, u32)]> = faces.chunk_by(|a, b| a.0 == b.0).collect();
+        let plates = objects.par_iter().map(|faces| {
+            if progress.is_cancelled() {
+                return Err(Cancelled);
+            }
+            let object = &scene.objects[faces[0].0 as usize];
+            let facets = object.facets().unwrap_or_default();
+            let plate = |&(number, face): &(u32, u32)| {
+                let is_one_sided = object.is_one_sided(facets.is_closed(face as usize));
+                Plate::new(number, &facets, face as usize, is_one_sided).map(|plate| ((number, face), plate))
+            };
+            Ok(faces.iter().filter_map(plate).collect::<Vec<_>>())
+        });
+        let plates = plates.collect::<Result<Vec<_>, Cancelled>>()?;
+        Ok(Self(plates.into_iter().flatten().collect()))
+    }
+
+    fn of_group(&self, group: &[(PlaneKey, u32, u32)]) -> Vec<&Plate> {
+        group.iter().filter_map(|&(_, object, face)| self.0.get(&(object, face))).collect()
+    }
+}
+
+/// What is covered of the faces of one plane: object, face's area and how much of it is covered.
+fn covered(plates: &[&Plate]) -> Vec<(u32, Covered)> {
+    let mut covered = vec![Covered::default(); plates.len()];
+    for_each_pair(plates, |i, j| {
+        let (a, b) = (plates[i], plates[j]);
+        // Repeated triangles of one object are a kind of their own.
+        if a.object == b.object && a.repeats(b) {
+            return;
+        }
+        let Some(meeting) = a.meeting(b) else { return };
+        let is_contact = meeting.is_back_to_back && (a.is_one_sided || b.is_one_sided);
+        for face in [i, j] {
+            let Covered { alike, back_to_back } = &mut covered[face];
+            let sum = if is_contact { back_to_back } else { alike };
+            *sum = Some((sum.unwrap_or(0.0) + meeting.area).min(plates[face].area));
+        }
+    });
+    let is_covered = |covered: &Covered| covered.alike.is_some() || covered.back_to_back.is_some();
+    plates.iter().zip(covered).filter(|(_, covered)| is_covered(covered)).map(|(plate, c)| (plate.object, c)).collect()
+}
+
+/// Visits the pairs of faces whose boxes meet, each once, the lower face first, in order.
+fn for_each_pair(plates: &[&Plate], mut visit: impl FnMut(usize, usize)) {
+    if plates.len() <= WITHOUT_TREE {
+        (0..plates.len()).for_each(|i| (i + 1..plates.len()).for_each(|j| visit(i, j)));
+        return;
+    }
+    let boxes: Vec<_> = plates.iter().map(|plate| plate.bounds).collect();
+    let tree = BoxTree::build(&boxes);
+    let mut near = Vec::new();
+    for (i, bounds) in boxes.iter().enumerate() {
+        near.clear();
+        tree.for_each_meeting(bounds, |j| near.extend((j as usize > i).then_some(j as usize)));
+        near.sort_unstable();
+        near.iter().for_each(|&j| visit(i, j));
+    }
+}
+
+/// One defect an object and kind.
+fn defects(covered: impl Iterator<Item = (u32, Covered)>) -> Vec<Defect> {
+    let mut sums: BTreeMap<(DefectKind, u32), (usize, f64)> = BTreeMap::new();
+    for (object, Covered { alike, back_to_back }) in covered {
+        for (kind, area) in [(DefectKind::CoplanarOverlap, alike), (DefectKind::Contact, back_to_back)] {
+            let Some(area) = area else { continue };
+            let sum = sums.entry((kind, object)).or_default();
+            *sum = (sum.0 + 1, sum.1 + area);
+        }
+    }
+    let defect = |((kind, object), (count, area))| Defect::new(kind, Place::Object(object as usize), count, area);
+    sums.into_iter().map(defect).collect()
+}
