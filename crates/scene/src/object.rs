@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use umbriel_geometry::{
-    Aabb, Analytic, AnalyticDefect, Cuboid, Facets, Mesh, NumberDefect, PlacedAnalytic, Placement, Rectangle, accept,
-    accept_point,
+    Aabb, Analytic, AnalyticDefect, Convex, Cuboid, Facets, HullDefect, Mesh, NumberDefect, PlacedAnalytic, Placement,
+    Rectangle, accept, accept_point,
 };
 
 /// The local shape of an object.
@@ -17,6 +17,8 @@ pub enum Shape {
     Rectangle(Rectangle),
     /// A box.
     Cuboid(Cuboid),
+    /// The hull of points.
+    Convex(Arc<Convex>),
     /// A body given by formulas: a sphere, a cylinder, …
     Analytic(Analytic),
 }
@@ -56,6 +58,9 @@ pub enum ObjectDefect {
     /// Numbers that describe no body.
     #[error(transparent)]
     Analytic(#[from] AnalyticDefect),
+    /// Points whose hull has no inside, as they are or once they are placed and rounded.
+    #[error(transparent)]
+    Hull(#[from] HullDefect),
     /// A vertex or corner that the placement moves out of the accepted range.
     #[error("vertex {vertex}, once placed: coordinate {axis} {defect}")]
     Placed {
@@ -75,7 +80,7 @@ impl Object {
     /// [`ObjectDefect`].
     pub fn new(name: String, shape: Shape, placement: Placement, sides: Sides) -> Result<Self, ObjectDefect> {
         let sizes: Vec<f64> = match &shape {
-            Shape::Mesh(_) => Vec::new(),
+            Shape::Mesh(_) | Shape::Convex(_) => Vec::new(),
             Shape::Rectangle(rectangle) => rectangle.size.to_vec(),
             Shape::Cuboid(cuboid) => cuboid.size.to_vec(),
             Shape::Analytic(_) => Vec::new(),
@@ -85,6 +90,9 @@ impl Object {
         }
         if let Shape::Analytic(body) = &shape {
             body.check()?;
+        }
+        if let Shape::Convex(body) = &shape {
+            body.placed(&placement)?;
         }
         let object = Self { name, shape, placement, sides };
         for (vertex, local) in object.defining_points().into_iter().enumerate() {
@@ -98,6 +106,7 @@ impl Object {
     fn defining_points(&self) -> Vec<glam::DVec3> {
         match &self.shape {
             Shape::Mesh(mesh) => mesh.positions().to_vec(),
+            Shape::Convex(body) => body.points().to_vec(),
             Shape::Rectangle(rectangle) => rectangle.corners().to_vec(),
             Shape::Cuboid(cuboid) => cuboid.corners().to_vec(),
             Shape::Analytic(body) => Cuboid { size: body.half_extent().map(|half| 2.0 * half) }.corners().to_vec(),
@@ -108,6 +117,7 @@ impl Object {
     pub fn facets(&self) -> Option<Facets> {
         match &self.shape {
             Shape::Mesh(mesh) => Some(Facets::of_mesh(mesh, &self.placement)),
+            Shape::Convex(body) => Facets::of_convex(body, &self.placement).ok(),
             Shape::Rectangle(rectangle) => Some(Facets::of_rectangle(rectangle, &self.placement)),
             Shape::Cuboid(cuboid) => Some(Facets::of_cuboid(cuboid, &self.placement)),
             Shape::Analytic(_) => None,
@@ -132,6 +142,7 @@ impl Object {
                 Aabb::of(used.map(|(&position, _)| self.placement.round(position)))
             }
             Shape::Analytic(body) => body.bounds(&self.placement),
+            Shape::Convex(body) => Aabb::of(body.points().iter().map(|&point| self.placement.round(point))),
             Shape::Rectangle(rectangle) => self.corner_bounds(&rectangle.corners()),
             Shape::Cuboid(cuboid) => self.corner_bounds(&cuboid.corners()),
         }
@@ -152,10 +163,11 @@ impl Object {
         }
     }
 
-    /// Number of faces that a query can name: triangles, 1 for a rectangle, 6 for a box, the patches of an analytic body.
+    /// Number of faces that a query can name: triangles (of a convex body: those of its hull), 1 for a rectangle, 6 for a box, the patches of an analytic body.
     pub fn face_count(&self) -> usize {
         match &self.shape {
             Shape::Mesh(mesh) => mesh.triangles().len(),
+            Shape::Convex(_) => self.facets().map_or(0, |facets| facets.len()),
             Shape::Rectangle(_) => 1,
             Shape::Cuboid(_) => 6,
             Shape::Analytic(body) => body.face_count(),

@@ -137,7 +137,7 @@ impl<'a> Queries<'a> {
             return Err(QueryDefect::NoFace);
         }
         let square = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
-        let is_triangle = matches!(body.shape, Shape::Mesh(_));
+        let is_triangle = matches!(body.shape, Shape::Mesh(_) | Shape::Convex(_));
         // u ≤ 1 − v, decided exactly.
         let beyond = is_triangle && (Dyadic::new(1.0) - Dyadic::new(v) - Dyadic::new(u)).sign() == Sign::Negative;
         if !square || beyond {

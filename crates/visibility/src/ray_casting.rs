@@ -118,11 +118,23 @@ impl Body {
                     meshes.entry(Arc::as_ptr(mesh)).or_insert_with(|| Arc::new(TriangleBvh::build(Arc::clone(mesh))));
                 LocalShape::Mesh(Arc::clone(tree))
             }
+            Shape::Convex(_) => return Self::convex(object),
             Shape::Rectangle(rectangle) => LocalShape::Rectangle(*rectangle),
             Shape::Cuboid(cuboid) => LocalShape::Cuboid(*cuboid),
             _ => object.analytic().map_or(LocalShape::Unknown, |body| LocalShape::Analytic(Box::new(body))),
         };
         Self { shape, to_local: object.placement.map().inverse() }
+    }
+
+    /// The hull of placed points is a mesh of the world.
+    fn convex(object: &Object) -> Self {
+        let mesh = object.facets().and_then(|facets| {
+            let triangles = facets.iter().filter_map(|facet| facet.corners().try_into().ok()).collect();
+            Mesh::new(facets.positions().iter().map(|position| position.to_array()).collect(), triangles).ok()
+        });
+        let shape =
+            mesh.map_or(LocalShape::Unknown, |mesh| LocalShape::Mesh(Arc::new(TriangleBvh::build(mesh.into()))));
+        Self { shape, to_local: DAffine3::IDENTITY }
     }
 
     fn nearest(&self, ray: &Ray, t_max: f64) -> Option<LocalHit> {

@@ -7,6 +7,7 @@ use std::f64::consts::PI;
 
 use anyhow::Result;
 use glam::DMat3;
+use umbriel_geometry::Analytic;
 use umbriel_scene::{Object, Shape};
 use umbriel_shadow::{Cell, LightReport, ObjectReport, Place, Queries, Verdict};
 
@@ -144,7 +145,9 @@ fn area_of(object: &Object) -> Option<f64> {
             let [a, b, c] = [m.x_axis * x, m.y_axis * y, m.z_axis * z];
             Some(2.0 * (a.cross(b).length() + b.cross(c).length() + c.cross(a).length()))
         }
-        Shape::Sphere(body) => uniform_scale(&m).map(|scale| 4.0 * PI * (body.radius * scale).powi(2)),
+        Shape::Analytic(Analytic::Sphere { radius }) => {
+            uniform_scale(&m).map(|scale| 4.0 * PI * (radius * scale).powi(2))
+        }
         Shape::Mesh(mesh) => {
             let place = |corner: u32| object.placement.map().transform_point3(mesh.positions()[corner as usize]);
             let area = |[a, b, c]: [u32; 3]| (place(b) - place(a)).cross(place(c) - place(a)).length() / 2.0;

@@ -160,6 +160,22 @@ impl Analytic {
         }
     }
 
+    /// What the kind of body is called.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Sphere { .. } => "sphere",
+            Self::Ellipsoid { .. } => "ellipsoid",
+            Self::Cylinder { .. } => "cylinder",
+            Self::Cone { .. } => "cone",
+            Self::Frustum { .. } => "frustum",
+            Self::Capsule { .. } => "capsule",
+            Self::Paraboloid { .. } => "paraboloid",
+            Self::Hyperboloid { .. } => "hyperboloid",
+            Self::Disk { .. } => "disk",
+            Self::Quadric { .. } => "quadric",
+        }
+    }
+
     /// The radii and heights; none for a quadric.
     fn sizes(&self) -> Vec<f64> {
         match *self {

@@ -172,6 +172,9 @@ impl PlacedAnalytic {
         own: Option<Surface>,
         way: Way,
     ) -> Option<bool> {
+        if segment.along.iter().all(|coordinate| coordinate.decide() == Some(Sign::Zero)) {
+            return Some(false); // a light at the point itself: nothing lies between
+        }
         any_known(self.layout.parts.iter().map(|part| {
             let mut surface = segment.along_surface(forms, part.surface);
             if own == Some(part.surface) {

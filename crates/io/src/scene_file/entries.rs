@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 use toml::{Spanned, Value};
+use umbriel_geometry::Analytic;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -51,37 +52,43 @@ pub(super) struct ObjectEntry {
     pub(super) rectangle: Option<RectangleEntry>,
     #[serde(rename = "box")]
     pub(super) cuboid: Option<BoxEntry>,
-    pub(super) sphere: Option<SphereEntry>,
-
-    // Bodies of the format that are not read yet; kept apart from keys that nobody knows.
-    pub(super) ellipsoid: Option<Value>,
-    pub(super) cylinder: Option<Value>,
-    pub(super) cone: Option<Value>,
-    pub(super) frustum: Option<Value>,
-    pub(super) capsule: Option<Value>,
-    pub(super) paraboloid: Option<Value>,
-    pub(super) hyperboloid: Option<Value>,
-    pub(super) disk: Option<Value>,
-    pub(super) convex: Option<Value>,
-    pub(super) quadric: Option<Value>,
+    pub(super) convex: Option<ConvexEntry>,
+    pub(super) sphere: Option<RadiusEntry>,
+    pub(super) disk: Option<RadiusEntry>,
+    pub(super) ellipsoid: Option<EllipsoidEntry>,
+    pub(super) cylinder: Option<TurnedEntry>,
+    pub(super) cone: Option<TurnedEntry>,
+    pub(super) capsule: Option<TurnedEntry>,
+    pub(super) paraboloid: Option<TurnedEntry>,
+    pub(super) frustum: Option<FrustumEntry>,
+    pub(super) hyperboloid: Option<HyperboloidEntry>,
+    pub(super) quadric: Option<QuadricEntry>,
 }
 
 impl ObjectEntry {
-    /// The body that is not read yet, if one is given.
-    pub(super) fn unread_body(&self) -> Option<&'static str> {
-        let bodies = [
-            ("ellipsoid", &self.ellipsoid),
-            ("cylinder", &self.cylinder),
-            ("cone", &self.cone),
-            ("frustum", &self.frustum),
-            ("capsule", &self.capsule),
-            ("paraboloid", &self.paraboloid),
-            ("hyperboloid", &self.hyperboloid),
-            ("disk", &self.disk),
-            ("convex", &self.convex),
-            ("quadric", &self.quadric),
-        ];
-        bodies.into_iter().find(|(_, value)| value.is_some()).map(|(name, _)| name)
+    /// The analytic bodies that are given.
+    pub(super) fn analytic(&self) -> impl Iterator<Item = Analytic> + '_ {
+        let turned = |entry: &Option<TurnedEntry>| entry.as_ref().map(|body| (body.radius, body.height));
+        [
+            self.sphere.as_ref().map(|body| Analytic::Sphere { radius: body.radius }),
+            self.disk.as_ref().map(|body| Analytic::Disk { radius: body.radius }),
+            self.ellipsoid.as_ref().map(|body| Analytic::Ellipsoid { radii: body.radii }),
+            turned(&self.cylinder).map(|(radius, height)| Analytic::Cylinder { radius, height }),
+            turned(&self.cone).map(|(radius, height)| Analytic::Cone { radius, height }),
+            turned(&self.capsule).map(|(radius, height)| Analytic::Capsule { radius, height }),
+            turned(&self.paraboloid).map(|(radius, height)| Analytic::Paraboloid { radius, height }),
+            self.frustum.as_ref().map(|&FrustumEntry { bottom_radius, top_radius, height }| Analytic::Frustum {
+                bottom_radius,
+                top_radius,
+                height,
+            }),
+            self.hyperboloid.as_ref().map(|&HyperboloidEntry { waist_radius, end_radius, height }| {
+                Analytic::Hyperboloid { waist_radius, end_radius, height }
+            }),
+            self.quadric.as_ref().map(|body| Analytic::Quadric { matrix: body.rows(), within: body.within }),
+        ]
+        .into_iter()
+        .flatten()
     }
 }
 
@@ -106,8 +113,57 @@ pub(super) struct BoxEntry {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct SphereEntry {
+pub(super) struct RadiusEntry {
     pub(super) radius: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EllipsoidEntry {
+    pub(super) radii: [f64; 3],
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TurnedEntry {
+    pub(super) radius: f64,
+    pub(super) height: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FrustumEntry {
+    pub(super) bottom_radius: f64,
+    pub(super) top_radius: f64,
+    pub(super) height: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HyperboloidEntry {
+    pub(super) waist_radius: f64,
+    pub(super) end_radius: f64,
+    pub(super) height: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ConvexEntry {
+    pub(super) points: Vec<[f64; 3]>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct QuadricEntry {
+    pub(super) matrix: [f64; 16],
+    pub(super) within: [[f64; 3]; 2],
+}
+
+impl QuadricEntry {
+    /// The matrix; the file has it row by row.
+    fn rows(&self) -> [[f64; 4]; 4] {
+        std::array::from_fn(|row| std::array::from_fn(|column| self.matrix[4 * row + column]))
+    }
 }
 
 #[derive(Debug, Deserialize)]

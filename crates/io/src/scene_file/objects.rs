@@ -3,11 +3,12 @@
 use std::{
     collections::HashMap,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use glam::DAffine3;
 use toml::Spanned;
-use umbriel_geometry::{Cuboid, Rectangle, Sphere};
+use umbriel_geometry::{Convex, Cuboid, Rectangle};
 use umbriel_scene::{Member, Shape, Sides};
 
 use super::{
@@ -66,24 +67,27 @@ pub(super) fn read(
     Ok(())
 }
 
+/// The bodies that are no meshes, as the file names them.
+const BODIES: &str = "rectangle, box, sphere, ellipsoid, cylinder, cone, frustum, capsule, paraboloid, hyperboloid, disk, \
+                      convex, quadric";
+
 enum Body<'a> {
     Shape(Shape),
     Mesh(&'a str),
 }
 
 fn body_of(entry: &ObjectEntry) -> Result<Body<'_>, String> {
-    if let Some(body) = entry.unread_body() {
-        return Err(format!("the body \"{body}\" is not available yet; there are rectangle, box, sphere and mesh"));
-    }
-    let bodies = [
-        entry.rectangle.as_ref().map(|body| Body::Shape(Shape::Rectangle(Rectangle { size: body.size }))),
-        entry.cuboid.as_ref().map(|body| Body::Shape(Shape::Cuboid(Cuboid { size: body.size }))),
-        entry.sphere.as_ref().map(|body| Body::Shape(Shape::Sphere(Sphere { radius: body.radius }))),
-        entry.mesh.as_deref().map(Body::Mesh),
+    let convex = entry.convex.as_ref().map(|body| Convex::new(body.points.clone())).transpose();
+    let convex = convex.map_err(|defect| format!("convex: {defect}"))?;
+    let shapes = [
+        entry.rectangle.as_ref().map(|body| Shape::Rectangle(Rectangle { size: body.size })),
+        entry.cuboid.as_ref().map(|body| Shape::Cuboid(Cuboid { size: body.size })),
+        convex.map(|body| Shape::Convex(Arc::new(body))),
     ];
-    let mut bodies = bodies.into_iter().flatten();
+    let shapes = shapes.into_iter().flatten().chain(entry.analytic().map(Shape::Analytic));
+    let mut bodies = shapes.map(Body::Shape).chain(entry.mesh.as_deref().map(Body::Mesh));
     let (Some(body), None) = (bodies.next(), bodies.next()) else {
-        return Err("give exactly one body: rectangle, box, sphere or mesh".to_owned());
+        return Err(format!("give exactly one body: {BODIES} or mesh"));
     };
     if entry.node.is_some() && !matches!(body, Body::Mesh(_)) {
         return Err("node picks a part of a mesh file; there is no mesh here".to_owned());

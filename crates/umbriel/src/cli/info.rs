@@ -95,7 +95,8 @@ fn objects(text: &mut String, scene: &Scene, findings: &[Finding]) -> std::fmt::
             }
             Shape::Rectangle(_) => "rectangle".to_owned(),
             Shape::Cuboid(_) => "box".to_owned(),
-            Shape::Sphere(_) => "sphere".to_owned(),
+            Shape::Convex(body) => format!("hull of {} points", body.points().len()),
+            Shape::Analytic(body) => body.name().to_owned(),
             _ => "body".to_owned(),
         };
         writeln!(text, "  {}: {kind}, {} x {} x {} m", object.name, number(size.x), number(size.y), number(size.z))?;

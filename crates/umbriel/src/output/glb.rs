@@ -161,7 +161,7 @@ impl SharedVertices {
 mod tests {
     use super::*;
     use Verdict::{Lit, Shadowed, Undecided};
-    use umbriel_geometry::{Cuboid, Placement, Rectangle, Sphere};
+    use umbriel_geometry::{Analytic, Cuboid, Placement, Rectangle};
     use umbriel_scene::{Shape, Sides};
 
     fn object(shape: Shape) -> Object {
@@ -222,7 +222,7 @@ mod tests {
         let cells: Vec<Cell> = (0..6).map(|face| Cell { face, ..cell(0, 0, 0, top_lit(face)) }).collect();
         let cuboid = mesh(&object(Shape::Cuboid(Cuboid { size: [1.0; 3] })), &cells, Coloring::Vertex);
         assert_eq!((cuboid.positions.len(), cuboid.colors.iter().filter(|&&color| color == LIT).count()), (24, 4));
-        let ball = mesh(&object(Shape::Sphere(Sphere { radius: 1.0 })), &cells, Coloring::Vertex);
+        let ball = mesh(&object(Shape::Analytic(Analytic::Sphere { radius: 1.0 })), &cells, Coloring::Vertex);
         // A patch has 16 × 16 polygons here; the patches of a ball share their borders.
         assert_eq!(ball.positions.len(), 6 * 16 * 16 + 2);
         assert!(ball.colors.iter().any(|&color| color != LIT && color != SHADOWED), "the border is smooth");

@@ -248,7 +248,7 @@ fn outside(layout: &LightmapLayout) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use umbriel_geometry::{Mesh, Placement, Sphere};
+    use umbriel_geometry::{Analytic, Mesh, Placement};
     use umbriel_scene::{Light, Object, Shape, Sides};
     use umbriel_shadow::{Detail, Request, Silent, bake};
 
@@ -259,7 +259,7 @@ mod tests {
         let raised = Placement::new(glam::DAffine3::from_translation(glam::DVec3::Y * 2.0)).expect("regular");
         let object = |name: &str, shape, placement| Object::new(name.into(), shape, placement, Sides::Auto);
         let floor = object("floor", Shape::Mesh(floor.into()), Placement::IDENTITY).expect("a floor");
-        let ball = object("ball", Shape::Sphere(Sphere { radius: 1.0 }), raised).expect("a ball");
+        let ball = object("ball", Shape::Analytic(Analytic::Sphere { radius: 1.0 }), raised).expect("a ball");
         let light =
             |direction: &[f64; 3]| Light { name: "sun".into(), source: LightSource::sun(*direction).expect("a sun") };
         Scene { objects: vec![floor, ball], lights: suns.iter().map(light).collect(), ..Scene::default() }

@@ -3,8 +3,8 @@
 //! Points are rounded floats: what is drawn, not what is decided.
 
 use glam::DVec3;
-use umbriel_geometry::{Approx, Facet, Facets, Placement, Sphere};
-use umbriel_scene::{Object, Shape};
+use umbriel_geometry::{Approx, Facet, Facets, PlacedAnalytic, Placement, analytic::PatchArea};
+use umbriel_scene::Object;
 use umbriel_shadow::Cell;
 
 /// On a curved body no polygon is coarser than a patch halved this often, so that it looks round.
@@ -18,7 +18,7 @@ pub(crate) struct Surface<'a> {
 
 enum Form {
     Flat(Facets),
-    Sphere(Sphere),
+    Curved(Box<PlacedAnalytic>),
     /// A shape without a map from (u, v); nothing of it is drawn.
     Unknown,
 }
@@ -26,11 +26,8 @@ enum Form {
 impl<'a> Surface<'a> {
     /// Costs a sort of the vertices of a mesh: keep it for all cells.
     pub(crate) fn of(object: &'a Object) -> Self {
-        let form = match (&object.shape, object.facets()) {
-            (_, Some(facets)) => Form::Flat(facets),
-            (Shape::Sphere(sphere), _) => Form::Sphere(*sphere),
-            _ => Form::Unknown,
-        };
+        let curved = || object.analytic().map(|body| Form::Curved(Box::new(body)));
+        let form = object.facets().map(Form::Flat).or_else(curved).unwrap_or(Form::Unknown);
         Self { placement: &object.placement, form }
     }
 
@@ -43,9 +40,9 @@ impl<'a> Surface<'a> {
                 let (first, second, last) = (at(corners[0]), at(corners[1]), at(corners[corners.len() - 1]));
                 Some(first + u * (second - first) + v * (last - first))
             }
-            Form::Sphere(sphere) => {
-                let local = sphere.radius * Sphere::direction(face as usize, u, v).normalize();
-                Some(self.placement.map().transform_point3(local))
+            Form::Curved(body) => {
+                let chart = body.charts().get(face as usize)?;
+                Some(self.placement.map().transform_point3(chart.point(u, v)))
             }
             Form::Unknown => None,
         }
@@ -59,11 +56,11 @@ impl<'a> Surface<'a> {
     /// The parts of a cell that are drawn as one polygon each: the cell itself, or on a curved body finer ones. None
     /// beyond the edge of a triangle.
     pub(crate) fn parts(&self, cell: &Cell) -> Vec<Cell> {
-        match self.form {
+        match &self.form {
             Form::Unknown => Vec::new(),
             Form::Flat(_) if self.is_triangle(cell.face) && is_beyond(cell) => Vec::new(),
             Form::Flat(_) => vec![*cell],
-            Form::Sphere(_) => split(cell, ROUND_LEVEL),
+            Form::Curved(_) => split(cell, ROUND_LEVEL),
         }
     }
 
@@ -82,31 +79,24 @@ impl<'a> Surface<'a> {
         cell.point(if is_half { [0.25, 0.25] } else { [0.5, 0.5] })
     }
 
-    /// The area of a cell, square metres. On flat faces with its bound; on curved ones integrated, and the error is what
-    /// a finer division changed.
+    /// The area of a cell, square metres, with its bound.
     pub(crate) fn area(&self, cell: &Cell) -> Approx {
-        let Form::Flat(facets) = &self.form else { return self.curved_area(cell) };
         let face = cell.face as usize;
-        let is_half = self.is_triangle(cell.face) && is_cut(cell);
-        // A triangle is half of its parameter square. All factors are powers of two: nothing is rounded.
-        let square = if self.is_triangle(cell.face) { 2.0 } else { 1.0 };
-        let share = square * if is_half { 0.5 } else { 1.0 } * 0.25f64.powi(i32::from(cell.level));
-        let area = facets.area(face);
-        Approx { value: area.value * share, error: area.error * share }
-    }
-
-    /// Inscribed polygons miss an area that shrinks by four with every division (Richardson 1911).
-    fn curved_area(&self, cell: &Cell) -> Approx {
-        let finer = cell.level.max(ROUND_LEVEL) + 1;
-        let inscribed = |level: u8| split(cell, level).iter().map(|part| self.quad_area(part)).sum::<f64>();
-        let (coarse, fine) = (inscribed(finer - 1), inscribed(finer));
-        Approx { value: fine + (fine - coarse) / 3.0, error: (fine - coarse).abs() }
-    }
-
-    /// The area of the quadrilateral between a cell's corners: half the length of the cross product of its diagonals.
-    fn quad_area(&self, cell: &Cell) -> f64 {
-        let at = |corner: [f64; 2]| self.point(cell.face, cell.point(corner)).unwrap_or_default();
-        0.5 * (at([1.0, 1.0]) - at([0.0, 0.0])).cross(at([0.0, 1.0]) - at([1.0, 0.0])).length()
+        match &self.form {
+            Form::Unknown => Approx::exact(0.0),
+            Form::Curved(body) => {
+                let edge = 0.5f64.powi(i32::from(cell.level));
+                PatchArea::new(&body.charts()[face], self.placement).of_cell(cell.point([0.0, 0.0]), edge)
+            }
+            Form::Flat(facets) => {
+                let is_half = self.is_triangle(cell.face) && is_cut(cell);
+                // A triangle is half of its parameter square. All factors are powers of two: nothing is rounded.
+                let square = if self.is_triangle(cell.face) { 2.0 } else { 1.0 };
+                let share = square * if is_half { 0.5 } else { 1.0 } * 0.25f64.powi(i32::from(cell.level));
+                let area = facets.area(face);
+                Approx { value: area.value * share, error: area.error * share }
+            }
+        }
     }
 }
 
@@ -142,8 +132,8 @@ fn split(cell: &Cell, level: u8) -> Vec<Cell> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use umbriel_geometry::{Cuboid, Mesh};
-    use umbriel_scene::Sides;
+    use umbriel_geometry::{Analytic, Cuboid, Mesh};
+    use umbriel_scene::{Shape, Sides};
     use umbriel_shadow::Verdict;
 
     fn object(shape: Shape, scale: DVec3) -> Object {
@@ -180,7 +170,7 @@ mod tests {
 
     #[test]
     fn areas_of_curved_cells_add_up_to_the_body() {
-        let sphere = || Shape::Sphere(Sphere { radius: 1.0 });
+        let sphere = || Shape::Analytic(Analytic::Sphere { radius: 1.0 });
         let pi = std::f64::consts::PI;
         let e = 3f64.sqrt() / 2.0;
         let spheroid = 2.0 * pi * (1.0 + 2.0 / e * e.asin());
@@ -199,7 +189,7 @@ mod tests {
     #[test]
     fn polygons_look_outward_under_mirrors_too() {
         for scale in [DVec3::ONE, DVec3::new(-1.0, 1.0, 1.0)] {
-            let object = object(Shape::Sphere(Sphere { radius: 2.0 }), scale);
+            let object = object(Shape::Analytic(Analytic::Sphere { radius: 2.0 }), scale);
             let surface = Surface::of(&object);
             let volume: f64 = (0..6)
                 .flat_map(|face| surface.parts(&cell(face, 0, 0, 0)))

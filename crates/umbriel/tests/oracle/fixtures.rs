@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use umbriel_geometry::{Cuboid, LightSource, Mesh, Placement, Rectangle, Sphere};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 
 use super::dice::Dice;
@@ -36,7 +36,7 @@ pub(crate) fn cuboid(x: f64, y: f64, z: f64) -> Shape {
 
 /// A sphere.
 pub(crate) fn sphere(radius: f64) -> Shape {
-    Shape::Sphere(Sphere { radius })
+    Shape::Analytic(Analytic::Sphere { radius })
 }
 
 /// A mesh of these triangles.
@@ -200,7 +200,9 @@ pub(crate) fn features(scene: &Scene) -> Vec<[f64; 3]> {
             Shape::Mesh(mesh) => mesh.positions().to_vec(),
             Shape::Rectangle(rectangle) => rectangle.corners().to_vec(),
             Shape::Cuboid(cuboid) => cuboid.corners().to_vec(),
-            Shape::Sphere(sphere) => DVec3::AXES.iter().flat_map(|&a| [a, -a]).map(|a| a * sphere.radius).collect(),
+            Shape::Analytic(Analytic::Sphere { radius }) => {
+                DVec3::AXES.iter().flat_map(|&a| [a, -a]).map(|a| a * *radius).collect()
+            }
             _ => Vec::new(),
         };
         let middles: Vec<DVec3> = local.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0).collect();
