@@ -3,7 +3,9 @@
 //! Vertices with equal coordinates are one vertex; triangles that name one vertex twice are dropped. The rest must be a
 //! closed surface, convex at every edge, and wind once around its inside. Exact; O(n log n).
 
-use super::{Brep, BrepDefect, Flatness, surface::Surface};
+use glam::DVec3;
+
+use super::{Brep, BrepDefect, Flatness, hull::keep_used, surface::Surface};
 use crate::{Mesh, ring::Sign, topology::unify};
 
 /// Why a mesh is not the boundary of a convex body. Vertices and triangles are those of the mesh.
@@ -39,9 +41,18 @@ pub enum ConvexMeshDefect {
         /// Second vertex.
         to: u32,
     },
-    /// Convex at every edge, yet in several pieces, or winding more than once.
-    #[error("convex at every edge, but in several pieces or winding more than once around its inside")]
-    NotOnce,
+    /// A triangle that does not hang together with the first one.
+    #[error("triangle {triangle} does not hang together with the first one")]
+    Apart {
+        /// Which triangle.
+        triangle: usize,
+    },
+    /// Convex at every edge, yet wound more than once, as over a pentagram.
+    #[error("the surface winds more than once around its inside, at vertex {vertex} for one")]
+    Wound {
+        /// A vertex where this shows.
+        vertex: u32,
+    },
 }
 
 impl Brep {
@@ -78,11 +89,32 @@ impl Brep {
             let (triangle, from, to) = edge(half_edge);
             return Err(ConvexMeshDefect::InwardBend { triangle, from, to });
         }
-        let mut faces = surface.whole_faces(&positions);
-        let vertices = super::hull::keep_used(&positions, &mut faces);
-        Self::new(vertices, &faces).map_err(|defect| match defect {
-            BrepDefect::Flat(flatness) => ConvexMeshDefect::Flat(flatness),
-            _ => ConvexMeshDefect::NotOnce,
+        if let Some(apart) = surface.first_apart() {
+            return Err(ConvexMeshDefect::Apart { triangle: kept[apart as usize] });
+        }
+        Self::of_locally_convex(&surface, &positions).map_err(|defect| match defect {
+            Wound::Flat(flatness) => ConvexMeshDefect::Flat(flatness),
+            Wound::At(position) => {
+                let vertex = mesh.positions().iter().position(|&other| other == position).unwrap_or(0) as u32;
+                ConvexMeshDefect::Wound { vertex }
+            }
         })
     }
+
+    /// The body of a connected surface that is convex at every edge.
+    fn of_locally_convex(surface: &Surface, positions: &[DVec3]) -> Result<Self, Wound> {
+        let mut faces = surface.whole_faces(positions);
+        let vertices = keep_used(positions, &mut faces);
+        Self::new(vertices.clone(), &faces).map_err(|defect| match defect {
+            BrepDefect::Flat(flatness) => Wound::Flat(flatness),
+            BrepDefect::NotConvex { vertex, .. } => Wound::At(vertices[vertex as usize]),
+            _ => Wound::At(positions[surface.start[0] as usize]),
+        })
+    }
+}
+
+/// What keeps a surface that is convex at every edge from being a body.
+enum Wound {
+    Flat(Flatness),
+    At(DVec3),
 }

@@ -44,6 +44,22 @@ fn brute_force(planes: &[([i64; 3], i64)]) -> Vec<DVec3> {
 
 proptest! {
     #[test]
+    fn the_planes_of_a_body_give_it_back(cloud in lattice_cloud(), middle in lattice_point(100)) {
+        // Away from the origin, so that the origin is not inside.
+        let Ok(body) = Brep::hull(cloud.into_iter().map(|x| x + middle)) else { return Ok(()) };
+        let half_spaces: Vec<HalfSpace> = (0..body.face_count())
+            .map(|face| {
+                let [a, b, c] = body.plane(face).map(|corner| corner.position);
+                let normal = (b - a).cross(c - a); // exact: small integers
+                HalfSpace { normal: normal.to_array(), offset: normal.dot(a) }
+            })
+            .collect();
+        prop_assert_eq!(Brep::of_half_spaces(&half_spaces), Ok(body.clone()));
+        // Without one of them it is another body, or none.
+        prop_assert_ne!(Brep::of_half_spaces(&half_spaces[1..]), Ok(body));
+    }
+
+    #[test]
     fn corners_agree_with_brute_force(
         cuts in proptest::collection::vec((proptest::array::uniform3(-3..=3_i64), -6..12_i64), 0..12), half in 1..5_i64,
     ) {
@@ -104,7 +120,7 @@ fn what_has_no_body_is_named() {
     let mut thin: Vec<HalfSpace> = thin.iter().map(|&(normal, offset)| HalfSpace { normal, offset }).collect();
     thin[0] = HalfSpace { normal: [2.0_f64.powi(100), 2.0_f64.powi(40), 0.0], offset: 2.0_f64.powi(100) };
     thin.extend([half_space([0, 0, 1], 1), half_space([0, 0, -1], 1)]);
-    assert_eq!(body(&thin), HalfSpaceDefect::Thin(Flatness::Plane));
+    assert_eq!(body(&thin), HalfSpaceDefect::Thin(HullDefect::Flat(Flatness::Plane)));
 }
 
 #[test]

@@ -67,7 +67,7 @@ fn slivers_pieces_and_nothing() {
         let triangles = mesh.triangles().iter().copied().chain(shifted).collect();
         Brep::of_mesh(&Mesh::new(positions.map(|p| p.to_array()).collect(), triangles).expect("accepted"))
     };
-    assert_eq!(twice(DVec3::X * 3.0), Err(ConvexMeshDefect::NotOnce));
+    assert_eq!(twice(DVec3::X * 3.0), Err(ConvexMeshDefect::Apart { triangle: 12 }));
     assert!(matches!(twice(DVec3::ZERO), Err(ConvexMeshDefect::OpenEdge { .. })), "every edge twice");
     let empty = Mesh::new(Vec::new(), vec![]).expect("accepted");
     assert_eq!(Brep::of_mesh(&empty), Err(ConvexMeshDefect::Flat(Flatness::Nothing)));
@@ -88,4 +88,11 @@ fn slivers_pieces_and_nothing() {
         Brep::of_mesh(&Mesh::new(positions, with_needle).expect("accepted")).map(|b| counts(&b)),
         Ok((8, 12, 6))
     );
+}
+
+#[test]
+fn a_mesh_that_winds_twice_is_refused() {
+    let (vertices, triangles) = pentagram_pyramids();
+    let mesh = Mesh::new(vertices.iter().map(|v| v.to_array()).collect(), triangles).expect("accepted");
+    assert!(matches!(Brep::of_mesh(&mesh), Err(ConvexMeshDefect::Wound { .. })), "{:?}", Brep::of_mesh(&mesh));
 }
