@@ -173,14 +173,14 @@ fn lit_sides_are_outward() {
 #[test]
 fn the_oracle_agrees_with_sampling_where_sampling_is_clear() {
     for subject in subjects() {
-        let curved = body(subject.solid);
+        let curved = body(subject.solid());
         let mut counts = [0; 2];
         for number in 0..cases(400) {
             let mut dice = Dice::new("sampling", number);
             let mut any = || DVec3::from_array(std::array::from_fn(|_| dice.float(-12.0, 12.0)));
             let (x, light) = (any(), any());
             let is_sun = number % 3 == 0;
-            let Some(clear) = clearly_blocks(&subject.solid, x, light, is_sun) else { continue };
+            let Some(clear) = clearly_blocks(&subject.solid(), x, light, is_sun) else { continue };
             counts[usize::from(clear)] += 1;
             let (x, light) = (x.to_array(), light.to_array());
             let exact = if is_sun { along(&curved, x, light) } else { between(&curved, x, light) };
