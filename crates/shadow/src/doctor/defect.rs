@@ -125,7 +125,7 @@ impl DefectKind {
             Self::UnreferencedVertices => "No triangle uses them: they change nothing.",
             Self::LampInsideBody => {
                 "The lamp is inside a closed body whose faces look away from it: it lights none of them, and nothing \
-                 outside."
+                 outside but what is in contact with the body."
             }
             Self::LampOnSurface => {
                 "The lamp lies exactly on a face: that face stays dark, does not block, and light goes out on both of \
