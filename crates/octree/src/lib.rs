@@ -7,16 +7,28 @@
 //!
 //! The layer is useful alone: no files, no threads, no dependency on the rest of umbriel but its geometry.
 
+mod cast;
 mod cube;
+mod direction;
 mod linear;
 mod morton;
+mod partition;
 mod quad;
+mod solid;
+#[cfg(feature = "serde")]
+mod stored;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+pub use cast::{Cast, Crossing, Ray, RayDefect};
 pub use cube::{Cube, LatticeBox, depth_of_length};
+pub use direction::Direction;
 pub use linear::{BuildDefect, Leaf, Limits, LinearOctree, OctreeDefect};
 pub use morton::{Code, Octant, Quadrant, decode2, decode3, encode2, encode3};
+pub use partition::{Gap, Partition};
 pub use quad::Face;
+pub use solid::{CubesDiffer, SolidOctree, SolidView, VolumeBounds};
+#[cfg(feature = "serde")]
+pub use stored::StoredDefect;
