@@ -11,10 +11,10 @@ use oracle::{
     blocking::{Lamp, Place},
     cases,
     dice::Dice,
-    graze::{Segment, Subject, Target, maps, segment, short_segment, subjects},
+    graze::{Segment, Subject, Target, aimed_light, maps, segment, short_segment, subjects},
     number::vector,
 };
-use umbriel_geometry::{Dyadic, LightSource, PlacedAnalytic, Placement, blocking::Probe};
+use umbriel_geometry::{Dyadic, LightSource, PlacedAnalytic, Placement, Sign, blocking::Probe};
 
 /// What the definition says.
 fn by_definition(target: &Target, segment: &Segment) -> bool {
@@ -96,6 +96,50 @@ fn exact_placements_change_no_answer() {
             assert!(answers.iter().all(|&answer| answer == answers[0]), "{}: {local:?}: {answers:?}", subject.name);
         }
     }
+}
+
+/// A point of a face: the face, its parameters, and the oracle's piece and point.
+fn surface_point(subject: &Subject, target: &Target, dice: &mut Dice) -> Option<(usize, [f64; 2], usize, Place)> {
+    let solid = subject.solid();
+    let (face, parameters) = (dice.index(solid.face_count()), dice.parameters(false));
+    let (piece, local) = solid.point(face, parameters)?;
+    Some((face, parameters, piece, target.curved.image(&local)))
+}
+
+#[test]
+fn surface_points_are_blocked_and_turned_as_the_definition_says() {
+    let mut wrong = Vec::new();
+    let count = cases(10_000) / 10;
+    for subject in subjects() {
+        for (place, map) in maps().into_iter().enumerate() {
+            let target = Target::new(&subject, map);
+            let body = PlacedAnalytic::new(subject.body, target.placement).expect("an accepted body");
+            for number in 0..count.div_ceil(12) {
+                let mut dice = Dice::new("surface points", number + 1000 * place as u64);
+                let Some((face, [u, v], piece, x)) = surface_point(&subject, &target, &mut dice) else { continue };
+                let light = aimed_light(&subject, &target, x.approximate(), &mut dice);
+                let lamp = Lamp::new(&light);
+                if lamp.is_at(&x) {
+                    continue;
+                }
+                let expected = (target.curved.blocks(&x, &lamp), target.curved.light_side(piece, &x, &lamp));
+                let chart = &body.charts()[face];
+                let exact = || chart.exact_point(&target.placement, u, v).expect("a point of the surface");
+                let probe = Probe::new(chart.bounded_point(&target.placement, u, v), exact);
+                let blocked = body.blocks(&probe, Some(chart.surface), &light);
+                let facing = match body.facing(chart.surface, &probe, &light) {
+                    Sign::Negative => -1,
+                    Sign::Zero => 0,
+                    Sign::Positive => 1,
+                };
+                if (blocked, facing) != expected {
+                    let found = format!("{blocked} {facing}, by definition {expected:?}");
+                    wrong.push(format!("{}, {place}: face {face} ({u}, {v}) {light:?}: {found}", subject.name));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} are wrong:\n{}", wrong.len(), wrong[..wrong.len().min(12)].join("\n"));
 }
 
 #[test]

@@ -95,30 +95,11 @@ fn ellipsoids_under_a_sun_by_their_outline() {
     }
 }
 
-/// The winding of a closed polygon about a point; `None` close to the border.
-fn is_inside(border: &[DVec2], point: DVec2, margin: f64) -> Option<bool> {
-    let mut turns = 0.0;
-    for (i, &a) in border.iter().enumerate() {
-        let (p, q) = (a - point, border[(i + 1) % border.len()] - point);
-        let t = (-p.dot(q - p) / (q - p).length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        if p.lerp(q, t).length() < margin {
-            return None;
-        }
-        turns += p.perp_dot(q).atan2(p.dot(q));
-    }
-    Some(turns.abs() > PI)
-}
-
-fn polygon_area(border: &[DVec2]) -> f64 {
-    let next = |i: usize| border[(i + 1) % border.len()] - border[0];
-    border.iter().enumerate().map(|(i, &p)| (p - border[0]).perp_dot(next(i))).sum::<f64>().abs() / 2.0
-}
-
 #[test]
 fn borders_enclose_what_the_definition_puts_in_shadow() {
     for (title, Arrangement { caster, lamp, .. }) in arrangements(cases(1_000) / 50) {
         let shadow = shadow(&caster, lamp).unwrap_or_else(|| panic!("no formula: {title}"));
-        assert_close(polygon_area(&shadow.border), shadow.area, 1e-4, &title);
+        assert_close(shadow.polygon_area(), shadow.area, 1e-4, &title);
         let (body, light) = (curved(&caster), source(lamp));
         let low = shadow.border.iter().copied().reduce(DVec2::min).expect("a border");
         let high = shadow.border.iter().copied().reduce(DVec2::max).expect("a border");
@@ -128,7 +109,7 @@ fn borders_enclose_what_the_definition_puts_in_shadow() {
             let any = DVec2::new(dice.float(-0.1, 1.1), dice.float(-0.1, 1.1));
             let near = dice.pick(&shadow.border[..]) + (any - 0.5) * (20.0 * margin);
             let point = if dice.one_in(2) { near } else { low + (high - low) * any };
-            let Some(inside) = is_inside(&shadow.border, point, margin) else { continue };
+            let Some(inside) = shadow.contains(point, margin) else { continue };
             let x = blocking::Place::new(vector([point.x, 0.0, point.y]));
             assert_eq!(body.blocks(&x, &light), inside, "({}, {}) of {title}", point.x, point.y);
         }

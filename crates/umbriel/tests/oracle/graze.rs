@@ -304,6 +304,32 @@ pub(crate) fn short_segment(subject: &Subject, dice: &mut Dice) -> LocalSegment 
     }
 }
 
+/// A light for the world point x: beyond a feature, at it, along an axis or a normal, or anywhere; at times an ulp off.
+pub(crate) fn aimed_light(subject: &Subject, target: &Target, x: [f64; 3], dice: &mut Dice) -> LightSource {
+    loop {
+        let (p, normal) = subject.touching[dice.index(subject.touching.len())];
+        let feature = match dice.below(4) {
+            0 => target.image(dice.pick(&subject.special)),
+            1 => target.image(p + normal * dice.pick(&[0.5, -0.5, 2.0])),
+            _ => target.image(p),
+        };
+        let is_sun = dice.one_in(3);
+        let reach = dice.pick(&[1.0, 0.5, 1.5, 2.0, 4.0]);
+        let mut end: [f64; 3] = match (is_sun, dice.below(5)) {
+            (true, 0) => target.turned(dice.pick(&DVec3::AXES) * dice.pick(&[1.0, -1.0])),
+            (true, _) => std::array::from_fn(|i| x[i] - feature[i]),
+            (false, 0) => target.image(DVec3::from_array(std::array::from_fn(|_| dice.float(-20.0, 20.0)))),
+            (false, _) => std::array::from_fn(|i| x[i] + reach * (feature[i] - x[i])),
+        };
+        if dice.one_in(3) {
+            end = end.map(|coordinate| dice.nudged(coordinate));
+        }
+        if let Some(light) = light(end, is_sun) {
+            return light;
+        }
+    }
+}
+
 fn light(end: [f64; 3], is_sun: bool) -> Option<LightSource> {
     if is_sun { LightSource::sun(end).ok() } else { LightSource::point(end).ok() }
 }

@@ -6,6 +6,7 @@
 #![allow(dead_code, reason = "every judge uses its own part of the formulas")]
 
 pub(crate) mod chance;
+pub(crate) mod coaxial;
 pub(crate) mod lit;
 pub(crate) mod quadrature;
 pub(crate) mod shadow;
@@ -42,6 +43,26 @@ pub(crate) struct Caster {
     pub(crate) turn: DMat3,
     /// Its middle.
     pub(crate) center: DVec3,
+}
+
+/// The body with all its lengths times `k`.
+pub(crate) fn scaled(body: Analytic, k: f64) -> Analytic {
+    match body {
+        Analytic::Sphere { radius } => Analytic::Sphere { radius: radius * k },
+        Analytic::Ellipsoid { radii } => Analytic::Ellipsoid { radii: radii.map(|radius| radius * k) },
+        Analytic::Cylinder { radius, height } => Analytic::Cylinder { radius: radius * k, height: height * k },
+        Analytic::Cone { radius, height } => Analytic::Cone { radius: radius * k, height: height * k },
+        Analytic::Frustum { bottom_radius, top_radius, height } => {
+            Analytic::Frustum { bottom_radius: bottom_radius * k, top_radius: top_radius * k, height: height * k }
+        }
+        Analytic::Capsule { radius, height } => Analytic::Capsule { radius: radius * k, height: height * k },
+        Analytic::Paraboloid { radius, height } => Analytic::Paraboloid { radius: radius * k, height: height * k },
+        Analytic::Hyperboloid { waist_radius, end_radius, height } => {
+            Analytic::Hyperboloid { waist_radius: waist_radius * k, end_radius: end_radius * k, height: height * k }
+        }
+        Analytic::Disk { radius } => Analytic::Disk { radius: radius * k },
+        other => other,
+    }
 }
 
 impl Caster {

@@ -24,6 +24,39 @@ pub(crate) struct Shadow {
     pub(crate) area: f64,
 }
 
+impl Shadow {
+    fn sides(&self) -> impl Iterator<Item = [DVec2; 2]> + '_ {
+        let border = &self.border;
+        (0..border.len()).map(|i| [border[i], border[(i + 1) % border.len()]])
+    }
+
+    /// The length of the border.
+    pub(crate) fn border_length(&self) -> f64 {
+        self.sides().map(|[a, b]| a.distance(b)).sum()
+    }
+
+    /// The distance of a point from the border.
+    pub(crate) fn distance(&self, point: DVec2) -> f64 {
+        let to_side = |[a, b]: [DVec2; 2]| {
+            let t = ((point - a).dot(b - a) / (b - a).length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            point.distance(a + (b - a) * t)
+        };
+        self.sides().map(to_side).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether a point is in the shadow, by the winding of the border; `None` within `margin` of it.
+    pub(crate) fn contains(&self, point: DVec2, margin: f64) -> Option<bool> {
+        let turn = |[a, b]: [DVec2; 2]| (a - point).perp_dot(b - point).atan2((a - point).dot(b - point));
+        (self.distance(point) >= margin).then(|| self.sides().map(turn).sum::<f64>().abs() > PI)
+    }
+
+    /// The area of the polygon.
+    pub(crate) fn polygon_area(&self) -> f64 {
+        let base = self.border[0];
+        self.sides().map(|[a, b]| (a - base).perp_dot(b - base)).sum::<f64>().abs() / 2.0
+    }
+}
+
 /// The shadow; `None` where no formula is known.
 pub(crate) fn shadow(caster: &Caster, lamp: Lamp) -> Option<Shadow> {
     if let Analytic::Hyperboloid { waist_radius, end_radius, height } = caster.body {
