@@ -1,7 +1,9 @@
 //! Convex bodies from triangle meshes: coplanar triangles become whole faces.
 //!
 //! Vertices with equal coordinates are one vertex; triangles that name one vertex twice are dropped. The rest must be a
-//! closed surface, convex at every edge, and wind once around its inside. Exact; O(n log n).
+//! closed surface, convex at every edge, without folds, whose plane faces are those of the hull ([`Brep::new`]). That
+//! suffices: the triangles of a plane face then all turn the same way, and their common border is one convex polygon, so
+//! they cover it once and nothing beside it. Exact; O(n log n), memory for some copies of the mesh.
 
 use glam::DVec3;
 
@@ -34,6 +36,16 @@ pub enum ConvexMeshDefect {
     /// An edge at which the surface bends inward.
     #[error("triangle {triangle}: the surface bends inward at the edge from vertex {from} to vertex {to}")]
     InwardBend {
+        /// A triangle with that edge.
+        triangle: usize,
+        /// First vertex.
+        from: u32,
+        /// Second vertex.
+        to: u32,
+    },
+    /// An edge at which the surface folds back into its own plane.
+    #[error("triangle {triangle}: the surface folds back on itself at the edge from vertex {from} to vertex {to}")]
+    Fold {
         /// A triangle with that edge.
         triangle: usize,
         /// First vertex.
@@ -81,13 +93,20 @@ impl Brep {
         let surface = Surface::join(kept.iter().map(|&triangle| place_all(mesh.triangles()[triangle])))
             .map_err(edge)
             .map_err(|(triangle, from, to)| ConvexMeshDefect::OpenEdge { triangle, from, to })?;
-        if let Some(flat) = (0..kept.len()).find(|&i| surface.has_no_area(&positions, i as u32)) {
+        let normals = surface.normals(&positions);
+        if let Some(flat) = normals.iter().position(|normal| *normal == [Sign::Zero; 3]) {
             return Err(ConvexMeshDefect::NoArea { triangle: kept[flat] });
         }
-        let half_edges = 0..3 * kept.len() as u32;
-        if let Some(half_edge) = half_edges.into_iter().find(|&h| surface.bend(&positions, h) == Sign::Positive) {
+        for half_edge in 0..surface.start.len() as u32 {
             let (triangle, from, to) = edge(half_edge);
-            return Err(ConvexMeshDefect::InwardBend { triangle, from, to });
+            let turns = |half_edge: u32| normals[Surface::triangle_of(half_edge) as usize];
+            match surface.bend(&positions, half_edge) {
+                Sign::Positive => return Err(ConvexMeshDefect::InwardBend { triangle, from, to }),
+                Sign::Zero if turns(half_edge) != turns(surface.twin[half_edge as usize]) => {
+                    return Err(ConvexMeshDefect::Fold { triangle, from, to });
+                }
+                _ => {}
+            }
         }
         if let Some(apart) = surface.first_apart() {
             return Err(ConvexMeshDefect::Apart { triangle: kept[apart as usize] });

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::seed::are_collinear;
+use super::seed::normal_signs;
 use crate::{point::Point, predicates::side, ring::Sign};
 
 /// A closed surface of triangles. Half-edge 3t + i runs from corner i of triangle t to its next corner.
@@ -52,9 +52,13 @@ impl Surface {
         first_apart(self.len(), |triangle| (3 * triangle..3 * triangle + 3).map(across))
     }
 
-    pub(super) fn has_no_area(&self, positions: &[DVec3], triangle: u32) -> bool {
-        let [a, b, c] = self.corners(triangle).map(|corner| positions[corner as usize]);
-        are_collinear(a, b, c)
+    /// The signs of each triangle's normal. Of triangles in one plane, those with equal signs face the same way.
+    pub(super) fn normals(&self, positions: &[DVec3]) -> Vec<[Sign; 3]> {
+        let normal = |triangle: u32| {
+            let [a, b, c] = self.corners(triangle).map(|corner| positions[corner as usize]);
+            normal_signs(a, b, c)
+        };
+        (0..self.len() as u32).map(normal).collect()
     }
 
     /// On which side of the triangle at a half-edge the far corner of the triangle across it lies; negative where the
