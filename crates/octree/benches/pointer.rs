@@ -3,7 +3,11 @@
 //! `cargo bench -p umbriel-octree`. The pointer octree casts rays in plain floats, which may miss leaves at borders; the
 //! linear one is exact. Both build over the same exact region; the pointer octree asks it about every cell off the surface.
 
+#[path = "../tests/bodies/mod.rs"]
+#[allow(dead_code, reason = "tests use the rest")]
+mod bodies;
 #[path = "../tests/pointer/mod.rs"]
+#[allow(dead_code, reason = "tests use the rest")]
 mod pointer;
 
 use std::{
@@ -15,7 +19,8 @@ use glam::DVec3;
 use umbriel_geometry::{Region, Relation};
 use umbriel_octree::{Cube, Octant, Ray, SolidOctree};
 
-use pointer::{Node, torus};
+use bodies::torus;
+use pointer::Node;
 
 const RUNS: usize = 5;
 
@@ -51,35 +56,49 @@ fn main() {
     let whole = cube.bounds_of(Octant::ROOT);
     compare(
         "build, depth 7",
-        || drop(black_box(SolidOctree::build_in(cube, &region, depth))),
-        || drop(black_box(Node::of(&region, &cube, depth))),
+        || {
+            let _ = black_box(SolidOctree::build_in(cube, &region, depth));
+        },
+        || {
+            black_box(Node::of(&region, &cube, depth));
+        },
     );
     let tree = SolidOctree::build_in(cube, &region, depth).expect("on the grid");
     let rival = Node::of(&region, &cube, depth);
     let points = points(&cube, 100_000);
     compare(
         "point location",
-        || drop(black_box(points.iter().filter(|&&at| tree.relation_at(at) == Some(Relation::Inside)).count())),
-        || drop(black_box(points.iter().filter(|&&at| rival.at(whole, at) == Relation::Inside).count())),
+        || {
+            black_box(points.iter().filter(|&&at| tree.relation_at(at) == Some(Relation::Inside)).count());
+        },
+        || {
+            black_box(points.iter().filter(|&&at| rival.at(whole, at) == Relation::Inside).count());
+        },
     );
     let pairs = || points.windows(2).step_by(10).map(|pair| (pair[0], pair[1] - pair[0]));
     compare(
         "10,000 rays",
         || {
-            drop(black_box(
+            black_box(
                 pairs()
                     .map(|(from, along)| tree.cast(&Ray::new(from, along).expect("in range")).count())
                     .sum::<usize>(),
-            ))
+            );
         },
-        || drop(black_box(pairs().map(|(from, along)| rival.cast(whole, from, along.recip())).sum::<usize>())),
+        || {
+            black_box(pairs().map(|(from, along)| rival.cast(whole, from, along.recip())).sum::<usize>());
+        },
     );
     let shifted = tree.complement();
     let shifted_rival = rival.combined(&rival, |own, _| own);
     compare(
         "union",
-        || drop(black_box(tree.union(&shifted))),
-        || drop(black_box(rival.combined(&shifted_rival, Ord::max))),
+        || {
+            let _ = black_box(tree.union(&shifted));
+        },
+        || {
+            black_box(rival.combined(&shifted_rival, Ord::max));
+        },
     );
     let (cells, bytes) =
         (tree.relations().len(), tree.relations().len() * (size_of::<Octant>() + size_of::<Relation>()));
@@ -88,6 +107,8 @@ fn main() {
     report(&format!(
         "{} triangles, depth 8: {:.2?}",
         large.parts(),
-        timed(|| drop(black_box(SolidOctree::build(&large, 8))))
+        timed(|| {
+            let _ = black_box(SolidOctree::build(&large, 8));
+        })
     ));
 }

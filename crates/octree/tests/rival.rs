@@ -1,5 +1,6 @@
 //! The linear octree against a plain octree with pointers, and rays against separating axes in exact numbers.
 
+mod bodies;
 mod pointer;
 
 use glam::DVec3;
@@ -7,7 +8,8 @@ use proptest::prelude::*;
 use umbriel_geometry::{Aabb, Dyadic, Region, Relation, Ring, Sign};
 use umbriel_octree::{Cube, Direction, Octant, Ray, SolidOctree};
 
-use pointer::{Node, octahedra};
+use bodies::octahedra;
+use pointer::Node;
 
 /// Numbers on the planes between cells, and others.
 fn number() -> impl Strategy<Value = f64> {

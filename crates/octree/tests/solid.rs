@@ -1,6 +1,6 @@
 //! Closed forms, refusals, and the stored form.
 
-mod pointer;
+mod bodies;
 
 use glam::{DAffine3, DVec3};
 use umbriel_geometry::{Aabb, Cuboid, Facets, Placement, Region, Relation};
@@ -32,7 +32,7 @@ fn volumes_of_a_box_close_in() {
 fn volumes_hold_a_tetrahedral_number() {
     // An octahedron of radius r holds 4r³/3.
     for depth in 0..7 {
-        let volume = SolidOctree::build(&pointer::octahedra(&[(DVec3::new(0.1, 0.2, 0.3), 1.5)]), depth)
+        let volume = SolidOctree::build(&bodies::octahedra(&[(DVec3::new(0.1, 0.2, 0.3), 1.5)]), depth)
             .expect("an extent")
             .volume();
         let exact = 4.0 / 3.0 * 1.5f64.powi(3);
@@ -112,7 +112,7 @@ fn a_plane_region_of_ones_own_can_be_built() {
 
 #[test]
 fn stored_octrees_come_back() {
-    let tree = SolidOctree::build_in(cube(), &pointer::octahedra(&[(DVec3::splat(0.3), 1.7)]), 5).expect("on the grid");
+    let tree = SolidOctree::build_in(cube(), &bodies::octahedra(&[(DVec3::splat(0.3), 1.7)]), 5).expect("on the grid");
     let text = serde_json::to_string(&tree).expect("plain data");
     assert_eq!(serde_json::from_str::<SolidOctree>(&text).expect("its own form"), tree);
     let text = serde_json::to_string(tree.partition()).expect("plain data");
