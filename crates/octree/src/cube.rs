@@ -17,7 +17,7 @@ use crate::morton::Octant;
 mod tests;
 
 /// Lattice planes an axis, less one: the cells of the deepest level.
-const CELLS: u32 = 1 << Octant::MAX_LEVEL;
+pub(crate) const CELLS: u32 = 1 << Octant::MAX_LEVEL;
 
 /// The greatest depth, up to `deepest`, at which `edge` halved so often is not below `length`; `None` when even `edge`
 /// is. Exact: only powers of two are multiplied.
@@ -74,6 +74,48 @@ impl Cube {
         let edge = rounded_up.fold(0.0, f64::max);
         let is_sound = !bounds.is_empty() && bounds.min.is_finite() && edge.is_finite();
         is_sound.then_some(Self { min: bounds.min, edge })
+    }
+
+    /// A cube that holds `bounds` and whose lattice planes are floats down to level `depth`, so that its cells are exact
+    /// boxes: its edge is a power of two, its least corner a multiple of a power of two. `None` when the box is empty, not
+    /// finite or a point, when `depth` is too deep, or when floats are too coarse for such cells so far from the origin.
+    ///
+    /// The edge is below four times the longest side.
+    pub fn on_grid(bounds: &Aabb, depth: u8) -> Option<Self> {
+        let mut edge = power_of_two_not_below(Self::around(bounds)?.edge);
+        // A grid of a quarter or finer: moving the corner down to it costs at most one more doubling of the edge.
+        let step = 2f64.powi(-i32::from(depth.max(2)));
+        for _ in 0..2 {
+            let grid = edge * step;
+            let cube = Self { min: (bounds.min / grid).floor() * grid + DVec3::ZERO, edge };
+            let holds = |axis| cube.compare(axis, bounds.max[axis], CELLS).is_some_and(Ordering::is_le);
+            if cube.has_float_planes(depth) && (0..3).all(holds) {
+                return Some(cube);
+            }
+            edge *= 2.0;
+        }
+        None
+    }
+
+    /// The cube with these numbers; `None` unless all are accepted ([`umbriel_geometry::accept`]) and the edge is not
+    /// negative.
+    pub fn new(min: DVec3, edge: f64) -> Option<Self> {
+        let min = umbriel_geometry::accept_point(min.to_array()).ok()?;
+        let edge = umbriel_geometry::accept(edge).ok().filter(|edge| *edge >= 0.0)?;
+        Some(Self { min, edge })
+    }
+
+    /// Whether the lattice planes down to level `depth` are known to be floats: multiples of one power of two of which
+    /// 2^53 reach beyond the cube. [`Cube::bounds_of`] is then exact. False for a cube without an edge.
+    pub fn has_float_planes(&self, depth: u8) -> bool {
+        depth <= Octant::MAX_LEVEL
+            && self.edge > 0.0
+            && (0..3).all(|axis| {
+                let (low, high) = (self.min[axis], self.min[axis] + self.edge);
+                let step = lowest_bit(self.edge) * 2f64.powi(-i32::from(depth));
+                let unit = if low == 0.0 { step } else { step.min(lowest_bit(low)) };
+                low.abs().max(high.abs()) / unit <= 2f64.powi(f64::MANTISSA_DIGITS as i32)
+            })
     }
 
     /// The least corner.
@@ -153,7 +195,7 @@ impl Cube {
     }
 
     /// Where `x` lies seen from lattice plane `plane`: exact. `None` for NaN.
-    fn compare(&self, axis: usize, x: f64, plane: u32) -> Option<Ordering> {
+    pub(crate) fn compare(&self, axis: usize, x: f64, plane: u32) -> Option<Ordering> {
         let (from_min, error) = difference(x, self.min[axis]);
         let (offset, offset_error) = self.offset(plane);
         match from_min.partial_cmp(&offset)? {
@@ -163,7 +205,7 @@ impl Cube {
     }
 
     /// How far a lattice plane is from the least one, rounded, and what the rounding took away.
-    fn offset(&self, plane: u32) -> (f64, f64) {
+    pub(crate) fn offset(&self, plane: u32) -> (f64, f64) {
         let share = f64::from(plane) / f64::from(CELLS);
         let offset = self.edge * share;
         (offset, self.edge.mul_add(share, -offset))
@@ -180,8 +222,25 @@ impl Cube {
     }
 }
 
+/// The least power of two that is not below a positive normal number; zero stays zero.
+fn power_of_two_not_below(value: f64) -> f64 {
+    let power = f64::from_bits(value.to_bits() >> FRACTION << FRACTION);
+    if power < value { power * 2.0 } else { power }
+}
+
+/// The value of the last bit that is set in a number other than zero.
+fn lowest_bit(value: f64) -> f64 {
+    let bits = value.abs().to_bits();
+    let ulp = f64::from_bits(bits + 1) - f64::from_bits(bits);
+    let fraction = bits & ((1 << FRACTION) - 1) | 1 << FRACTION;
+    ulp * (1u64 << fraction.trailing_zeros()) as f64
+}
+
+/// Bits of a float's fraction.
+const FRACTION: u32 = f64::MANTISSA_DIGITS - 1;
+
 /// a − b rounded, and what the rounding took away (Knuth, "The Art of Computer Programming" 2, section 4.2.2).
-fn difference(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn difference(a: f64, b: f64) -> (f64, f64) {
     let difference = a - b;
     let b_seen = a - difference;
     let a_seen = difference + b_seen;

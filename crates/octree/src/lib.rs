@@ -2,21 +2,36 @@
 //!
 //! - [`Octant`] and [`Quadrant`]: cells of the halved cube and square, named by Morton codes, in Morton order.
 //! - [`Cube`]: the bounding cube of an object, its lattice of cells, decided exactly.
-//! - [`LinearOctree`]: the leaves of an octree as a sorted list, with the items that meet each.
+//! - [`Partition`]: the leaves of an octree as a sorted list: location, neighbours, rays, levels of detail.
+//! - [`LinearOctree`]: a partition with the items that meet each leaf.
+//! - [`SolidOctree`]: a partition with leaves inside, outside and on the boundary of a solid; set operations, volumes.
 //! - [`Face`]: the cells of a face's parameters, square or cut to a triangle.
 //!
 //! The layer is useful alone: no files, no threads, no dependency on the rest of umbriel but its geometry.
+//! Feature `serde`: octrees can be stored.
 
+mod cast;
 mod cube;
+mod direction;
 mod linear;
 mod morton;
+mod partition;
 mod quad;
+mod solid;
+#[cfg(feature = "serde")]
+mod stored;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+pub use cast::{Cast, Crossing, Ray, RayDefect};
 pub use cube::{Cube, LatticeBox, depth_of_length};
+pub use direction::Direction;
 pub use linear::{BuildDefect, Leaf, Limits, LinearOctree, OctreeDefect};
 pub use morton::{Code, Octant, Quadrant, decode2, decode3, encode2, encode3};
+pub use partition::{Gap, Partition};
 pub use quad::Face;
+pub use solid::{CubesDiffer, SolidOctree, SolidView, VolumeBounds};
+#[cfg(feature = "serde")]
+pub use stored::StoredDefect;

@@ -1,5 +1,4 @@
-//! A linear octree: the leaves alone, sorted by Morton code (Gargantini, "An effective way to represent quadtrees",
-//! Communications of the ACM 25(12), 1982, for the cube and with leaves of several levels).
+//! A linear octree over items with boxes: a [`Partition`] of the cube, and the items of each leaf.
 //!
 //! Built top-down from items with boxes: a cell is halved while more items meet it than a leaf may hold, down to a
 //! greatest level. An item is listed in every leaf that its closed box meets; cells are closed and their bounds are the
@@ -16,8 +15,10 @@ use glam::DVec3;
 use umbriel_geometry::Aabb;
 
 use crate::{
+    cast::{Crossing, Ray},
     cube::{Cube, LatticeBox},
     morton::Octant,
+    partition::{Gap, Partition},
 };
 
 #[cfg(test)]
@@ -39,6 +40,12 @@ pub enum BuildDefect {
     /// A level that Morton codes of 64 bits cannot name.
     #[error("level {0} is deeper than 21")]
     TooDeep(u8),
+    /// A region without extent, or one so far from the origin that no cube has float planes down to the depth.
+    #[error("no cube around the region has cells of that depth with floats for corners")]
+    NoCube,
+    /// A cube whose lattice planes down to the depth are not all floats; see [`Cube::has_float_planes`].
+    #[error("the cells of level {0} have corners that are no floats")]
+    Lattice(u8),
     /// More items, or more places in leaves, than a `u32` can name.
     #[error("more than 2^32 - 1 items in leaves")]
     TooMany,
@@ -73,9 +80,13 @@ pub struct Leaf<'a> {
 
 /// The leaves of an octree in Morton order, without pointers.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "crate::stored::StoredItems", into = "crate::stored::StoredItems")
+)]
 pub struct LinearOctree {
-    cube: Cube,
-    leaves: Vec<Octant>,
+    partition: Partition,
     /// Where the items of each leaf end; they begin where those of the leaf before end.
     ends: Vec<u32>,
     items: Vec<u32>,
@@ -95,12 +106,12 @@ impl LinearOctree {
         let names = 0..u32::try_from(boxes.len()).map_err(|_| BuildDefect::TooMany)?;
         let extents: Vec<Option<LatticeBox>> = boxes.iter().map(|bounds| cube.lattice_box(bounds)).collect();
         let extent = |item: u32| extents[item as usize].as_ref();
-        let mut tree = Self { cube, leaves: Vec::new(), ends: Vec::new(), items: Vec::new() };
+        let mut leaves = Leaves::default();
         let mut open = vec![(Octant::ROOT, Vec::from_iter(names.filter(|&item| extent(item).is_some())))];
         while let Some((cell, items)) = open.pop() {
             let is_separable = || items.iter().any(|&item| extent(item).is_some_and(|extent| !extent.covers(cell)));
             if cell.level() == limits.max_level || items.len() <= limits.leaf_items || !is_separable() {
-                tree.push(cell, &items)?;
+                leaves.push(cell, &items)?;
                 continue;
             }
             // The first child ends on top, so leaves come in Morton order.
@@ -109,34 +120,44 @@ impl LinearOctree {
                 open.push((child, items.iter().copied().filter(meets).collect()));
             }
         }
-        Ok(tree)
+        Ok(Self { partition: Partition::of_leaves(cube, leaves.cells), ends: leaves.ends, items: leaves.items })
     }
 
-    fn push(&mut self, cell: Octant, items: &[u32]) -> Result<(), BuildDefect> {
-        self.leaves.push(cell);
-        self.items.extend_from_slice(items);
-        self.ends.push(u32::try_from(self.items.len()).map_err(|_| BuildDefect::TooMany)?);
-        Ok(())
+    /// The leaves without their items: point location, neighbours, runs, rays.
+    pub fn partition(&self) -> &Partition {
+        &self.partition
+    }
+
+    /// Takes leaves and items that are in order.
+    #[cfg(feature = "serde")]
+    pub(crate) fn of_items(partition: Partition, ends: Vec<u32>, items: Vec<u32>) -> Self {
+        Self { partition, ends, items }
+    }
+
+    /// Where the items of each leaf end, and the items.
+    #[cfg(feature = "serde")]
+    pub(crate) fn into_items(self) -> (Vec<u32>, Vec<u32>) {
+        (self.ends, self.items)
     }
 
     /// The cube that is divided.
     pub fn cube(&self) -> &Cube {
-        &self.cube
+        self.partition.cube()
     }
 
     /// How many leaves.
     pub fn len(&self) -> usize {
-        self.leaves.len()
+        self.partition.cells().len()
     }
 
     /// Whether there are no leaves: never, the cube is one at least.
     pub fn is_empty(&self) -> bool {
-        self.leaves.is_empty()
+        self.partition.cells().is_empty()
     }
 
     /// Leaf number `index` in Morton order; `None` beyond the last.
     pub fn leaf(&self, index: usize) -> Option<Leaf<'_>> {
-        let (&cell, &end) = (self.leaves.get(index)?, self.ends.get(index)?);
+        let (&cell, &end) = (self.partition.cells().get(index)?, self.ends.get(index)?);
         let start = if index == 0 { 0 } else { self.ends[index - 1] };
         Some(Leaf { cell, items: &self.items[start as usize..end as usize] })
     }
@@ -149,20 +170,28 @@ impl LinearOctree {
     /// The leaf that holds `point`; a point on a plane between cells belongs to the upper one. `None` outside the closed
     /// cube. Exact.
     pub fn leaf_at(&self, point: DVec3) -> Option<Leaf<'_>> {
-        let cell = self.cube.octant_at(point, Octant::MAX_LEVEL)?;
-        self.leaf(self.leaf_index(cell))
+        self.leaf(self.partition.leaf_at(point)?)
     }
 
     /// The leaves that `cell` divides into, in Morton order; or the one leaf that holds it.
     pub fn leaves_in(&self, cell: Octant) -> impl Iterator<Item = Leaf<'_>> {
-        let end = self.leaves.partition_point(|leaf| leaf.range().start() <= cell.range().end());
-        (self.leaf_index(cell)..end).filter_map(|index| self.leaf(index))
+        self.partition.run(cell).filter_map(|index| self.leaf(index))
     }
 
-    /// The leaf that holds the first corner of `cell`: the last one that does not begin behind it.
-    fn leaf_index(&self, cell: Octant) -> usize {
-        let start = *cell.range().start();
-        self.leaves.partition_point(|leaf| *leaf.range().start() <= start).saturating_sub(1)
+    /// The octree as it looks cut at `depth`: its cells in Morton order, each with the items that meet it, ascending.
+    pub fn at_depth(&self, depth: u8) -> impl Iterator<Item = (Octant, Vec<u32>)> + '_ {
+        self.partition.at_depth(depth).map(|(cell, run)| {
+            let mut items =
+                Vec::from_iter(run.filter_map(|index| self.leaf(index)).flat_map(|leaf| leaf.items).copied());
+            items.sort_unstable();
+            items.dedup();
+            (cell, items)
+        })
+    }
+
+    /// The leaves that `ray` meets, in the order in which it enters them ([`Partition::cast`]).
+    pub fn cast(&self, ray: &Ray) -> impl Iterator<Item = (Crossing, Leaf<'_>)> {
+        self.partition.cast(ray).filter_map(|crossing| Some((crossing, self.leaf(crossing.leaf)?)))
     }
 
     /// Whether this is a sound octree over `boxes`: for tests, and for programs that keep trees.
@@ -172,24 +201,36 @@ impl LinearOctree {
     /// # Errors
     /// The first [`OctreeDefect`] found.
     pub fn check(&self, boxes: &[Aabb]) -> Result<(), OctreeDefect> {
-        let extents: Vec<Option<LatticeBox>> = boxes.iter().map(|bounds| self.cube.lattice_box(bounds)).collect();
-        let mut next = Some(*Octant::ROOT.range().start());
+        self.partition.check().map_err(|Gap { leaf }| OctreeDefect::Gap { leaf })?;
+        let extents: Vec<Option<LatticeBox>> = boxes.iter().map(|bounds| self.cube().lattice_box(bounds)).collect();
         for (index, leaf) in self.leaves().enumerate() {
-            if next != Some(*leaf.cell.range().start()) {
-                return Err(OctreeDefect::Gap { leaf: index });
-            }
-            next = leaf.cell.range().end().checked_add(1);
             let met = (0u32..).zip(&extents).filter(|(_, extent)| extent.is_some_and(|extent| extent.meets(leaf.cell)));
             if !met.map(|(item, _)| item).eq(leaf.items.iter().copied()) {
                 return Err(OctreeDefect::Items { leaf: index });
             }
         }
-        let is_complete = next == Octant::ROOT.range().end().checked_add(1);
-        if is_complete { Ok(()) } else { Err(OctreeDefect::Gap { leaf: self.len() }) }
+        Ok(())
     }
 
     /// The leaf with the most items, the first of equals: where a tree is too coarse.
     pub fn fullest_leaf(&self) -> Option<Leaf<'_>> {
         self.leaves().min_by_key(|leaf| Reverse(leaf.items.len()))
+    }
+}
+
+/// The parts of an octree while it grows.
+#[derive(Default)]
+struct Leaves {
+    cells: Vec<Octant>,
+    ends: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl Leaves {
+    fn push(&mut self, cell: Octant, items: &[u32]) -> Result<(), BuildDefect> {
+        self.cells.push(cell);
+        self.items.extend_from_slice(items);
+        self.ends.push(u32::try_from(self.items.len()).map_err(|_| BuildDefect::TooMany)?);
+        Ok(())
     }
 }

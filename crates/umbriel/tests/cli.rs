@@ -4,6 +4,8 @@
 mod bad_input;
 #[path = "cli/bake.rs"]
 mod bake;
+#[path = "cli/doctor.rs"]
+mod doctor;
 #[cfg(unix)]
 #[path = "cli/ending.rs"]
 mod ending;

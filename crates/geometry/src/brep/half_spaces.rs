@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::{Brep, Cuboid, Flatness, HullDefect};
+use super::{Brep, Cuboid, HullDefect};
 use crate::{
     dyadic::Dyadic,
     number::{NumberDefect, accept, accept_point},
@@ -73,9 +73,9 @@ pub enum HalfSpaceDefect {
         /// What is wrong with it.
         defect: NumberDefect,
     },
-    /// The rounded corners lie in one plane.
+    /// The corners have no hull with interior once they are rounded.
     #[error("the body is too thin for its coordinates: {0}")]
-    Thin(Flatness),
+    Thin(HullDefect),
 }
 
 impl Brep {
@@ -98,11 +98,7 @@ impl Brep {
         if let Some(&(plane, _)) = cell.faces.iter().find(|(plane, _)| *plane < BOX_SIDES.len()) {
             return Err(HalfSpaceDefect::Unbounded { toward: BOX_SIDES[plane] });
         }
-        Self::hull(cell.rounded_corners()?).map_err(|defect| match defect {
-            HullDefect::Flat(flatness) => HalfSpaceDefect::Thin(flatness),
-            // Every corner has been accepted; there are fewer than a hull may have.
-            _ => HalfSpaceDefect::Thin(Flatness::Nothing),
-        })
+        Self::hull(cell.rounded_corners()?).map_err(HalfSpaceDefect::Thin)
     }
 }
 
@@ -178,11 +174,10 @@ impl Cell {
         if !is_on_side(Sign::Negative) {
             return false;
         }
+        // Kept even if it cuts nothing off, so that planes are numbered as given.
+        self.planes.push(plane);
         if is_on_side(Sign::Positive) {
-            self.planes.push(plane);
             self.cut_faces(side_of);
-        } else {
-            self.planes.push(plane); // cuts nothing off, but keeps the numbers of the planes in step
         }
         true
     }

@@ -13,8 +13,10 @@
 //! - A point that waits at a triangle that goes either lies in the new hull or strictly before a new triangle: what it
 //!   sees is connected, so it crosses the horizon somewhere, and the new plane there lies between the two old ones.
 //!
-//! About n log n steps in practice, n² at worst; memory for about six triangles a vertex. Signs that floats cannot tell
+//! About n log n steps in practice, n² at worst; memory for about two triangles a vertex and a number a point. Signs that floats cannot tell
 //! (points in the plane of a face) take microseconds each.
+
+use std::collections::VecDeque;
 
 use glam::DVec3;
 
@@ -80,7 +82,7 @@ impl Brep {
 /// The whole faces of the hull of distinct positions in lexicographic order: canonical loops, sorted.
 pub(super) fn faces(positions: &[DVec3]) -> Result<Vec<Vec<u32>>, Flatness> {
     let mut hull = Hull::start(positions, seed::tetrahedron(positions)?);
-    while let Some(triangle) = hull.pending.pop() {
+    while let Some(triangle) = hull.pending.pop_front() {
         if let Some(apex) = hull.waiting[triangle as usize].farthest() {
             hull.add(triangle, apex);
         }
@@ -126,12 +128,14 @@ impl Waiting {
 /// The hull of the points added so far.
 struct Hull<'a> {
     positions: &'a [DVec3],
-    /// Triangles that went keep their place.
     surface: Surface,
     is_alive: Vec<bool>,
+    /// Triangles that went; new ones take their places.
+    gone: Vec<u32>,
     waiting: Vec<Waiting>,
-    /// Triangles that may have points waiting.
-    pending: Vec<u32>,
+    /// Triangles that may have points waiting, the oldest first: the hull grows on all sides alike, which keeps the number
+    /// of triangles around a vertex, and so the work for a point that waits, small.
+    pending: VecDeque<u32>,
     /// The new triangle whose horizon edge starts at a vertex; of use only while a point is added.
     on_horizon: Vec<u32>,
 }
@@ -144,11 +148,12 @@ impl<'a> Hull<'a> {
             positions,
             surface: Surface { start, twin },
             is_alive: vec![true; 4],
+            gone: Vec::new(),
             waiting: vec![Waiting::default(); 4],
             pending: (0..4).collect(),
             on_horizon: vec![0; positions.len()],
         };
-        hull.assign(0..positions.len() as u32, 0..4);
+        hull.assign(0..positions.len() as u32, &[0, 1, 2, 3]);
         hull
     }
 
@@ -160,10 +165,10 @@ impl<'a> Hull<'a> {
     }
 
     /// Lets each point wait at the first of the triangles that it lies strictly in front of; drops it if there is none.
-    fn assign(&mut self, points: impl IntoIterator<Item = u32>, triangles: std::ops::Range<u32>) {
+    fn assign(&mut self, points: impl IntoIterator<Item = u32>, triangles: &[u32]) {
         for point in points {
-            let heights = triangles.clone().map(|triangle| (triangle, self.height(triangle, point)));
-            if let Some((triangle, height)) = heights.into_iter().find(|&(_, height)| height > 0.0) {
+            let mut heights = triangles.iter().map(|&triangle| (triangle, self.height(triangle, point)));
+            if let Some((triangle, height)) = heights.find(|&(_, height)| height > 0.0) {
                 self.waiting[triangle as usize].push(point, height);
             }
         }
@@ -172,18 +177,16 @@ impl<'a> Hull<'a> {
     /// Adds a point that lies strictly in front of a triangle.
     fn add(&mut self, triangle: u32, apex: u32) {
         let (horizon, orphans) = self.remove_before(triangle, apex);
-        let first = self.surface.len() as u32;
-        for &outer in &horizon {
-            self.append(self.surface.end(outer), self.surface.start[outer as usize], apex);
-        }
-        let new = first..self.surface.len() as u32;
-        for (triangle, &outer) in new.clone().zip(&horizon) {
+        let corners = |outer: u32| [self.surface.end(outer), self.surface.start[outer as usize], apex];
+        let sides: Vec<[u32; 3]> = horizon.iter().map(|&outer| corners(outer)).collect();
+        let new: Vec<u32> = sides.into_iter().map(|side| self.place(side)).collect();
+        for (&triangle, &outer) in new.iter().zip(&horizon) {
             self.pair(3 * triangle, outer);
             let following = self.on_horizon[self.surface.start[outer as usize] as usize];
             self.pair(3 * triangle + 1, 3 * following + 2);
         }
-        self.pending.extend(new.clone());
-        self.assign(orphans.into_iter().filter(|&point| point != apex), new);
+        self.pending.extend(&new);
+        self.assign(orphans.into_iter().filter(|&point| point != apex), &new);
     }
 
     /// Removes the triangles strictly before a point, from one of them on. The half-edges that stay along the horizon,
@@ -193,6 +196,7 @@ impl<'a> Hull<'a> {
         let mut open = vec![triangle];
         self.is_alive[triangle as usize] = false;
         while let Some(triangle) = open.pop() {
+            self.gone.push(triangle);
             orphans.append(&mut std::mem::take(&mut self.waiting[triangle as usize]).points);
             for half_edge in 3 * triangle..3 * triangle + 3 {
                 let outer = self.surface.twin[half_edge as usize];
@@ -211,13 +215,21 @@ impl<'a> Hull<'a> {
         (horizon, orphans)
     }
 
-    /// Appends the triangle from a horizon edge to the apex; its edges are paired later.
-    fn append(&mut self, from: u32, to: u32, apex: u32) {
-        self.on_horizon[from as usize] = self.surface.len() as u32;
-        self.surface.start.extend([from, to, apex]);
-        self.surface.twin.extend([u32::MAX; 3]);
-        self.is_alive.push(true);
-        self.waiting.push(Waiting::default());
+    /// Puts the triangle from a horizon edge to the apex where one has gone, or at the end; its edges are paired later.
+    fn place(&mut self, corners: [u32; 3]) -> u32 {
+        let triangle = self.gone.pop().unwrap_or_else(|| {
+            let new = self.surface.len() as u32;
+            self.surface.start.extend(corners);
+            self.surface.twin.extend([u32::MAX; 3]);
+            self.is_alive.push(true);
+            self.waiting.push(Waiting::default());
+            new
+        });
+        let first = 3 * triangle as usize;
+        self.surface.start[first..first + 3].copy_from_slice(&corners);
+        self.is_alive[triangle as usize] = true;
+        self.on_horizon[corners[0] as usize] = triangle;
+        triangle
     }
 
     fn pair(&mut self, half_edge: u32, twin: u32) {

@@ -63,6 +63,11 @@ fn off_line(positions: &[DVec3], from: u32, to: u32) -> Option<u32> {
 
 /// Whether three points lie on one line. Exact.
 pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
+    normal_signs(a, b, c) == [Sign::Zero; 3]
+}
+
+/// The signs of the normal (b − a) × (c − a), axis by axis. Exact.
+pub(super) fn normal_signs(a: DVec3, b: DVec3, c: DVec3) -> [Sign; 3] {
     let minor = |i: usize, j: usize| {
         let difference = |p: DVec3, k: usize| Approx::exact(p[k]) - Approx::exact(a[k]);
         let filtered = difference(b, i) * difference(c, j) - difference(b, j) * difference(c, i);
@@ -72,5 +77,5 @@ pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
             (difference(b, i) * difference(c, j) - difference(b, j) * difference(c, i)).sign()
         })
     };
-    [(0, 1), (1, 2), (2, 0)].iter().all(|&(i, j)| minor(i, j) == Sign::Zero)
+    [minor(1, 2), minor(2, 0), minor(0, 1)]
 }

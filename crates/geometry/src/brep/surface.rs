@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::seed::are_collinear;
+use super::seed::normal_signs;
 use crate::{point::Point, predicates::side, ring::Sign};
 
 /// A closed surface of triangles. Half-edge 3t + i runs from corner i of triangle t to its next corner.
@@ -46,9 +46,19 @@ impl Surface {
         [0, 1, 2].map(|i| self.start[3 * triangle as usize + i])
     }
 
-    pub(super) fn has_no_area(&self, positions: &[DVec3], triangle: u32) -> bool {
-        let [a, b, c] = self.corners(triangle).map(|corner| positions[corner as usize]);
-        are_collinear(a, b, c)
+    /// The first triangle that does not hang together with triangle 0, if there is one.
+    pub(super) fn first_apart(&self) -> Option<u32> {
+        let across = |half_edge: u32| Self::triangle_of(self.twin[half_edge as usize]);
+        first_apart(self.len(), |triangle| (3 * triangle..3 * triangle + 3).map(across))
+    }
+
+    /// The signs of each triangle's normal. Of triangles in one plane, those with equal signs face the same way.
+    pub(super) fn normals(&self, positions: &[DVec3]) -> Vec<[Sign; 3]> {
+        let normal = |triangle: u32| {
+            let [a, b, c] = self.corners(triangle).map(|corner| positions[corner as usize]);
+            normal_signs(a, b, c)
+        };
+        (0..self.len() as u32).map(normal).collect()
     }
 
     /// On which side of the triangle at a half-edge the far corner of the triangle across it lies; negative where the
@@ -113,6 +123,18 @@ impl Surface {
         }
         group_of
     }
+}
+
+/// The first of `count` faces that cannot be reached from face 0 from neighbour to neighbour, if there is one.
+pub(super) fn first_apart<N: IntoIterator<Item = u32>>(count: usize, neighbours: impl Fn(u32) -> N) -> Option<u32> {
+    let mut is_reached = vec![false; count];
+    let mut open = vec![0];
+    while let Some(face) = open.pop() {
+        if !std::mem::replace(&mut is_reached[face as usize], true) {
+            open.extend(neighbours(face).into_iter().filter(|&next| !is_reached[next as usize]));
+        }
+    }
+    is_reached.iter().position(|&reached| !reached).map(|face| face as u32)
 }
 
 /// The twin of each half-edge, given by its ends; and the least half-edge on an edge that is not used exactly once each

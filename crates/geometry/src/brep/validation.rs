@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::{
     Brep, Flatness, HalfEdge, hull,
-    surface::{canonical_loop, twins},
+    surface::{canonical_loop, first_apart, twins},
 };
 use crate::{
     number::{NumberDefect, accept_point},
@@ -66,7 +66,13 @@ pub enum BrepDefect {
         /// The other.
         second: u32,
     },
-    /// V − E + F is not 2: several pieces, or a surface with a hole through it.
+    /// A face that does not hang together with face 0.
+    #[error("face {face} does not hang together with face 0")]
+    Apart {
+        /// Which face.
+        face: usize,
+    },
+    /// V − E + F is not 2: the surface touches itself at a vertex, or has a hole through it.
     #[error("vertices − edges + faces is {0}, not 2")]
     Euler(i64),
     /// The body has no interior.
@@ -114,10 +120,7 @@ impl Brep {
             return Err(BrepDefect::OpenEdge { face: face as usize, from, to: body.end(half_edge) });
         }
         body.check_vertices()?;
-        let euler = body.vertices.len() as i64 - body.edge_count() as i64 + body.face_count() as i64;
-        if euler != 2 {
-            return Err(BrepDefect::Euler(euler));
-        }
+        body.check_connected()?;
         body.check_hull()?;
         Ok(body)
     }
@@ -153,6 +156,17 @@ impl Brep {
             }
         }
         Ok(())
+    }
+
+    fn check_connected(&self) -> Result<(), BrepDefect> {
+        let across = |half_edge: usize| self.half_edges[self.half_edges[half_edge].twin as usize].face;
+        if self.face_count() > 0
+            && let Some(face) = first_apart(self.face_count(), |face| self.loop_of(face as usize).map(across))
+        {
+            return Err(BrepDefect::Apart { face: face as usize });
+        }
+        let euler = self.vertices.len() as i64 - self.edge_count() as i64 + self.face_count() as i64;
+        if euler == 2 { Ok(()) } else { Err(BrepDefect::Euler(euler)) }
     }
 
     /// Looks every face up among the faces of the hull of the vertices.

@@ -48,8 +48,10 @@ impl GridArray {
 /// The values of an array.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GridValues {
-    /// Small whole numbers, or text in UTF-8: readers for Python take no arrays of strings.
+    /// Text in UTF-8 (not every reader takes arrays of strings), or colours, which is what VTK takes bytes for.
     U8(Vec<u8>),
+    /// Small whole numbers.
+    I8(Vec<i8>),
     /// Whole numbers.
     U32(Vec<u32>),
     /// Floats, kept to the last bit.
@@ -60,6 +62,7 @@ impl GridValues {
     fn len(&self) -> usize {
         match self {
             Self::U8(values) => values.len(),
+            Self::I8(values) => values.len(),
             Self::U32(values) => values.len(),
             Self::F64(values) => values.len(),
         }
@@ -144,6 +147,7 @@ fn write_array(array: &GridArray, out: &mut impl Write) -> io::Result<()> {
     let head = |kind| Head { kind, name: &array.name, components: 1 };
     match &array.values {
         GridValues::U8(values) => write_values(&head("UInt8"), values.iter().map(|&value| [value]), out),
+        GridValues::I8(values) => write_values(&head("Int8"), values.iter().map(|value| value.to_le_bytes()), out),
         GridValues::U32(values) => write_values(&head("UInt32"), values.iter().map(|value| value.to_le_bytes()), out),
         GridValues::F64(values) => write_values(&head("Float64"), values.iter().map(|value| value.to_le_bytes()), out),
     }

@@ -86,6 +86,7 @@ fn a_foreign_tree_is_told() {
         LinearOctree::build(around(&boxes), &boxes, Limits { max_level: 3, leaf_items: 1 }).expect("within limits");
     assert_eq!(tree.len(), 8);
     assert_eq!(tree.check(&boxes[..1]), Err(OctreeDefect::Items { leaf: 7 }));
-    let torn = LinearOctree { leaves: tree.leaves[..7].to_vec(), ..tree.clone() };
+    let cells = tree.partition.cells()[..7].to_vec();
+    let torn = LinearOctree { partition: Partition::of_leaves(*tree.cube(), cells), ..tree.clone() };
     assert_eq!(torn.check(&boxes), Err(OctreeDefect::Gap { leaf: 7 }));
 }

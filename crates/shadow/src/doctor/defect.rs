@@ -123,9 +123,20 @@ impl DefectKind {
             }
             Self::NoSurface => "There is nothing to light; areas are zero.",
             Self::UnreferencedVertices => "No triangle uses them: they change nothing.",
+            Self::LampInsideBody
+            | Self::LampOnSurface
+            | Self::EdgeOnFaces
+            | Self::SunBelowHorizon
+            | Self::NothingTurned => self.consequence_of_light(),
+        }
+    }
+
+    /// The same for the kinds that are about lights.
+    fn consequence_of_light(self) -> &'static str {
+        match self {
             Self::LampInsideBody => {
                 "The lamp is inside a closed body whose faces look away from it: it lights none of them, and nothing \
-                 outside."
+                 outside but what is in contact with the body."
             }
             Self::LampOnSurface => {
                 "The lamp lies exactly on a face: that face stays dark, does not block, and light goes out on both of \
@@ -133,7 +144,7 @@ impl DefectKind {
             }
             Self::EdgeOnFaces => "The light lies exactly in the plane of these faces: neither of their sides is lit.",
             Self::SunBelowHorizon => "The light travels upward: what is lit is lit from below.",
-            Self::NothingTurned => "No surface has a lit side turned to the light: everything is dark.",
+            _ => "No surface has a lit side turned to the light: everything is dark.",
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::progress::{Cancelled, Progress};
 use super::{
     defect::{Defect, DefectKind, Place},
     planes::PlaneKey,
-    plate::Plate,
+    plate::{Meeting, Plate},
 };
 
 /// Up to so many faces of a plane every pair is tested; a tree would cost more.
@@ -50,8 +50,8 @@ pub(super) fn find(scene: &Scene, planes: &[Vec<PlaneKey>], progress: &dyn Progr
     Ok(defects(covered.into_iter().flatten()))
 }
 
-/// The faces that share a plane with another one, object by object.
-struct Plates(BTreeMap<(u32, u32), Plate>);
+/// The faces that share a plane with another one, in the order of objects and faces.
+struct Plates(Vec<((u32, u32), Plate)>);
 
 impl Plates {
     fn of(scene: &Scene, groups: &[&[(PlaneKey, u32, u32)]], progress: &dyn Progress) -> Result<Self, Cancelled> {
@@ -76,46 +76,48 @@ impl Plates {
     }
 
     fn of_group(&self, group: &[(PlaneKey, u32, u32)]) -> Vec<&Plate> {
-        group.iter().filter_map(|&(_, object, face)| self.0.get(&(object, face))).collect()
+        let place =
+            |&(_, object, face): &(PlaneKey, u32, u32)| self.0.binary_search_by_key(&(object, face), |plate| plate.0);
+        group.iter().filter_map(|face| place(face).ok()).map(|place| &self.0[place].1).collect()
     }
 }
 
-/// What is covered of the faces of one plane: object, face's area and how much of it is covered.
+/// What is covered of the faces of one plane, with their objects.
 fn covered(plates: &[&Plate]) -> Vec<(u32, Covered)> {
     let mut covered = vec![Covered::default(); plates.len()];
-    for_each_pair(plates, |i, j| {
-        let (a, b) = (plates[i], plates[j]);
-        // Repeated triangles of one object are a kind of their own.
-        if a.object == b.object && a.repeats(b) {
-            return;
-        }
-        let Some(meeting) = a.meeting(b) else { return };
-        let is_contact = meeting.is_back_to_back && (a.is_one_sided || b.is_one_sided);
+    for (i, j, meeting) in meetings(plates) {
+        let is_contact = meeting.is_back_to_back && (plates[i].is_one_sided || plates[j].is_one_sided);
         for face in [i, j] {
             let Covered { alike, back_to_back } = &mut covered[face];
             let sum = if is_contact { back_to_back } else { alike };
             *sum = Some((sum.unwrap_or(0.0) + meeting.area).min(plates[face].area));
         }
-    });
+    }
     let is_covered = |covered: &Covered| covered.alike.is_some() || covered.back_to_back.is_some();
     plates.iter().zip(covered).filter(|(_, covered)| is_covered(covered)).map(|(plate, c)| (plate.object, c)).collect()
 }
 
-/// Visits the pairs of faces whose boxes meet, each once, the lower face first, in order.
-fn for_each_pair(plates: &[&Plate], mut visit: impl FnMut(usize, usize)) {
+/// The pairs of faces that share an area, each once, the lower face first, in order.
+fn meetings(plates: &[&Plate]) -> Vec<(usize, usize, Meeting)> {
+    let meeting = |i: usize, j: usize| {
+        let (a, b) = (plates[i], plates[j]);
+        // Repeated triangles of one object are a kind of their own.
+        let meeting = a.meeting(b).filter(|_| a.object != b.object || !a.repeats(b))?;
+        Some((i, j, meeting))
+    };
     if plates.len() <= WITHOUT_TREE {
-        (0..plates.len()).for_each(|i| (i + 1..plates.len()).for_each(|j| visit(i, j)));
-        return;
+        let pairs = (0..plates.len()).flat_map(|i| (i + 1..plates.len()).map(move |j| (i, j)));
+        return pairs.filter_map(|(i, j)| meeting(i, j)).collect();
     }
     let boxes: Vec<_> = plates.iter().map(|plate| plate.bounds).collect();
     let tree = BoxTree::build(&boxes);
-    let mut near = Vec::new();
-    for (i, bounds) in boxes.iter().enumerate() {
-        near.clear();
-        tree.for_each_meeting(bounds, |j| near.extend((j as usize > i).then_some(j as usize)));
+    let of_face = |i: usize| {
+        let mut near = Vec::new();
+        tree.for_each_meeting(&boxes[i], |j| near.extend((j as usize > i).then_some(j as usize)));
         near.sort_unstable();
-        near.iter().for_each(|&j| visit(i, j));
-    }
+        near.into_iter().filter_map(move |j| meeting(i, j))
+    };
+    (0..plates.len()).into_par_iter().flat_map_iter(of_face).collect()
 }
 
 /// One defect an object and kind.

@@ -32,13 +32,22 @@ pub(super) fn eye_of(facets: &Facets, facet: usize) -> Option<DVec3> {
 #[derive(Clone, Debug)]
 struct Corner {
     position: DVec3,
-    slack: DVec3,
-    exact: Option<ExactPoint>,
+    /// How far the position may be off, and the point itself, where it is no float. Boxed: nearly all are floats.
+    inexact: Option<Box<(DVec3, ExactPoint)>>,
 }
 
 impl Corner {
+    fn new(point: &Point) -> Self {
+        let inexact = point.exact.map(|exact| Box::new((point.slack, exact.clone())));
+        Self { position: point.position, inexact }
+    }
+
     fn point(&self) -> Point<'_> {
-        Point { position: self.position, slack: self.slack, exact: self.exact.as_ref() }
+        let position = self.position;
+        match self.inexact.as_deref() {
+            Some((slack, exact)) => Point { position, slack: *slack, exact: Some(exact) },
+            None => Point::exact(position),
+        }
     }
 }
 
@@ -67,10 +76,7 @@ pub(super) struct Meeting {
 impl Plate {
     /// A facet with its corners; `None` for one without area.
     pub(super) fn new(object: u32, facets: &Facets, facet: usize, is_one_sided: bool) -> Option<Self> {
-        let corner = |&corner: &u32| {
-            let Point { position, slack, exact } = facets.point(corner);
-            Corner { position, slack, exact: exact.cloned() }
-        };
+        let corners = facets.facet(facet).corners().iter().map(|&corner| Corner::new(&facets.point(corner)));
         Some(Self {
             object,
             is_one_sided,
@@ -78,18 +84,20 @@ impl Plate {
             area: facets.area(facet).value,
             bounds: facets.facet_bounds(facet),
             eye: eye_of(facets, facet)?,
-            corners: facets.facet(facet).corners().iter().map(corner).collect(),
+            corners: corners.collect(),
         })
     }
 
     /// How this face and another lie on each other; `None` when they lie in two planes, or share no area.
     pub(super) fn meeting(&self, other: &Self) -> Option<Meeting> {
-        if !may_share_area(&self.bounds, &other.bounds) || !self.is_coplanar(other) {
+        if !may_share_area(&self.bounds, &other.bounds) {
             return None;
         }
         let eye = Point::exact(self.eye);
         let (own, their) = (self.turn(&eye), other.turn(&eye));
-        if self.has_outside(own, other, &eye) || other.has_outside(their, self, &eye) {
+        // Neighbours fail the first test at once, by corners they share; the plane is the dearer question.
+        let is_apart = self.has_outside(own, other, &eye) || other.has_outside(their, self, &eye);
+        if is_apart || !self.is_coplanar(other) {
             return None;
         }
         let is_turned_over = own != their;
@@ -100,7 +108,7 @@ impl Plate {
     /// Whether both have the same corners (those that no float hits never count as the same).
     pub(super) fn repeats(&self, other: &Self) -> bool {
         let is_there = |corner: &Corner| other.corners.iter().any(|there| there.position == corner.position);
-        let is_exact = |plate: &Self| plate.corners.iter().all(|corner| corner.exact.is_none());
+        let is_exact = |plate: &Self| plate.corners.iter().all(|corner| corner.inexact.is_none());
         is_exact(self)
             && is_exact(other)
             && self.corners.len() == other.corners.len()

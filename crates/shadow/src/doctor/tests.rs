@@ -167,6 +167,20 @@ fn turned_boxes_touch_exactly() {
 }
 
 #[test]
+fn a_normal_that_vanishes_modulo_the_prime_hides_nothing() {
+    // 2^31·2^30 − 1·1 = 2^61 − 1: the normal of the large triangle is the prime.
+    let large = vec![[0.0; 3], [2_147_483_648.0, 1.0, 0.0], [1.0, 1_073_741_824.0, 0.0]];
+    let small = vec![[100.0, 100.0, 0.0], [104.0, 100.0, 0.0], [100.0, 104.0, 0.0]];
+    let off = small.iter().map(|&[x, y, _]| [x, y, 1e-40]).collect();
+    let sheet = |corners| mesh(corners, vec![[0, 1, 2]]);
+    let objects = vec![object("large", sheet(large)), object("small", sheet(small)), object("off", sheet(off))];
+    let overlaps = found(objects, &[]).into_iter().filter(|row| row.0 == DefectKind::CoplanarOverlap);
+    let overlaps: Vec<_> = overlaps.map(|row| (row.1, row.2, row.3)).collect();
+    assert_eq!((overlaps[0].0, overlaps[1]), (0, (1, 1, 8.0)));
+    assert_eq!(overlaps.len(), 2);
+}
+
+#[test]
 fn a_grid_overlaps_nothing_but_its_copy() {
     const EDGE: u32 = 20;
     let vertex = |k: u32| [f64::from(k % (EDGE + 1)) * 0.1, 0.7, f64::from(k / (EDGE + 1)) * 0.1];

@@ -17,7 +17,7 @@ pub(crate) enum Coloring {
     Cell,
     /// Every face: the mixture of lit and shadowed by its share
     Face,
-    /// Every corner of cells: the mean of the cells around, smooth between
+    /// Every corner of cells: the mean of the cells around by area, smooth between
     Vertex,
 }
 
@@ -107,14 +107,14 @@ fn add_smooth(mesh: &mut ColoredMesh, surface: &Surface, cells: &[Cell]) {
     for part in cells.iter().flat_map(|cell| surface.parts(cell)) {
         let corners: Vec<DVec3> =
             surface.polygon(&part).into_iter().map(|corner| point(surface, part.face, corner)).collect();
-        // Of a quadrilateral, the cross product of its diagonals; of a triangle, twice that of two edges' halves.
-        let normal = (corners[2] - corners[0]).cross(corners[corners.len() - 1] - corners[1]).normalize_or_zero();
+        // The cross product of the diagonals, in a triangle of two edges: as long as twice the area.
+        let normal = (corners[2] - corners[0]).cross(corners[corners.len() - 1] - corners[1]);
         let places: Vec<u32> =
             corners.iter().map(|&corner| vertices.place(corner, normal, share_of(part.verdict))).collect();
         mesh.triangles.extend((2..places.len()).map(|i| [places[0], places[i - 1], places[i]]));
     }
     mesh.positions = vertices.list.iter().map(|vertex| vertex.position.to_array()).collect();
-    mesh.colors = vertices.list.iter().map(|vertex| mixture(vertex.sum / f64::from(vertex.cells))).collect();
+    mesh.colors = vertices.list.iter().map(|vertex| mixture(vertex.share())).collect();
 }
 
 /// Vertices by place; several at one place where sharp edges meet.
@@ -126,33 +126,40 @@ struct SharedVertices {
 
 struct Vertex {
     position: DVec3,
-    /// Of the first cell that came.
+    /// Of the first cell that came; of unit length, or zero.
     normal: DVec3,
-    /// The shares of the cells that meet here, and their number.
-    sum: f64,
-    cells: u32,
+    first_share: f64,
+    /// The areas of the cells that meet here, and the lit ones among them; a small cell beside a large one must not
+    /// shade all of that.
+    area: f64,
+    lit_area: f64,
+}
+
+impl Vertex {
+    fn share(&self) -> f64 {
+        if self.area > 0.0 { self.lit_area / self.area } else { self.first_share }
+    }
 }
 
 impl SharedVertices {
-    /// The vertex at a position, for a polygon with this normal and share.
+    /// The vertex at a position, for a polygon with this share and normal, as long as the area in any unit.
     fn place(&mut self, position: DVec3, normal: DVec3, share: f64) -> u32 {
         // As 32-bit floats from a point of the object, which is how files keep them: neighbouring faces round the
         // points of a common edge differently. Adding zero makes −0 and 0 the same.
         let origin = self.list.first().map_or(position, |first| first.position);
         let key = (position - origin).to_array().map(|coordinate| (coordinate as f32 + 0.0).to_bits());
         let here = self.at.entry(key).or_default();
-        let smooth = here.iter().copied().find(|&vertex| {
-            let cosine = self.list[vertex as usize].normal.dot(normal);
-            cosine > SMOOTH_COSINE
-        });
+        let direction = normal.normalize_or_zero();
+        let is_smooth = |&vertex: &u32| self.list[vertex as usize].normal.dot(direction) > SMOOTH_COSINE;
+        let smooth = here.iter().copied().find(is_smooth);
         let vertex = smooth.unwrap_or_else(|| {
-            self.list.push(Vertex { position, normal, sum: 0.0, cells: 0 });
+            self.list.push(Vertex { position, normal: direction, first_share: share, area: 0.0, lit_area: 0.0 });
             here.push(self.list.len() as u32 - 1);
             self.list.len() as u32 - 1
         });
         let shared = &mut self.list[vertex as usize];
-        shared.sum += share;
-        shared.cells += 1;
+        shared.area += normal.length();
+        shared.lit_area += share * normal.length();
         vertex
     }
 }
@@ -214,6 +221,14 @@ mod tests {
         assert_eq!(color(0.0, 1.0), mixture(0.5), "the lower two");
         assert_eq!(color(2.0, 1.0), SHADOWED);
         assert_eq!(color(-2.0, 1.0), LIT);
+    }
+
+    #[test]
+    fn a_small_cell_does_not_shade_a_large_one() {
+        let cells = [cell(1, 0, 0, Lit), cell(4, 8, 0, Shadowed)];
+        let mesh = mesh(&rectangle(), &cells, Coloring::Vertex);
+        let at = mesh.positions.iter().position(|&position| position == [0.0, 0.0, 1.0]).expect("a vertex");
+        assert_eq!(mesh.colors[at], mixture(64.0 / 65.0));
     }
 
     #[test]

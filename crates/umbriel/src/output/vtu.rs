@@ -12,7 +12,7 @@ use umbriel_shadow::{Cell, Report, Verdict};
 use crate::output::{csv::lit_bounds, overlay::overlay, surface::Surface};
 
 /// The number of a verdict; 3 where a light has no stored cell.
-fn number(verdict: Option<Verdict>) -> u8 {
+fn number(verdict: Option<Verdict>) -> i8 {
     match verdict {
         Some(Verdict::Shadowed) => 0,
         Some(Verdict::Lit) => 1,
@@ -40,7 +40,7 @@ struct Sheet {
     grid: PolygonGrid,
     object: Vec<u32>,
     face: Vec<u32>,
-    level: Vec<u8>,
+    level: Vec<i8>,
     area: Vec<f64>,
     lights: Vec<LightColumns>,
 }
@@ -48,7 +48,7 @@ struct Sheet {
 /// What one light says of every polygon.
 #[derive(Clone, Default)]
 struct LightColumns {
-    verdict: Vec<u8>,
+    verdict: Vec<i8>,
     lower: Vec<f64>,
     upper: Vec<f64>,
 }
@@ -73,7 +73,7 @@ impl Sheet {
                 let area = surface.area(&part);
                 self.object.push(index);
                 self.face.push(part.face);
-                self.level.push(part.level);
+                self.level.push(part.level as i8);
                 self.area.push(area.value);
                 self.lights.iter_mut().zip(verdicts).for_each(|(light, &verdict)| light.add(verdict, area));
             }
@@ -86,7 +86,7 @@ impl Sheet {
         // What readers show first stands first.
         for (columns, name) in self.lights.into_iter().zip(lights.clone()) {
             let mut add = |kind: &str, values| grid.cell_data.push(GridArray::new(format!("{kind} {name}"), values));
-            add("verdict", GridValues::U8(columns.verdict));
+            add("verdict", GridValues::I8(columns.verdict));
             add("lit_lower", GridValues::F64(columns.lower));
             add("lit_upper", GridValues::F64(columns.upper));
         }
@@ -94,7 +94,7 @@ impl Sheet {
             GridArray::new("area", GridValues::F64(self.area)),
             GridArray::new("object", GridValues::U32(self.object)),
             GridArray::new("face", GridValues::U32(self.face)),
-            GridArray::new("level", GridValues::U8(self.level)),
+            GridArray::new("level", GridValues::I8(self.level)),
         ]);
         let objects = scene.objects.iter().map(|object| object.name.as_str());
         grid.field_data = vec![

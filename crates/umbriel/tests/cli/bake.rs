@@ -119,3 +119,131 @@ fn the_detail_of_the_scene_file_counts_unless_one_is_typed() {
     };
     assert_eq!((depth(""), depth("--boundary-depth 2")), (3.0, 2.0));
 }
+
+#[test]
+fn cells_are_a_table_that_queries_understand() {
+    let workspace = Workspace::noon();
+    workspace.run("bake noon.toml --boundary-depth 4 --csv cells -o cells.csv").succeeds();
+    let text = workspace.text("cells.csv");
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    let header = ["light", "object", "face", "level", "u", "v", "x", "y", "z", "area", "lit_lower", "lit_upper"];
+    assert_eq!((&rows[0][..12], rows[0][12]), (&header[..], "verdict"));
+    let sum = |object: &str, column: usize| -> f64 {
+        let chosen = rows[1..].iter().filter(|row| row[1] == object);
+        chosen.map(|row| row[column].parse::<f64>().expect("a number")).sum()
+    };
+    let pi = std::f64::consts::PI;
+    for (object, area, lit) in [("floor", 64.0, 64.0 - pi), ("ball", 4.0 * pi, 2.0 * pi)] {
+        assert!((sum(object, 9) - area).abs() < 1e-4 * area, "{object}");
+        assert!(sum(object, 10) <= lit && lit <= sum(object, 11), "{object}");
+    }
+    // The middles of decided cells are what exact queries say.
+    let points: Vec<String> = rows[1..].iter().map(|row| [row[1], row[2], row[4], row[5]].join(",")).collect();
+    let workspace = Workspace::with(&[
+        ("noon.toml", crate::workspace::NOON),
+        ("points.csv", &format!("object,face,u,v\n{}\n", points.join("\n"))),
+    ]);
+    let answers = workspace.run("query noon.toml --points points.csv").succeeds().stdout();
+    for (row, answer) in rows[1..].iter().zip(answers.lines().skip(1)) {
+        let lit = answer.ends_with(",1");
+        assert!(row[12] == "undecided" || (row[12] == "lit") == lit, "{row:?}: {answer}");
+    }
+}
+
+/// The values of an array of a .vtu file, `N` bytes each.
+fn array<const N: usize>(text: &str, name: &str) -> Vec<[u8; N]> {
+    use base64::Engine;
+    let (_, rest) = text.split_once(&format!("Name=\"{name}\"")).unwrap_or_else(|| panic!("no {name}"));
+    let content = rest.split(['>', '<']).nth(1).expect("content");
+    let bytes = base64::engine::general_purpose::STANDARD.decode(content).expect("base64");
+    assert_eq!(bytes[..8], (bytes.len() as u64 - 8).to_le_bytes());
+    bytes[8..].chunks_exact(N).map(|bytes| bytes.try_into().expect("N bytes")).collect()
+}
+
+fn floats(text: &str, name: &str) -> Vec<f64> {
+    array(text, name).into_iter().map(f64::from_le_bytes).collect()
+}
+
+#[test]
+fn a_grid_holds_all_lights() {
+    let workspace = Workspace::noon();
+    let run = |threads: u32, file: &str| {
+        let lights = "--point 0,0.5,0 --boundary-depth 4";
+        workspace.run(&format!("bake noon.toml {lights} --threads {threads} -o {file}")).succeeds();
+        workspace.text(file)
+    };
+    let text = run(1, "a.vtu");
+    assert_eq!(text, run(3, "b.vtu"), "threads do not change the file");
+    let whole = |name: &str| array(&text, name).into_iter().map(u32::from_le_bytes).collect::<Vec<u32>>();
+    let (points, corners, ends) = (floats(&text, "Points"), whole("connectivity"), whole("offsets"));
+    let count = ends.len();
+    assert!(text.contains(&format!("NumberOfPoints=\"{}\" NumberOfCells=\"{count}\"", points.len() / 3)));
+    assert!(corners.iter().all(|&corner| (corner as usize) < points.len() / 3));
+    assert_eq!(array::<1>(&text, "types"), vec![[9]; count], "squares only");
+    assert_eq!(ends, (1..=count as u32).map(|polygon| 4 * polygon).collect::<Vec<_>>());
+    let (object, area) = (whole("object"), floats(&text, "area"));
+    let sum = |values: &[f64], wanted: u32| -> f64 {
+        values.iter().zip(&object).filter(|&(_, &object)| object == wanted).map(|(value, _)| value).sum()
+    };
+    let pi = std::f64::consts::PI;
+    assert_eq!(sum(&area, 0), 64.0);
+    assert!((sum(&area, 1) - 4.0 * pi).abs() < 1e-4);
+    // The lamp stands between the floor and the ball: it lights all of the floor, and the ball's cap below y = 4/3.
+    for (light, lit) in [("noon", [64.0 - pi, 2.0 * pi]), ("point", [64.0, 2.0 * pi / 3.0])] {
+        for (index, lit) in [0, 1].into_iter().zip(lit) {
+            let bound = |name: &str| sum(&floats(&text, &format!("{name} {light}")), index);
+            let (lower, upper) = (bound("lit_lower"), bound("lit_upper"));
+            assert!(lower <= lit * (1.0 + 1e-9) && lit <= upper, "{light}, {index}: {lit} is not in {lower}..{upper}");
+        }
+        let verdicts = array::<1>(&text, &format!("verdict {light}"));
+        assert!(verdicts.len() == count && verdicts.iter().all(|&[verdict]| verdict < 3));
+    }
+    assert_eq!(array::<1>(&text, "object_names").concat(), b"floor\nball");
+}
+
+#[test]
+fn models_are_coloured_by_cell_face_or_vertex() {
+    let workspace = Workspace::noon();
+    let vertices = |by: &str| {
+        workspace
+            .run(&format!("bake noon.toml --receiver floor --boundary-depth 4 --color {by} -o {by}.glb"))
+            .succeeds();
+        let bytes = workspace.read(&format!("{by}.glb"));
+        let length = u32::from_le_bytes(bytes[12..16].try_into().expect("4 bytes")) as usize;
+        let json: Value = serde_json::from_slice(&bytes[20..20 + length]).expect("JSON");
+        number(&json, "/accessors/0/count") as usize
+    };
+    let (cells, shared) = (vertices("cell"), vertices("vertex"));
+    assert_eq!(vertices("face"), 4);
+    assert!(cells.is_multiple_of(4) && shared > 4 && shared < cells / 2, "{cells} and {shared}");
+}
+
+/// A square of 2 × 2 metres in the xz plane, on the whole of its light map, and the same once more above it.
+const SQUARES: &str = "v -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv 0 1 1\nv 2 1 1\nv 2 1 -1\nv 0 1 -1\n\
+    vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\no low/floor\nf 1/1 2/2 3/3 4/4\no roof\nf 5/1 6/2 7/3 8/4\n";
+
+#[test]
+fn light_maps_hold_what_is_lit() {
+    let workspace = Workspace::with(&[("squares.obj", SQUARES)]);
+    let bake = "bake squares.obj --sun 0,90 --lightmap-size 8 --boundary-depth 4";
+    workspace.run(&format!("{bake} --receiver low/* -o one.png")).succeeds();
+    workspace.run(&format!("{bake} -o all.png")).succeeds();
+    assert_eq!(workspace.files(), ["all-low_floor.png", "all-roof.png", "one.png", "squares.obj"]);
+    assert_eq!(workspace.read("one.png"), workspace.read("all-low_floor.png"));
+    let pixels = |file: &str| image::open(workspace.path(file)).expect("a picture").into_luma8();
+    let floor = pixels("one.png");
+    assert_eq!(floor.dimensions(), (8, 8));
+    // The roof covers the half with x > 0, the right one.
+    assert!(floor.enumerate_pixels().all(|(column, _, pixel)| pixel.0 == [if column < 4 { 255 } else { 0 }]));
+    assert!(pixels("all-roof.png").pixels().all(|pixel| pixel.0 == [255]));
+}
+
+#[test]
+fn light_maps_need_a_layout_and_a_place() {
+    let workspace = Workspace::noon();
+    workspace.run("bake noon.toml -o a.png").fails(1, &["noon.toml", "light map", "TEXCOORD_1", "umbriel render"]);
+    let workspace = Workspace::with(&[("squares.obj", SQUARES)]);
+    let arguments = "bake squares.obj --sun 0,90 --lightmap-size 8 -o a.png -o ./a.png";
+    workspace.run(arguments).fails(2, &["a.png", "twice"]);
+    assert_eq!(workspace.files(), ["squares.obj"]);
+}

@@ -5,7 +5,7 @@
 //! centre), d a tangent, a chord to another such point, an axis or a ruling, and short fractions α, β, zero among them.
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use umbriel_geometry::{LightSource, Placement};
+use umbriel_geometry::{Analytic, LightSource, Placement};
 
 use super::{body::placed, curved::Curved, dice::Dice, number::vector, solids::Solid};
 
@@ -15,7 +15,7 @@ pub(crate) struct Subject {
     /// Its name in complaints.
     pub(crate) name: &'static str,
     /// What it is.
-    pub(crate) solid: Solid,
+    pub(crate) body: Analytic,
     /// Points on it, and normals there (not of unit length).
     pub(crate) touching: Vec<(DVec3, DVec3)>,
     /// Apexes, centres, points of axes and in planes of rims.
@@ -33,6 +33,13 @@ const SPHERE: [[f64; 3]; 7] = [
     [2.0, 10.0, -11.0],
     [-10.0, -11.0, 2.0],
 ];
+
+impl Subject {
+    /// What it is, for the oracle.
+    pub(crate) fn solid(&self) -> Solid {
+        Solid::new(&self.body)
+    }
+}
 
 /// Half the gradient of the frustum's or cylinder's side: (x, ρ·(low − high)/h, z).
 fn along_side(solid_low: f64, high: f64, height: f64, heights: &[f64]) -> Vec<(DVec3, DVec3)> {
@@ -62,16 +69,22 @@ fn on_axis(height: f64) -> Vec<DVec3> {
 fn ellipsoid(name: &'static str, radii: [f64; 3]) -> Subject {
     let stretch = DVec3::from_array(radii) / 15.0;
     let point = |p: [f64; 3]| (DVec3::from_array(p) * stretch, DVec3::from_array(p) / stretch);
-    Subject { name, solid: Solid::Ellipsoid(radii), touching: SPHERE.map(point).to_vec(), special: on_axis(radii[1]) }
+    let is_sphere = radii.iter().all(|&radius| radius == radii[0]);
+    let body = if is_sphere { Analytic::Sphere { radius: radii[0] } } else { Analytic::Ellipsoid { radii } };
+    Subject { name, body, touching: SPHERE.map(point).to_vec(), special: on_axis(radii[1]) }
 }
 
 fn with_ends(name: &'static str, low: f64, high: f64, height: f64) -> Subject {
-    let solid = if low == high { Solid::Cylinder(low, height) } else { Solid::Frustum(low, high, height) };
+    let body = match (low, high) {
+        (radius, 0.0) => Analytic::Cone { radius, height },
+        (low, high) if low == high => Analytic::Cylinder { radius: low, height },
+        (bottom_radius, top_radius) => Analytic::Frustum { bottom_radius, top_radius, height },
+    };
     let half = height / 2.0;
     let mut touching = along_side(low, high, height, &[-half, 0.0, half / 2.0, half]);
     touching.extend(disk_points(-half, low));
     touching.extend(disk_points(half, high));
-    Subject { name, solid, touching, special: on_axis(height) }
+    Subject { name, body, touching, special: on_axis(height) }
 }
 
 fn capsule() -> Subject {
@@ -80,7 +93,7 @@ fn capsule() -> Subject {
     for p in SPHERE.map(DVec3::from_array) {
         touching.push((p + DVec3::new(0.0, 6.0_f64.copysign(p.y), 0.0), p));
     }
-    Subject { name: "capsule", solid: Solid::Capsule(radius, height), touching, special: on_axis(height) }
+    Subject { name: "capsule", body: Analytic::Capsule { radius, height }, touching, special: on_axis(height) }
 }
 
 /// Radius 5, height 25: y = 12.5 − x² − z².
@@ -89,7 +102,12 @@ fn paraboloid() -> Subject {
     for [x, z] in [[0.0, 0.0], [1.0, 0.0], [0.5, -2.0], [-3.0, 1.0], [3.0, 4.0], [-4.0, 3.0], [0.0, 5.0]] {
         touching.push((DVec3::new(x, 12.5 - x * x - z * z, z), DVec3::new(2.0 * x, 1.0, 2.0 * z)));
     }
-    Subject { name: "paraboloid", solid: Solid::Paraboloid(5.0, 25.0), touching, special: on_axis(25.0) }
+    Subject {
+        name: "paraboloid",
+        body: Analytic::Paraboloid { radius: 5.0, height: 25.0 },
+        touching,
+        special: on_axis(25.0),
+    }
 }
 
 /// Waist 3, ends 5, height 8: x² + z² = 9 + y². Its rulings join touching points.
@@ -102,11 +120,21 @@ fn hyperboloid() -> Subject {
     for p in points.into_iter().chain(ends) {
         touching.push((DVec3::from_array(p), DVec3::new(p[0], -p[1], p[2])));
     }
-    Subject { name: "hyperboloid", solid: Solid::Hyperboloid(3.0, 5.0, 8.0), touching, special: on_axis(8.0) }
+    Subject {
+        name: "hyperboloid",
+        body: Analytic::Hyperboloid { waist_radius: 3.0, end_radius: 5.0, height: 8.0 },
+        touching,
+        special: on_axis(8.0),
+    }
 }
 
 fn disk() -> Subject {
-    Subject { name: "disk", solid: Solid::Disk(5.0), touching: disk_points(0.0, 5.0), special: on_axis(2.0) }
+    Subject {
+        name: "disk",
+        body: Analytic::Disk { radius: 5.0 },
+        touching: disk_points(0.0, 5.0),
+        special: on_axis(2.0),
+    }
 }
 
 /// A quadric q = p·D·p + 2·m·p + d with points of the box where q has the sign that puts them on the surface.
@@ -132,8 +160,8 @@ fn quadric(name: &'static str, matrix: [[f64; 4]; 4], half: [f64; 3]) -> Subject
             touching.push((p, DVec3::AXES[axis]));
         }
     }
-    let solid = Solid::Quadric(matrix, [(-half).to_array(), half.to_array()]);
-    Subject { name, solid, touching, special: on_axis(half.y) }
+    let body = Analytic::Quadric { matrix, within: [(-half).to_array(), half.to_array()] };
+    Subject { name, body, touching, special: on_axis(half.y) }
 }
 
 /// All bodies that segments are aimed at.
@@ -188,7 +216,8 @@ impl Target {
     /// The subject under a map.
     pub(crate) fn new(subject: &Subject, map: DAffine3) -> Self {
         let placement = Placement::new(map).expect("a regular matrix");
-        let curved = placed(&subject.solid, &placement, subject.solid.is_closed());
+        let solid = subject.solid();
+        let curved = placed(&solid, &placement, solid.is_closed());
         Self { placement, curved }
     }
 
@@ -249,7 +278,7 @@ pub(crate) struct LocalSegment {
     is_sun: bool,
 }
 
-/// A segment that was aimed at a feature, or any segment.
+/// A segment that was aimed at a feature, or any segment; its ends differ.
 pub(crate) fn segment(subject: &Subject, target: &Target, dice: &mut Dice) -> Segment {
     loop {
         let local = if dice.one_in(4) { any_segment(subject, dice) } else { aimed(subject, dice) };
@@ -258,7 +287,8 @@ pub(crate) fn segment(subject: &Subject, target: &Target, dice: &mut Dice) -> Se
             start = start.map(|coordinate| dice.nudged(coordinate));
             end = end.map(|coordinate| dice.nudged(coordinate));
         }
-        if let Some(light) = light(end, local.is_sun) {
+        let is_empty = !local.is_sun && start == end;
+        if let Some(light) = light(end, local.is_sun).filter(|_| !is_empty) {
             return Segment { x: start, light };
         }
     }
@@ -270,6 +300,32 @@ pub(crate) fn short_segment(subject: &Subject, dice: &mut Dice) -> LocalSegment 
         let local = aimed(subject, dice);
         if local.x != local.towards {
             return local;
+        }
+    }
+}
+
+/// A light for the world point x: beyond a feature, at it, along an axis or a normal, or anywhere; at times an ulp off.
+pub(crate) fn aimed_light(subject: &Subject, target: &Target, x: [f64; 3], dice: &mut Dice) -> LightSource {
+    loop {
+        let (p, normal) = subject.touching[dice.index(subject.touching.len())];
+        let feature = match dice.below(4) {
+            0 => target.image(dice.pick(&subject.special)),
+            1 => target.image(p + normal * dice.pick(&[0.5, -0.5, 2.0])),
+            _ => target.image(p),
+        };
+        let is_sun = dice.one_in(3);
+        let reach = dice.pick(&[1.0, 0.5, 1.5, 2.0, 4.0]);
+        let mut end: [f64; 3] = match (is_sun, dice.below(5)) {
+            (true, 0) => target.turned(dice.pick(&DVec3::AXES) * dice.pick(&[1.0, -1.0])),
+            (true, _) => std::array::from_fn(|i| x[i] - feature[i]),
+            (false, 0) => target.image(DVec3::from_array(std::array::from_fn(|_| dice.float(-20.0, 20.0)))),
+            (false, _) => std::array::from_fn(|i| x[i] + reach * (feature[i] - x[i])),
+        };
+        if dice.one_in(3) {
+            end = end.map(|coordinate| dice.nudged(coordinate));
+        }
+        if let Some(light) = light(end, is_sun) {
+            return light;
         }
     }
 }

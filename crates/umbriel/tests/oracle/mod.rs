@@ -16,6 +16,7 @@ pub(crate) mod fixtures;
 pub(crate) mod graze;
 pub(crate) mod margin;
 pub(crate) mod number;
+pub(crate) mod patches;
 pub(crate) mod slack;
 pub(crate) mod solids;
 

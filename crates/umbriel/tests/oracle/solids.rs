@@ -3,6 +3,8 @@
 //! All are centred at the local origin with axis +y. A side of revolution is x² + z² = ρ(y)², multiplied by what makes
 //! its coefficients whole; a quadric is q ≤ 0 within a box, and closed by the parts of the box's faces with q ≤ 0.
 
+use umbriel_geometry::Analytic;
+
 use super::{
     curved::{Linear, Piece, Quadratic},
     number::Binary,
@@ -30,6 +32,24 @@ pub(crate) enum Solid {
 }
 
 impl Solid {
+    /// The body of a scene.
+    pub(crate) fn new(body: &Analytic) -> Self {
+        match *body {
+            Analytic::Sphere { radius } => Self::Ellipsoid([radius; 3]),
+            Analytic::Ellipsoid { radii } => Self::Ellipsoid(radii),
+            Analytic::Cylinder { radius, height } => Self::Cylinder(radius, height),
+            Analytic::Cone { radius, height } => Self::Frustum(radius, 0.0, height),
+            Analytic::Frustum { bottom_radius, top_radius, height } => Self::Frustum(bottom_radius, top_radius, height),
+            Analytic::Capsule { radius, height } => Self::Capsule(radius, height),
+            Analytic::Paraboloid { radius, height } => Self::Paraboloid(radius, height),
+            Analytic::Hyperboloid { waist_radius, end_radius, height } => {
+                Self::Hyperboloid(waist_radius, end_radius, height)
+            }
+            Analytic::Disk { radius } => Self::Disk(radius),
+            Analytic::Quadric { matrix, within } => Self::Quadric(matrix, within),
+        }
+    }
+
     /// Whether the surface encloses something, so that it has an outside.
     pub(crate) fn is_closed(&self) -> bool {
         !matches!(self, Self::Disk(_))

@@ -1,7 +1,7 @@
 //! The oracle's curved bodies, on cases with answers known by hand and against a numerical second opinion.
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{LightSource, Placement};
+use umbriel_geometry::{LightSource, PlacedAnalytic, Placement};
 
 use crate::oracle::{
     blocking::{Lamp, Place},
@@ -171,16 +171,45 @@ fn lit_sides_are_outward() {
 }
 
 #[test]
+fn points_of_faces_lie_on_their_pieces() {
+    for subject in subjects() {
+        let (solid, curved) = (subject.solid(), body(subject.solid()));
+        let mut dice = Dice::new("faces", 0);
+        for face in (0..200).map(|number| number % solid.face_count()) {
+            let Some((piece, local)) = solid.point(face, dice.parameters(false)) else { continue };
+            assert!(curved.piece_holds(piece, &local), "{}: face {face}", subject.name);
+        }
+    }
+}
+
+#[test]
+fn faces_are_where_the_library_says() {
+    for subject in subjects() {
+        let solid = subject.solid();
+        let placed = PlacedAnalytic::new(subject.body, Placement::IDENTITY).expect("an accepted body");
+        let mut dice = Dice::new("charts", 0);
+        for (face, chart) in placed.charts().iter().enumerate() {
+            let parameters = dice.parameters(false);
+            let Some((_, local)) = solid.point(face, parameters) else { continue };
+            let (ours, theirs) = (DVec3::from_array(local.approximate()), chart.point(parameters[0], parameters[1]));
+            assert!(ours.distance(theirs) < 1e-12 * 30.0, "{}: face {face}: {ours} and {theirs}", subject.name);
+        }
+        let is_quadric = matches!(solid, Solid::Quadric(..));
+        assert!(is_quadric || placed.charts().len() == solid.face_count(), "{}", subject.name);
+    }
+}
+
+#[test]
 fn the_oracle_agrees_with_sampling_where_sampling_is_clear() {
     for subject in subjects() {
-        let curved = body(subject.solid);
+        let curved = body(subject.solid());
         let mut counts = [0; 2];
         for number in 0..cases(400) {
             let mut dice = Dice::new("sampling", number);
             let mut any = || DVec3::from_array(std::array::from_fn(|_| dice.float(-12.0, 12.0)));
             let (x, light) = (any(), any());
             let is_sun = number % 3 == 0;
-            let Some(clear) = clearly_blocks(&subject.solid, x, light, is_sun) else { continue };
+            let Some(clear) = clearly_blocks(&subject.solid(), x, light, is_sun) else { continue };
             counts[usize::from(clear)] += 1;
             let (x, light) = (x.to_array(), light.to_array());
             let exact = if is_sun { along(&curved, x, light) } else { between(&curved, x, light) };

@@ -67,7 +67,7 @@ fn slivers_pieces_and_nothing() {
         let triangles = mesh.triangles().iter().copied().chain(shifted).collect();
         Brep::of_mesh(&Mesh::new(positions.map(|p| p.to_array()).collect(), triangles).expect("accepted"))
     };
-    assert_eq!(twice(DVec3::X * 3.0), Err(ConvexMeshDefect::NotOnce));
+    assert_eq!(twice(DVec3::X * 3.0), Err(ConvexMeshDefect::Apart { triangle: 12 }));
     assert!(matches!(twice(DVec3::ZERO), Err(ConvexMeshDefect::OpenEdge { .. })), "every edge twice");
     let empty = Mesh::new(Vec::new(), vec![]).expect("accepted");
     assert_eq!(Brep::of_mesh(&empty), Err(ConvexMeshDefect::Flat(Flatness::Nothing)));
@@ -88,4 +88,37 @@ fn slivers_pieces_and_nothing() {
         Brep::of_mesh(&Mesh::new(positions, with_needle).expect("accepted")).map(|b| counts(&b)),
         Ok((8, 12, 6))
     );
+}
+
+#[test]
+fn a_mesh_that_winds_twice_is_refused() {
+    let (vertices, triangles) = pentagram_pyramids();
+    let mesh = Mesh::new(vertices.iter().map(|v| v.to_array()).collect(), triangles).expect("accepted");
+    assert!(matches!(Brep::of_mesh(&mesh), Err(ConvexMeshDefect::Wound { .. })), "{:?}", Brep::of_mesh(&mesh));
+}
+
+#[test]
+fn a_fin_in_the_plane_of_a_face_is_a_fold() {
+    let body = Cuboid { size: [2.0; 3] }.brep().expect("a box");
+    let mesh = mesh_of(&body);
+    // The first face is slit along its diagonal, one side of the slit in two edges; a fin is put into the slit.
+    let mut triangles = mesh.triangles().to_vec();
+    let ([a, _, c], [_, _, d], middle, tip) = (triangles[0], triangles[1], 8, 9);
+    assert_eq!(triangles[1], [a, c, d]);
+    triangles[1] = [a, middle, d];
+    triangles.extend([[middle, c, d], [a, c, tip], [middle, a, tip], [c, middle, tip]]);
+    let finned = |at: DVec3| {
+        let positions = mesh.positions().iter().chain([&DVec3::NEG_X, &at]).map(|p| p.to_array()).collect();
+        Brep::of_mesh(&Mesh::new(positions, triangles.clone()).expect("accepted"))
+    };
+    for in_plane in [DVec3::new(-1.0, 9.0, 0.5), DVec3::new(-1.0, 0.25, 0.5)] {
+        assert!(matches!(finned(in_plane), Err(ConvexMeshDefect::Fold { .. })), "{:?}", finned(in_plane));
+    }
+    for off_plane in [DVec3::new(-3.0, 9.0, 0.5), DVec3::ZERO] {
+        // Folded at the tip, and bent inward at the slit.
+        let bent =
+            matches!(finned(off_plane), Err(ConvexMeshDefect::Fold { .. } | ConvexMeshDefect::InwardBend { .. }));
+        assert!(bent, "{:?}", finned(off_plane));
+    }
+    assert!(finned(DVec3::new(-1.0, 0.0, 0.0)).is_err(), "a fin without area");
 }

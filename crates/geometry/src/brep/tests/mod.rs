@@ -66,3 +66,16 @@ fn check_holds(body: &Brep, cloud: &[DVec3]) {
         assert!(body.face(face).all(|v| side_of(&body.vertices()[v as usize]) == Sign::Zero), "face {face} is planar");
     }
 }
+
+/// A double pyramid over a pentagram: convex at every edge, V − E + F = 2, wound twice.
+fn pentagram_pyramids() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let rim = [(0.0, 10.0), (-9.0, 3.0), (-6.0, -8.0), (6.0, -8.0), (9.0, 3.0)];
+    let mut vertices: Vec<DVec3> = rim.iter().map(|&(x, z)| DVec3::new(x, 0.0, z)).collect();
+    vertices.extend([DVec3::Y * 5.0, DVec3::Y * -5.0]);
+    let star = [0, 3, 1, 4, 2];
+    let side = |i: usize| {
+        let (from, to) = (star[i], star[(i + 1) % 5]);
+        [[from, to, 5], [to, from, 6]]
+    };
+    (vertices, (0..5).flat_map(side).collect())
+}

@@ -1,6 +1,8 @@
+use glam::{DAffine3, DQuat};
+
 use super::*;
 use crate::{
-    LightSource,
+    Facets, LightSource, Placement, Rectangle,
     blocking::{Probe, polygon_blocks},
 };
 
@@ -17,6 +19,25 @@ fn some_face_blocks(body: &Brep, x: DVec3, light: &LightSource) -> bool {
 }
 
 proptest! {
+    #[test]
+    fn exact_corners_are_decided(cloud in lattice_cloud(), is_sun: bool, at in lattice_point(4), turn in 0.0..1.0f64) {
+        let Ok(body) = Brep::hull(cloud) else { return Ok(()) };
+        let light = light(is_sun, at);
+        let Some(silhouette) = body.silhouette(&light) else { return Ok(()) };
+        // Corners that are no floats, within half an ulp of a lattice point's surroundings.
+        let map = DAffine3::from_rotation_translation(DQuat::from_rotation_y(turn), DVec3::NEG_Y);
+        let facets = Facets::of_rectangle(&Rectangle { size: [2.0, 4.0] }, &Placement::new(map).expect("regular"));
+        for corner in 0..4 {
+            let x = facets.point(corner);
+            let blocked = (0..body.face_count()).any(|face| {
+                let corners: Vec<Point> = body.face(face).map(|vertex| body.vertex(vertex)).collect();
+                let bounds = Point { position: x.position, slack: x.slack, exact: None };
+                polygon_blocks(&corners, &Probe::<crate::Dyadic>::new(bounds, || x.to_exact()), &light)
+            });
+            prop_assert_eq!(silhouette.blocks(&x), blocked);
+        }
+    }
+
     #[test]
     fn the_outline_decides_as_the_faces_do(
         cloud in lattice_cloud(), is_sun: bool, at in lattice_point(4), x in proptest::collection::vec(lattice_point(6), 1..20),
