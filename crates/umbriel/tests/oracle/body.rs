@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use umbriel_geometry::{Analytic, Cuboid, Mesh, Placement, Rectangle};
+use umbriel_geometry::{Cuboid, Mesh, Placement, Rectangle};
 use umbriel_scene::{Object, Shape, Sides};
 
 use super::{
@@ -127,8 +127,8 @@ impl Body {
             Shape::Mesh(mesh) => Self::Flats(frame.mesh(mesh, &one_sided)),
             Shape::Rectangle(rectangle) => Self::Flats(vec![frame.rectangle(rectangle, one_sided(false))]),
             Shape::Cuboid(cuboid) => Self::Flats(frame.cuboid(cuboid, one_sided(true))),
-            Shape::Analytic(Analytic::Sphere { radius }) => {
-                let radius = Binary::new(*radius);
+            Shape::Sphere(sphere) => {
+                let radius = Binary::new(sphere.radius);
                 let surface = Ellipsoid::new(&frame.rows, frame.origin.clone(), &radius);
                 let one_sided = one_sided(true);
                 Self::Round(Box::new(Round { surface, one_sided, rows: frame.rows, centre: frame.origin, radius }))
