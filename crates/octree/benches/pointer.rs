@@ -90,7 +90,11 @@ fn main() {
         },
     );
     let shifted = tree.complement();
-    let shifted_rival = rival.combined(&rival, |own, _| own);
+    let shifted_rival = rival.combined(&rival, |own, _| match own {
+        Relation::Inside => Relation::Outside,
+        Relation::Outside => Relation::Inside,
+        Relation::Boundary => own,
+    });
     compare(
         "union",
         || {

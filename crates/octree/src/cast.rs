@@ -119,8 +119,8 @@ impl<'a> Cast<'a> {
         let Some(cell) = parent.cell.child(number) else { return };
         let leaves = &self.partition.cells()[parent.run.clone()];
         let range = cell.range();
-        let first = leaves.partition_point(|leaf| leaf.range().start() < range.start());
-        let count = leaves[first..].partition_point(|leaf| leaf.range().start() <= range.end());
+        let first = leaves.partition_point(|leaf| leaf.start() < *range.start());
+        let count = leaves[first..].partition_point(|leaf| leaf.start() <= *range.end());
         let run = parent.run.start + first..parent.run.start + first + count;
         let enter = self.marks.enter(&near).max(parent.enter);
         let later = self.open.iter().rev().take_while(|open| open.enter < enter).count();

@@ -150,6 +150,10 @@ impl Cube {
         let mut place = [0; 3];
         for (axis, cell) in place.iter_mut().enumerate() {
             let x = point[axis];
+            if let Some(plane) = self.clearly_above(axis, x) {
+                *cell = plane >> below;
+                continue;
+            }
             if self.compare(axis, x, 0)?.is_lt() || self.compare(axis, x, CELLS)?.is_gt() {
                 return None;
             }
@@ -175,6 +179,16 @@ impl Cube {
             met.max[axis] = self.planes_below(axis, high).min(CELLS - 1);
         }
         Some(met)
+    }
+
+    /// [`Cube::planes_below`] for a coordinate of the cube that is far from every plane: three roundings of a number up to
+    /// 2^21 take away less than 2^-29.
+    fn clearly_above(&self, axis: usize, x: f64) -> Option<u32> {
+        const NEAR: f64 = 1.0 / (1 << 20) as f64;
+        let guess = (x - self.min[axis]) / self.edge * f64::from(CELLS);
+        let plane = guess as u32; // towards zero; NaN becomes zero and is clear of nothing
+        let above = guess - f64::from(plane);
+        (plane < CELLS && above > NEAR && above < 1.0 - NEAR).then_some(plane)
     }
 
     /// The last lattice plane that is not above `x`; the first for any lower x.

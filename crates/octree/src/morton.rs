@@ -130,6 +130,11 @@ impl Code<3> {
         decode3(self.bits)
     }
 
+    /// Where the cell begins: the start of its range.
+    pub(crate) fn start(self) -> u64 {
+        self.bits << (3 * u32::from(Self::MAX_LEVEL - self.level))
+    }
+
     /// The cell of the same level that touches this one in `direction`; `None` beyond the cube. One addition to the
     /// spread bits of each axis (Schrack, "Finding neighbors of equal size in linear quadtrees and octrees in constant
     /// time", CVGIP: Image Understanding 55(3), 1992).

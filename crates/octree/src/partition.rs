@@ -96,13 +96,13 @@ impl Partition {
         if *self.cells[start].range().end() >= last {
             return start..start + 1;
         }
-        start..start + self.cells[start..].partition_point(|leaf| *leaf.range().start() <= last)
+        start..start + self.cells[start..].partition_point(|leaf| leaf.start() <= last)
     }
 
     /// The leaf that holds the first corner of `cell`: the last one that does not begin behind it.
     pub(crate) fn first_leaf(&self, cell: Octant) -> usize {
-        let start = *cell.range().start();
-        self.cells.partition_point(|leaf| *leaf.range().start() <= start).saturating_sub(1)
+        let start = cell.start();
+        self.cells.partition_point(|leaf| leaf.start() <= start).saturating_sub(1)
     }
 
     /// The leaves that touch leaf number `leaf` in `direction`, ascending: one of its size or larger, or the finer ones
@@ -139,7 +139,7 @@ impl Partition {
             let leaf = self.cells.get(next)?;
             let cell = leaf.ancestor(depth).unwrap_or(*leaf);
             let last = *cell.range().end();
-            let run = next..next + self.cells[next..].partition_point(|leaf| *leaf.range().start() <= last);
+            let run = next..next + self.cells[next..].partition_point(|leaf| leaf.start() <= last);
             next = run.end;
             Some((cell, run))
         })

@@ -61,14 +61,18 @@ impl Node {
         if let (Self::Leaf(a), Self::Leaf(b)) = (self, other) {
             return Self::Leaf(rule(*a, *b));
         }
-        let child = |node: &Self, index: usize| match node {
-            Self::Leaf(relation) => Self::Leaf(*relation),
-            Self::Inner(children) => children[index].clone(),
-        };
-        let children: [Self; 8] = std::array::from_fn(|index| child(self, index).combined(&child(other, index), rule));
+        let children: [Self; 8] = std::array::from_fn(|index| self.child(index).combined(other.child(index), rule));
         let first = children[0].clone();
         let agree = matches!(first, Self::Leaf(Relation::Inside | Relation::Outside));
         if agree && children.iter().all(|node| *node == first) { first } else { Self::Inner(Box::new(children)) }
+    }
+
+    /// A child, or the leaf itself.
+    fn child(&self, index: usize) -> &Self {
+        match self {
+            Self::Leaf(_) => self,
+            Self::Inner(children) => &children[index],
+        }
     }
 
     /// The tree cut at a depth.
