@@ -14,7 +14,7 @@ use oracle::{
     graze::{Segment, Subject, Target, aimed_light, maps, segment, short_segment, subjects},
     number::vector,
 };
-use umbriel_geometry::{Dyadic, LightSource, PlacedAnalytic, Placement, Sign, blocking::Probe};
+use umbriel_geometry::{Analytic, Dyadic, LightSource, PlacedAnalytic, Placement, Sign, blocking::Probe};
 
 /// What the definition says.
 fn by_definition(target: &Target, segment: &Segment) -> bool {
@@ -56,12 +56,11 @@ fn judge(subject: &Subject, count: u64, judge: impl Fn(&Target, &Segment) -> Res
     outcome
 }
 
-#[test]
-fn segments_are_blocked_as_the_definition_says() {
+/// Holds the library against the definition on segments aimed at these bodies.
+fn compare(subjects: &[Subject], count: u64) {
     let mut wrong = Vec::new();
-    let count = cases(10_000);
-    for subject in subjects() {
-        let outcome = judge(&subject, count, |target, segment| {
+    for subject in subjects {
+        let outcome = judge(subject, count, |target, segment| {
             let placed = PlacedAnalytic::new(subject.body, target.placement).expect("an accepted body");
             let (library, expected) = (by_library(&placed, segment), by_definition(target, segment));
             if library == expected { Ok(expected) } else { Err(format!("{library}, by definition {expected}")) }
@@ -72,6 +71,24 @@ fn segments_are_blocked_as_the_definition_says() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn segments_are_blocked_as_the_definition_says() {
+    compare(&subjects(), cases(10_000));
+}
+
+#[test]
+fn segments_at_bodies_of_any_size_are_blocked_as_the_definition_says() {
+    let curved: Vec<Subject> = subjects().into_iter().filter(|subject| !is_quadric(subject)).collect();
+    for factor in [1.0 / 3.0, 0.1, 1e-5 / 7.0, 1e9 / 11.0] {
+        let resized: Vec<Subject> = curved.iter().map(|subject| subject.scaled(factor)).collect();
+        compare(&resized, cases(10_000) / 10);
+    }
+}
+
+fn is_quadric(subject: &Subject) -> bool {
+    matches!(subject.body, Analytic::Quadric { .. })
 }
 
 #[test]

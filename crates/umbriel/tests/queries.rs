@@ -27,9 +27,14 @@ impl<'a> Court<'a> {
 
     /// A point of a face: object, face, (u, v).
     fn surface_point(&self, dice: &mut Dice) -> (usize, usize, [f64; 2]) {
-        let object = dice.index(self.scene.objects.len());
-        let is_mesh = matches!(self.scene.objects[object].shape, Shape::Mesh(_));
-        (object, dice.index(self.scene.objects[object].face_count()), dice.parameters(is_mesh))
+        loop {
+            let object = dice.index(self.scene.objects.len());
+            let is_mesh = matches!(self.scene.objects[object].shape, Shape::Mesh(_));
+            let (face, parameters) = (dice.index(self.scene.objects[object].face_count()), dice.parameters(is_mesh));
+            if self.oracle.has_point(object, face, parameters) {
+                return (object, face, parameters);
+            }
+        }
     }
 
     fn answer(&self, place: &Place, light: &LightSource) -> Result<Answer, String> {

@@ -3,13 +3,13 @@
 #![allow(dead_code, reason = "every judge uses its own part")]
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use umbriel_geometry::{LightSource, Placement};
+use umbriel_geometry::{Analytic, LightSource, Placement};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
 use crate::oracle::{
     Oracle,
     dice::Dice,
-    fixtures::{cuboid, elsewhere, features, mesh, rectangle, scene, sphere, tricky_light},
+    fixtures::{analytic, cuboid, elsewhere, features, mesh, rectangle, scene, sphere, tricky_light},
 };
 
 /// A point on the coarse or the fine grid.
@@ -92,14 +92,28 @@ fn shaken(mut positions: Vec<[f64; 3]>, triangles: &[[u32; 3]], dice: &mut Dice)
 fn any_shape(dice: &mut Dice) -> Shape {
     let mut size = || dice.pick(&[0.5, 1.0, 1.0, 2.0, 2.0, 3.0, 4.0]);
     let [a, b, c] = [size(), size(), size()];
-    match dice.below(9) {
+    match dice.below(11) {
         0 | 1 => soup(dice),
         2 => tetrahedron(dice),
         3 => crate_of_triangles(dice),
         4 => sheet(dice),
         5 => rectangle(a, b),
         6 | 7 => cuboid(a, b, c),
-        _ => sphere(a * 0.5),
+        8 => sphere(a * 0.5),
+        _ => analytic(any_analytic(dice, a * 0.5, b * 0.5, c)),
+    }
+}
+
+fn any_analytic(dice: &mut Dice, radius: f64, other: f64, height: f64) -> Analytic {
+    match dice.below(8) {
+        0 => Analytic::Ellipsoid { radii: [radius, height * 0.5, other] },
+        1 => Analytic::Cylinder { radius, height },
+        2 => Analytic::Cone { radius, height },
+        3 => Analytic::Frustum { bottom_radius: radius, top_radius: other, height },
+        4 => Analytic::Capsule { radius, height },
+        5 => Analytic::Paraboloid { radius, height },
+        6 => Analytic::Hyperboloid { waist_radius: radius.min(other), end_radius: radius.max(other), height },
+        _ => Analytic::Disk { radius },
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use umbriel_geometry::{Cuboid, Mesh, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Cuboid, Mesh, Placement, Rectangle};
 use umbriel_scene::{Object, Shape, Sides};
 
 use super::{
@@ -105,6 +105,43 @@ impl Round {
     }
 }
 
+/// A placed curved body.
+#[derive(Clone, Debug)]
+pub(crate) struct Bent {
+    /// What it is.
+    pub(crate) solid: Solid,
+    /// Its surface.
+    pub(crate) surface: Curved,
+    /// The image of a ball that holds it.
+    pub(crate) hull: Ellipsoid,
+}
+
+impl Bent {
+    fn new(solid: Solid, frame: &Frame, one_sided: bool) -> Self {
+        let (middle, radius) = solid.ball();
+        let hull = Ellipsoid::new(&frame.rows, frame.image(middle), &Binary::new(radius));
+        let surface = Curved::new(solid.pieces(), one_sided, frame.rows.clone(), frame.origin.clone());
+        Self { solid, surface, hull }
+    }
+
+    /// Whether all segments from the convex hull of the points to the light meet the surface. With a convex body, and all
+    /// ends outside of it, the points behind it are a convex set.
+    pub(crate) fn surely_blocks(&self, points: &[Place], light: &Lamp) -> bool {
+        let is_outside = |x: &Place| self.hull.side(x) > 0;
+        let light_is_outside = light.weight.sign() == 0 || is_outside(&Place::new(light.xyz.clone()));
+        self.solid.is_convex()
+            && light_is_outside
+            && self.surface.near(points).is_empty()
+            && points.iter().all(|x| is_outside(x) && self.surface.blocks(x, light))
+    }
+
+    /// The piece of a face, and the point (u, v); `None` where that is no point of the surface.
+    pub(crate) fn point(&self, face: usize, parameters: [f64; 2]) -> Option<(usize, Place)> {
+        let (piece, local) = self.solid.point(face, parameters)?;
+        Some((piece, self.surface.image(&local)))
+    }
+}
+
 /// A placed object.
 #[derive(Clone, Debug)]
 pub(crate) enum Body {
@@ -112,6 +149,8 @@ pub(crate) enum Body {
     Flats(Vec<Flat>),
     /// A sphere.
     Round(Box<Round>),
+    /// Another curved body.
+    Bent(Box<Bent>),
 }
 
 impl Body {
@@ -127,11 +166,15 @@ impl Body {
             Shape::Mesh(mesh) => Self::Flats(frame.mesh(mesh, &one_sided)),
             Shape::Rectangle(rectangle) => Self::Flats(vec![frame.rectangle(rectangle, one_sided(false))]),
             Shape::Cuboid(cuboid) => Self::Flats(frame.cuboid(cuboid, one_sided(true))),
-            Shape::Sphere(sphere) => {
-                let radius = Binary::new(sphere.radius);
+            Shape::Analytic(Analytic::Sphere { radius }) => {
+                let radius = Binary::new(*radius);
                 let surface = Ellipsoid::new(&frame.rows, frame.origin.clone(), &radius);
                 let one_sided = one_sided(true);
                 Self::Round(Box::new(Round { surface, one_sided, rows: frame.rows, centre: frame.origin, radius }))
+            }
+            Shape::Analytic(body) => {
+                let solid = Solid::new(body);
+                Self::Bent(Box::new(Bent::new(solid, &frame, one_sided(solid.is_closed()))))
             }
             other => panic!("the oracle does not know {other:?}"),
         }
@@ -188,8 +231,7 @@ impl Frame {
 
 /// A solid under a placement; `one_sided` says whether only its outside can be lit.
 pub(crate) fn placed(solid: &Solid, placement: &Placement, one_sided: bool) -> Curved {
-    let frame = Frame::new(placement);
-    Curved::new(solid.pieces(), one_sided, frame.rows, frame.origin)
+    Bent::new(*solid, &Frame::new(placement), one_sided).surface
 }
 
 /// Whether each triangle belongs to a component (triangles joined by edges of equal positions) in which every edge is

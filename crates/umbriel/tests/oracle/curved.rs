@@ -9,7 +9,7 @@
 
 use super::{
     blocking::{Lamp, Place},
-    number::{Binary, Surd, Vector, cross, dot, minus, times},
+    number::{Binary, Surd, Vector, cross, dot, minus, times, vector},
 };
 
 /// A linear form on homogeneous points: n·x + d·w.
@@ -96,6 +96,14 @@ impl Quadratic {
     fn at(&self, x: &Local, y: &Local, radicand: &Binary) -> Surd {
         let row = |i: usize| Linear(self.0[i].clone()).at(y).times(&x[i], radicand);
         (1..4).fold(row(0), |sum, i| sum.plus(&row(i)))
+    }
+}
+
+impl Quadratic {
+    /// The signs at all pairs of points.
+    fn at_pairs(&self, points: &[Local], n: &Binary) -> Vec<i8> {
+        let pairs = points.iter().enumerate().flat_map(|(i, x)| points[..=i].iter().map(move |y| (x, y)));
+        pairs.map(|(x, y)| self.at(x, y, n).sign(n)).collect()
     }
 }
 
@@ -218,6 +226,41 @@ impl Piece {
         }
     }
 
+    /// Whether signs on corners leave room for a point of the piece in their convex hull. A linear form is between its
+    /// values at corners, a quadratic one between its values at pairs of corners.
+    fn may_meet(&self, corners: &[Local], n: &Binary) -> bool {
+        let at_corners = |form: &Linear| corners.iter().map(|x| form.at(x).sign(n)).collect::<Vec<_>>();
+        let vanishes = |signs: &[i8]| signs.iter().any(|&sign| sign >= 0) && signs.iter().any(|&sign| sign <= 0);
+        let reaches = |within: &[Linear]| within.iter().all(|form| at_corners(form).iter().any(|&sign| sign >= 0));
+        match self {
+            Self::Curved { form, within } => vanishes(&form.at_pairs(corners, n)) && reaches(within),
+            Self::Flat { plane, inside, within } => {
+                vanishes(&at_corners(plane))
+                    && inside.at_pairs(corners, n).iter().any(|&sign| sign <= 0)
+                    && reaches(within)
+            }
+        }
+    }
+
+    /// Whether signs on corners prove that the piece has a point in their convex hull.
+    fn surely_meets(&self, corners: &[Local], n: &Binary) -> bool {
+        let vanishes = |signs: &mut dyn Iterator<Item = i8>| {
+            let signs: Vec<i8> = signs.collect();
+            signs.iter().any(|&sign| sign >= 0) && signs.iter().any(|&sign| sign <= 0)
+        };
+        let holds = |within: &[Linear]| within.iter().all(|form| corners.iter().all(|x| form.at(x).sign(n) >= 0));
+        match self {
+            Self::Curved { form, within } => {
+                vanishes(&mut corners.iter().map(|x| form.at(x, x, n).sign(n))) && holds(within)
+            }
+            Self::Flat { plane, inside, within } => {
+                vanishes(&mut corners.iter().map(|x| plane.at(x).sign(n)))
+                    && inside.at_pairs(corners, n).iter().all(|&sign| sign <= 0)
+                    && holds(within)
+            }
+        }
+    }
+
     /// Whether x lies on the piece.
     fn holds(&self, x: &Local, n: &Binary) -> bool {
         let within = |forms: &[Linear]| forms.iter().all(|form| form.at(x).sign(n) >= 0);
@@ -259,6 +302,24 @@ impl Curved {
         self.pieces[piece].holds(&self.pulled_back(x), &x.radicand)
     }
 
+    /// A vector along the outward normal at the point x of a piece, rounded, its largest part ±1; zero at a tip.
+    pub(crate) fn normal(&self, piece: usize, x: &Place) -> [f64; 3] {
+        // The gradient, pulled back: its component along an axis is F(x, axis).
+        let along = |axis: usize| {
+            let unit: [f64; 3] = std::array::from_fn(|k| if k == axis { 1.0 } else { 0.0 });
+            let local = self.pulled_back_light(&Lamp { xyz: vector(unit), weight: Binary::zero() });
+            match &self.pieces[piece] {
+                Piece::Curved { form, .. } => form.at(&self.pulled_back(x), &local, &x.radicand),
+                Piece::Flat { plane, .. } => plane.at(&local),
+            }
+        };
+        let gradient = [0, 1, 2].map(along);
+        let root = x.radicand.to_nearest().sqrt();
+        let rounded = gradient.map(|part| part.rational.to_nearest() + part.irrational.to_nearest() * root);
+        let largest = rounded.iter().fold(0.0, |most: f64, part| most.max(part.abs()));
+        rounded.map(|part| if largest > 0.0 { part / largest } else { 0.0 })
+    }
+
     /// For x on a piece: whether the light is before (1), in (0) or behind (−1) the tangent plane, seen from outside.
     pub(crate) fn light_side(&self, piece: usize, x: &Place, light: &Lamp) -> i8 {
         let local_light = self.pulled_back_light(light);
@@ -272,6 +333,24 @@ impl Curved {
     pub(crate) fn faces(&self, piece: usize, x: &Place, light: &Lamp) -> bool {
         let side = self.light_side(piece, x, light);
         side > 0 || (side < 0 && !self.one_sided)
+    }
+
+    /// The pieces that may have a point in the convex hull of the places.
+    pub(crate) fn near(&self, region: &[Place]) -> Vec<usize> {
+        let corners: Vec<Local> = region.iter().map(|x| self.pulled_back(x)).collect();
+        let n = &region[0].radicand;
+        (0..self.pieces.len()).filter(|&piece| self.pieces[piece].may_meet(&corners, n)).collect()
+    }
+
+    /// Whether the piece surely has a point in the convex hull of the places.
+    pub(crate) fn surely_meets(&self, piece: usize, region: &[Place]) -> bool {
+        let corners: Vec<Local> = region.iter().map(|x| self.pulled_back(x)).collect();
+        self.pieces[piece].surely_meets(&corners, &region[0].radicand)
+    }
+
+    /// The sign of outward normal·direction at the point x of a piece; affine in x.
+    pub(crate) fn outward(&self, piece: usize, x: &Place, direction: &Vector) -> i8 {
+        self.light_side(piece, x, &Lamp { xyz: direction.clone(), weight: Binary::zero() })
     }
 
     /// The world image of a local point position/weight with its root.

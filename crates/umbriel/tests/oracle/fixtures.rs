@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 
-use super::dice::Dice;
+use super::{dice::Dice, solids::Solid};
 
 /// A placed object with the sides of its kind.
 pub(crate) fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
@@ -34,9 +34,14 @@ pub(crate) fn cuboid(x: f64, y: f64, z: f64) -> Shape {
     Shape::Cuboid(Cuboid { size: [x, y, z] })
 }
 
+/// A curved body.
+pub(crate) fn analytic(body: Analytic) -> Shape {
+    Shape::Analytic(body)
+}
+
 /// A sphere.
 pub(crate) fn sphere(radius: f64) -> Shape {
-    Shape::Analytic(Analytic::Sphere { radius })
+    analytic(Analytic::Sphere { radius })
 }
 
 /// A mesh of these triangles.
@@ -124,6 +129,50 @@ pub(crate) fn elsewhere(objects: &[Object], scale: f64, offset: DVec3) -> Scene 
     scene(objects.iter().map(moved).collect())
 }
 
+/// Bodies of revolution that rest on a floor, touch each other, stand on each other and stick in each other.
+fn solids() -> Vec<Object> {
+    let cylinder = |radius, height| analytic(Analytic::Cylinder { radius, height });
+    let upside_down = DAffine3::from_scale(DVec3::new(1.0, -1.0, 1.0));
+    vec![
+        floor(),
+        object("drum", cylinder(1.0, 1.0), at(0.0, 0.5, 0.0)),
+        object("tower on it", cylinder(0.5, 1.0), at(0.5, 1.5, 0.0)),
+        object("cone beside", analytic(Analytic::Cone { radius: 1.0, height: 2.0 }), at(2.0, 1.0, 0.0)),
+        object("paraboloid", analytic(Analytic::Paraboloid { radius: 1.0, height: 1.0 }), at(-2.0, 0.5, 0.0)),
+        object(
+            "cup",
+            analytic(Analytic::Frustum { bottom_radius: 0.5, top_radius: 1.0, height: 1.0 }),
+            at(0.0, 0.5, 2.0),
+        ),
+        object("hanging cone", analytic(Analytic::Cone { radius: 0.5, height: 1.0 }), at(0.0, 2.0, 2.0) * upside_down),
+        object("capsule", analytic(Analytic::Capsule { radius: 0.5, height: 1.0 }), at(0.0, 1.0, -2.0)),
+    ]
+}
+
+/// Bodies that shade themselves, thin bodies, and sheared ones.
+fn twisted() -> Vec<Object> {
+    let stretched = DAffine3::from_scale(DVec3::new(-1.0, 2.0, 0.5));
+    vec![
+        floor(),
+        object(
+            "waisted",
+            analytic(Analytic::Hyperboloid { waist_radius: 0.5, end_radius: 1.0, height: 2.0 }),
+            at(0.0, 1.0, 0.0),
+        ),
+        object("plate", analytic(Analytic::Disk { radius: 1.0 }), at(0.0, 2.0, 0.0)),
+        with_sides("one side", analytic(Analytic::Disk { radius: 0.5 }), turned(2.0, 1.0, -1.0), Sides::One),
+        object("sheared", analytic(Analytic::Cylinder { radius: 0.5, height: 1.0 }), sheared()),
+        object("egg", analytic(Analytic::Ellipsoid { radii: [0.5, 1.0, 0.75] }), at(2.0, 1.0, 1.0) * stretched),
+        with_sides(
+            "open",
+            analytic(Analytic::Paraboloid { radius: 1.0, height: 1.0 }),
+            turned(-2.0, 1.5, 2.0),
+            Sides::Two,
+        ),
+        object("box", cuboid(1.0, 1.0, 1.0), at(0.0, 0.5, 2.0)),
+    ]
+}
+
 /// All small scenes by name.
 pub(crate) fn all() -> Vec<(&'static str, Scene)> {
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
@@ -189,6 +238,10 @@ pub(crate) fn all() -> Vec<(&'static str, Scene)> {
         ("indoors", scene(indoors)),
         ("closed room", scene(vec![room(Sides::One), object("ball", sphere(1.0), at(0.0, 1.0, 0.0)), floor()])),
         ("through", scene(through)),
+        ("far solids", elsewhere(&solids(), 1.0, DVec3::new(1e6 + 0.1, -3e5, 7e5 / 3.0))),
+        ("tiny solids", elsewhere(&twisted(), 2f64.powi(-60), DVec3::new(1e-13, 3e-14, -7e-13))),
+        ("solids", scene(solids())),
+        ("twisted", scene(twisted())),
     ]
 }
 
@@ -200,9 +253,7 @@ pub(crate) fn features(scene: &Scene) -> Vec<[f64; 3]> {
             Shape::Mesh(mesh) => mesh.positions().to_vec(),
             Shape::Rectangle(rectangle) => rectangle.corners().to_vec(),
             Shape::Cuboid(cuboid) => cuboid.corners().to_vec(),
-            Shape::Analytic(Analytic::Sphere { radius }) => {
-                DVec3::AXES.iter().flat_map(|&a| [a, -a]).map(|a| a * *radius).collect()
-            }
+            Shape::Analytic(body) => Solid::new(body).features().into_iter().map(DVec3::from_array).collect(),
             _ => Vec::new(),
         };
         let middles: Vec<DVec3> = local.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0).collect();

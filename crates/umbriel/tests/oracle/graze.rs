@@ -41,6 +41,35 @@ impl Subject {
     }
 }
 
+/// The body with all its lengths times `k`; a general quadric stays as it is.
+pub(crate) fn scaled(body: Analytic, k: f64) -> Analytic {
+    match body {
+        Analytic::Sphere { radius } => Analytic::Sphere { radius: radius * k },
+        Analytic::Ellipsoid { radii } => Analytic::Ellipsoid { radii: radii.map(|radius| radius * k) },
+        Analytic::Cylinder { radius, height } => Analytic::Cylinder { radius: radius * k, height: height * k },
+        Analytic::Cone { radius, height } => Analytic::Cone { radius: radius * k, height: height * k },
+        Analytic::Frustum { bottom_radius, top_radius, height } => {
+            Analytic::Frustum { bottom_radius: bottom_radius * k, top_radius: top_radius * k, height: height * k }
+        }
+        Analytic::Capsule { radius, height } => Analytic::Capsule { radius: radius * k, height: height * k },
+        Analytic::Paraboloid { radius, height } => Analytic::Paraboloid { radius: radius * k, height: height * k },
+        Analytic::Hyperboloid { waist_radius, end_radius, height } => {
+            Analytic::Hyperboloid { waist_radius: waist_radius * k, end_radius: end_radius * k, height: height * k }
+        }
+        Analytic::Disk { radius } => Analytic::Disk { radius: radius * k },
+        other => other,
+    }
+}
+
+impl Subject {
+    /// The body with all its lengths times `k`, rounded, and its points too: nothing touches exactly any more.
+    pub(crate) fn scaled(&self, k: f64) -> Self {
+        let touching = self.touching.iter().map(|&(p, normal)| (p * k, normal)).collect();
+        let special = self.special.iter().map(|&p| p * k).collect();
+        Self { name: self.name, body: scaled(self.body, k), touching, special }
+    }
+}
+
 /// Half the gradient of the frustum's or cylinder's side: (x, ρ·(low − high)/h, z).
 fn along_side(solid_low: f64, high: f64, height: f64, heights: &[f64]) -> Vec<(DVec3, DVec3)> {
     let mut found = Vec::new();

@@ -45,7 +45,7 @@ impl Oracle {
         let bodies: Vec<Body> = objects.iter().map(Body::new).collect();
         let flats = bodies.iter().filter_map(|body| match body {
             Body::Flats(flats) => Some(flats),
-            Body::Round(_) => None,
+            Body::Round(_) | Body::Bent(_) => None,
         });
         let triangles = flats.flatten().flat_map(|flat| flat.triangles()).collect();
         Self { bodies, triangles }
@@ -60,6 +60,10 @@ impl Oracle {
                 let x = round.point(face, u, v);
                 round.faces(&x, &lamp) && self.is_open(&x, &lamp)
             }
+            Body::Bent(bent) => {
+                let (piece, x) = bent.point(face, [u, v]).expect("a point of the surface");
+                bent.surface.faces(piece, &x, &lamp) && self.is_open(&x, &lamp)
+            }
         }
     }
 
@@ -73,14 +77,27 @@ impl Oracle {
         match &self.bodies[object] {
             Body::Flats(flats) => flats[face].point(u, v),
             Body::Round(round) => round.point(face, u, v),
+            Body::Bent(bent) => bent.point(face, [u, v]).expect("a point of the surface").1,
         }
     }
 
-    /// A vector towards the front of a face (of a sphere: outward), rounded; zero for a face without area.
+    /// Whether a face has a point (u, v): not all of a general quadric's parameters are taken.
+    pub(crate) fn has_point(&self, object: usize, face: usize, parameters: [f64; 2]) -> bool {
+        match &self.bodies[object] {
+            Body::Bent(bent) => bent.point(face, parameters).is_some(),
+            _ => true,
+        }
+    }
+
+    /// A vector towards the front of a face (of a curved body: outward), rounded; zero for a face without area.
     pub(crate) fn front(&self, object: usize, face: usize, [u, v]: [f64; 2]) -> [f64; 3] {
         match &self.bodies[object] {
             Body::Flats(flats) => flats[face].normal.each_ref().map(|coordinate| coordinate.to_nearest()),
             Body::Round(round) => round.outward(&round.point(face, u, v)),
+            Body::Bent(bent) => {
+                let (piece, x) = bent.point(face, [u, v]).expect("a point of the surface");
+                bent.surface.normal(piece, &x)
+            }
         }
     }
 
@@ -89,6 +106,7 @@ impl Oracle {
         let by_round = self.bodies.iter().any(|body| match body {
             Body::Flats(_) => false,
             Body::Round(round) => round.surface.blocks(x, light),
+            Body::Bent(bent) => bent.surface.blocks(x, light),
         });
         !by_round && !self.triangles.iter().any(|triangle| triangle.blocks(x, light))
     }

@@ -9,7 +9,7 @@ use umbriel_geometry::LightSource;
 use super::{
     Oracle,
     blocking::{Lamp, Place},
-    body::{Body, Flat, Round},
+    body::{Bent, Body, Flat, Round},
     number::{Binary, Vector, dot, minus, plus, times, vector},
 };
 
@@ -99,6 +99,7 @@ impl Oracle {
             let of_body = |(number, body): (usize, &Body)| match body {
                 Body::Flats(flats) => flats.iter().map(|flat| self.flat_in(flat, slack, &normal, &lamp)).collect(),
                 Body::Round(round) => vec![self.round_in(number, round, slack, &normal, &lamp)],
+                Body::Bent(bent) => vec![self.bent_in(number, bent, slack, &normal, &lamp)],
             };
             self.bodies.iter().enumerate().flat_map(of_body).collect()
         };
@@ -159,20 +160,45 @@ impl Oracle {
         }
     }
 
-    /// Whether all points of a convex region are lit, or none; `own` is a sphere that the region lies on, facing the
-    /// light.
+    fn bent_in(&self, number: usize, bent: &Bent, slack: &Slack, normal: &Vector, light: &Lamp) -> Finding {
+        let (region, surface) = (slack.corners(), &bent.surface);
+        let near = surface.near(&region);
+        let piece = match near[..] {
+            [] => return Finding::Absent,
+            [piece] if bent.solid.is_convex() && surface.surely_meets(piece, &region) => piece,
+            _ => return Finding::Unknown,
+        };
+        let common = |sign: &dyn Fn(&Place) -> i8| {
+            let first = sign(&region[0]);
+            region.iter().all(|x| sign(x) == first).then_some(first)
+        };
+        let outward = common(&|x| surface.outward(piece, x, normal));
+        let facing = common(&|x| surface.light_side(piece, x, light));
+        match (outward, facing) {
+            (Some(1), Some(1)) => Finding::Counts(self.agreement(&region, Some(number), light)),
+            (Some(1), Some(-1)) if surface.one_sided => Finding::Counts(Some(false)),
+            (Some(-1), Some(_)) if surface.one_sided => Finding::Turned,
+            _ => Finding::Unknown,
+        }
+    }
+
+    /// Whether all points of a convex region are lit, or none; `own` is a convex curved body that the region lies on,
+    /// facing the light.
     fn agreement(&self, region: &[Place], own: Option<usize>, light: &Lamp) -> Option<bool> {
-        let others: Vec<&Round> = (self.bodies.iter().enumerate())
-            .filter_map(|(number, body)| match body {
-                Body::Round(round) if Some(number) != own => Some(round.as_ref()),
-                _ => None,
-            })
-            .collect();
+        let others = || self.bodies.iter().enumerate().filter(|&(number, _)| Some(number) != own);
         let one_blocks = self.triangles.iter().any(|triangle| region.iter().all(|x| triangle.blocks(x, light)))
-            || others.iter().any(|round| round.surface.surely_blocks(region, light));
+            || others().any(|(_, body)| match body {
+                Body::Flats(_) => false,
+                Body::Round(round) => round.surface.surely_blocks(region, light),
+                Body::Bent(bent) => bent.surely_blocks(region, light),
+            });
         let none_blocks = || {
             self.triangles.iter().all(|triangle| triangle.surely_misses(region, light))
-                && others.iter().all(|round| round.surface.surely_misses(region, light))
+                && others().all(|(_, body)| match body {
+                    Body::Flats(_) => true,
+                    Body::Round(round) => round.surface.surely_misses(region, light),
+                    Body::Bent(bent) => bent.hull.surely_misses(region, light),
+                })
         };
         if one_blocks { Some(false) } else { none_blocks().then_some(true) }
     }

@@ -55,6 +55,54 @@ impl Solid {
         !matches!(self, Self::Disk(_))
     }
 
+    /// Whether the body is convex whatever its numbers are.
+    pub(crate) fn is_convex(&self) -> bool {
+        !matches!(self, Self::Hyperboloid(..) | Self::Quadric(..))
+    }
+
+    /// Points that light should graze: poles, apexes, points of rims and waists, corners of boxes.
+    pub(crate) fn features(&self) -> Vec<[f64; 3]> {
+        let circle = |radius: f64, y: f64| [[radius, y, 0.0], [0.0, y, radius], [-radius, y, 0.0], [0.0, y, -radius]];
+        let rims = |rims: &[(f64, f64)]| rims.iter().flat_map(|&(radius, y)| circle(radius, y)).collect::<Vec<_>>();
+        match *self {
+            Self::Ellipsoid([a, b, c]) => {
+                let tips = [[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]];
+                tips.into_iter().flat_map(|tip| [tip, tip.map(|coordinate| -coordinate)]).collect()
+            }
+            Self::Cylinder(radius, height) => rims(&[(radius, -height / 2.0), (radius, height / 2.0)]),
+            Self::Frustum(low, high, height) => rims(&[(low, -height / 2.0), (high, height / 2.0)]),
+            Self::Capsule(radius, height) => {
+                let (half, pole) = (height / 2.0, height / 2.0 + radius);
+                rims(&[(radius, -half), (radius, half), (0.0, pole), (0.0, -pole)])
+            }
+            Self::Paraboloid(radius, height) => rims(&[(radius, -height / 2.0), (0.0, height / 2.0)]),
+            Self::Hyperboloid(waist, end, height) => rims(&[(end, -height / 2.0), (waist, 0.0), (end, height / 2.0)]),
+            Self::Disk(radius) => rims(&[(radius, 0.0), (0.0, 0.0)]),
+            Self::Quadric(_, within) => {
+                let corner = |k: usize| std::array::from_fn(|axis| within[k >> axis & 1][axis]);
+                (0..8).map(corner).collect()
+            }
+        }
+    }
+
+    /// The middle and the radius of a ball that holds the body.
+    pub(crate) fn ball(&self) -> ([f64; 3], f64) {
+        let about_origin = |across: f64, along: f64| ([0.0; 3], 1.01 * across.hypot(along));
+        match *self {
+            Self::Ellipsoid([a, b, c]) => about_origin(a.max(b).max(c), 0.0),
+            Self::Cylinder(radius, height) | Self::Paraboloid(radius, height) => about_origin(radius, height / 2.0),
+            Self::Frustum(low, high, height) => about_origin(low.max(high), height / 2.0),
+            Self::Capsule(radius, height) => about_origin(radius + height / 2.0, 0.0),
+            Self::Hyperboloid(waist, end, height) => about_origin(end.max(waist), height / 2.0),
+            Self::Disk(radius) => about_origin(radius, 0.0),
+            Self::Quadric(_, [low, high]) => {
+                let half: [f64; 3] = std::array::from_fn(|k| (high[k] - low[k]) / 2.0);
+                let middle = std::array::from_fn(|k| low[k] + half[k]);
+                (middle, 1.01 * half[0].hypot(half[1]).hypot(half[2]))
+            }
+        }
+    }
+
     /// The pieces of the surface: bottom, side, top as far as they exist; of a capsule lower half sphere, side, upper half
     /// sphere; of a quadric the quadric, then the box's faces −x, +x, −y, +y, −z, +z.
     pub(crate) fn pieces(&self) -> Vec<Piece> {

@@ -4,14 +4,14 @@ use glam::{DAffine3, DVec3};
 use umbriel_geometry::{LightSource, PlacedAnalytic, Placement};
 
 use crate::oracle::{
-    blocking::{Lamp, Place},
+    blocking::{Ellipsoid, Lamp, Place},
     body::placed,
     cases,
     curved::Curved,
     dice::Dice,
-    graze::subjects,
+    graze::{Target, maps, segment, subjects},
     margin::clearly_blocks,
-    number::vector,
+    number::{Binary, vector},
     solids::Solid,
 };
 
@@ -168,6 +168,21 @@ fn lit_sides_are_outward() {
     let mirrored = placed(&Solid::Cylinder(1.0, 2.0), &mirror, true);
     assert_eq!(mirrored.light_side(2, &at([0.0, -1.0, 0.0]), &lamp([0.0, -2.0, 0.0])), 1, "the top, now below");
     assert_eq!(mirrored.light_side(1, &at([1.0, 0.5, 0.0]), &lamp([2.0, 0.5, 0.0])), 1);
+}
+
+#[test]
+fn two_ways_to_meet_a_sphere_agree() {
+    let subject = &subjects()[0];
+    for (place, map) in maps().into_iter().enumerate() {
+        let target = Target::new(subject, map);
+        let radius = Binary::new(15.0);
+        let ellipsoid = Ellipsoid::new(&target.curved.rows, target.curved.origin.clone(), &radius);
+        for number in 0..cases(300) {
+            let segment = segment(subject, &target, &mut Dice::new("two ways", number));
+            let (x, lamp) = (Place::new(vector(segment.x)), Lamp::new(&segment.light));
+            assert_eq!(target.curved.blocks(&x, &lamp), ellipsoid.blocks(&x, &lamp), "placement {place}: {segment:?}");
+        }
+    }
 }
 
 #[test]

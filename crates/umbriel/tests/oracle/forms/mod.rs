@@ -15,6 +15,8 @@ pub(crate) mod support;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use umbriel_geometry::Analytic;
 
+pub(crate) use crate::oracle::graze::scaled;
+
 /// A light as the formulas take it, relative to the middle of the floor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Lamp {
@@ -43,26 +45,6 @@ pub(crate) struct Caster {
     pub(crate) turn: DMat3,
     /// Its middle.
     pub(crate) center: DVec3,
-}
-
-/// The body with all its lengths times `k`.
-pub(crate) fn scaled(body: Analytic, k: f64) -> Analytic {
-    match body {
-        Analytic::Sphere { radius } => Analytic::Sphere { radius: radius * k },
-        Analytic::Ellipsoid { radii } => Analytic::Ellipsoid { radii: radii.map(|radius| radius * k) },
-        Analytic::Cylinder { radius, height } => Analytic::Cylinder { radius: radius * k, height: height * k },
-        Analytic::Cone { radius, height } => Analytic::Cone { radius: radius * k, height: height * k },
-        Analytic::Frustum { bottom_radius, top_radius, height } => {
-            Analytic::Frustum { bottom_radius: bottom_radius * k, top_radius: top_radius * k, height: height * k }
-        }
-        Analytic::Capsule { radius, height } => Analytic::Capsule { radius: radius * k, height: height * k },
-        Analytic::Paraboloid { radius, height } => Analytic::Paraboloid { radius: radius * k, height: height * k },
-        Analytic::Hyperboloid { waist_radius, end_radius, height } => {
-            Analytic::Hyperboloid { waist_radius: waist_radius * k, end_radius: end_radius * k, height: height * k }
-        }
-        Analytic::Disk { radius } => Analytic::Disk { radius: radius * k },
-        other => other,
-    }
 }
 
 impl Caster {
