@@ -18,7 +18,7 @@ const UNDERFLOW_LIMIT: f64 = f64::MIN_POSITIVE / f64::EPSILON * 2.0;
 ///
 /// The bounds hold as long as nothing overflows; where a product may underflow the error has an absolute part. Inside the
 /// accepted range of coordinates neither happens up to degree four (NUMERICS.md).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Approx {
     /// The middle of the interval.
     pub value: f64,

@@ -102,6 +102,12 @@ impl Ring for Dyadic {
     }
 }
 
+impl Default for Dyadic {
+    fn default() -> Self {
+        Self::zero()
+    }
+}
+
 impl From<f64> for Dyadic {
     fn from(value: f64) -> Self {
         Self::new(value)

@@ -31,6 +31,12 @@ impl Surd {
     }
 }
 
+impl Default for Surd {
+    fn default() -> Self {
+        Self::from(Dyadic::zero())
+    }
+}
+
 impl From<Dyadic> for Surd {
     fn from(rational: Dyadic) -> Self {
         Self { rational, root: None }

@@ -4,8 +4,10 @@
 //! density along one parameter, anywhere in the cell, what one direction misses is h⁷·c/2800 (Davis & Rabinowitz, "Methods
 //! of Numerical Integration", §2.7); c is bounded by interval Taylor series. A cell whose bound is too wide is quartered.
 
+use glam::DVec3;
+
 use super::{
-    chart::{Chart, Kind, quarter_direction},
+    chart::{Chart, Kind, Occupied, quarter_direction},
     jet::Jet,
     outline::Outline,
 };
@@ -16,6 +18,9 @@ const GOOD: f64 = 1e-8;
 
 /// How often a cell is quartered at most.
 const QUARTERINGS: u32 = 8;
+
+/// How often a cell at the border of a trimmed patch is.
+const BORDER_QUARTERINGS: u32 = 3;
 
 /// √(3/5), the outer node on −1..1.
 const NODE: f64 = 0.774_596_669_241_483_4;
@@ -49,8 +54,12 @@ impl<'a> PatchArea<'a> {
     }
 
     fn quartered(&self, [u, v]: [f64; 2], edge: f64, depth: u32) -> Approx {
-        let area = self.gauss([u, v], edge);
-        if depth == 0 || area.error <= area.value.abs() * GOOD {
+        let (area, least_depth) = match self.chart.occupied([u, v], edge) {
+            Occupied::Nowhere => return Approx::exact(0.0),
+            Occupied::Whole => (self.gauss([u, v], edge), 0),
+            Occupied::Partly => (self.at_most(edge), QUARTERINGS - BORDER_QUARTERINGS),
+        };
+        if depth <= least_depth || area.error <= area.value.abs() * GOOD {
             return area;
         }
         let half = 0.5 * edge;
@@ -58,6 +67,15 @@ impl<'a> PatchArea<'a> {
         let parts = (part(0.0, 0.0) + part(1.0, 0.0)) + (part(0.0, 1.0) + part(1.0, 1.0));
         // The bound of the whole may be the better one where rounding dominates.
         if parts.error < area.error || area.error.is_nan() { parts } else { area }
+    }
+
+    /// Between nothing and the greatest area that a cell of a trimmed patch can have.
+    fn at_most(&self, edge: f64) -> Approx {
+        let Kind::Graph(graph) = &self.chart.kind else { return Approx::UNKNOWN };
+        let normal = graph.greatest_normal();
+        let image = self.cofactors.map(|row| (0..3).map(|k| row[k].upper().max((-row[k]).upper()) * normal[k]).sum());
+        let most = DVec3::from_array(image).length() * edge * edge * (1.0 + 8.0 * f64::EPSILON);
+        Approx { value: 0.5 * most, error: 0.5 * most }
     }
 
     fn gauss(&self, at: [f64; 2], edge: f64) -> Approx {
@@ -87,6 +105,7 @@ impl<'a> PatchArea<'a> {
         match &self.chart.kind {
             Kind::Radial { radii, origin, along, .. } => self.radial(radii, origin, along, [u, v]),
             Kind::Turned { quarter, outline } => self.turned(*quarter, outline, [u, v]),
+            Kind::Graph(graph) => self.stretched(&graph.normal(u, v)),
         }
     }
 

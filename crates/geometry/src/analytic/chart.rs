@@ -6,7 +6,12 @@
 
 use glam::DVec3;
 
-use super::{Analytic, layout::Surface, outline::Outline};
+use super::{
+    Analytic,
+    graph::Graph,
+    layout::{Surface, symmetric_form},
+    outline::Outline,
+};
 use crate::{
     dyadic::Dyadic,
     placement::Placement,
@@ -16,7 +21,7 @@ use crate::{
 };
 
 /// Covers the roundings of a point's or hull's construction: two dozen operations on numbers of the body's size.
-const PADDING: f64 = 32.0 * f64::EPSILON;
+pub(crate) const PADDING: f64 = 32.0 * f64::EPSILON;
 
 /// Points of a hull.
 pub const HULL: usize = 8;
@@ -36,6 +41,8 @@ pub(crate) enum Kind {
     Radial { center: f64, radii: [f64; 3], origin: [f64; 3], along: [[f64; 3]; 2] },
     /// A quarter turn of an outline about the y axis.
     Turned { quarter: usize, outline: Outline },
+    /// A part of a general quadric, or of a side of its box.
+    Graph(Box<Graph>),
 }
 
 /// Eight points whose convex hull holds a cell, local coordinates; each may be off by `slack` along every axis.
@@ -90,6 +97,7 @@ impl Chart {
                 let scale = radius / (x * x + z * z).sqrt();
                 DVec3::new(x * scale, y, z * scale)
             }
+            Kind::Graph(graph) => graph.point(u, v),
         }
     }
 
@@ -117,6 +125,7 @@ impl Chart {
                 };
                 ([root(x), Surd::from(y * weight.clone()), root(z)], weight)
             }
+            Kind::Graph(graph) => graph.exact_point(u, v)?,
         };
         Some(placed(placement, &local, weight))
     }
@@ -158,13 +167,17 @@ impl Chart {
                     DVec3::new(x * radius, y, z * radius)
                 })
             }
+            Kind::Graph(graph) => return graph.hull([u, v], edge),
         };
         CellHull { points, slack }
     }
 
     /// How much of a cell is surface.
     pub fn occupied(&self, at: [f64; 2], edge: f64) -> Occupied {
-        Occupied::Whole
+        match &self.kind {
+            Kind::Graph(graph) => graph.occupied(at, edge),
+            _ => Occupied::Whole,
+        }
     }
 
     /// Whether the patch is flat.
@@ -177,6 +190,7 @@ impl Chart {
         match &self.kind {
             Kind::Radial { center, radii, .. } => center.abs() + radii.iter().fold(0.0, |a: f64, &b| a.max(b)),
             Kind::Turned { outline, .. } => outline.size(),
+            Kind::Graph(graph) => graph.size(),
         }
     }
 
@@ -187,6 +201,7 @@ impl Chart {
                 let ([_, y], size) = (outline.at(0.0), self.size());
                 Some([DVec3::new(0.0, y, 0.0), DVec3::new(size, y, 0.0), DVec3::new(0.0, y, size)])
             }
+            (_, Kind::Graph(graph)) => graph.plane_points(),
             _ => None,
         }
     }
@@ -204,6 +219,7 @@ impl Chart {
                 let [radius, y] = outline.step();
                 [2.0 * outline.greatest_radius(), radius.hypot(y)]
             }
+            Kind::Graph(graph) => graph.steps(),
         };
         let stretch = greatest_stretch(placement);
         local.map(|length| length * stretch)
@@ -276,7 +292,14 @@ pub(crate) fn charts(body: &Analytic) -> Vec<Chart> {
             bottom.into_iter().chain(side).chain(top).collect()
         }
         Analytic::Disk { radius } => end(0, Outline::Line { from: [radius, 0.0], to: [0.0, 0.0] }),
-        Analytic::Quadric { .. } => Vec::new(),
+        Analytic::Quadric { matrix, within } => Graph::all(&symmetric_form(&matrix, 1.0), &within)
+            .into_iter()
+            .enumerate()
+            .map(|(face, graph)| {
+                let surface = if graph.is_side { Surface::Plane(face - 6) } else { Surface::Quadric(0) };
+                Chart { surface, kind: Kind::Graph(Box::new(graph)) }
+            })
+            .collect(),
     }
 }
 

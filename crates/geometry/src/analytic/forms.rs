@@ -48,6 +48,18 @@ impl<T: Clone + Add<Output = T> + Mul<Output = T>> QuadricForm<T> {
         }
     }
 
+    /// Row k of the form's matrix: half the derivative along x_k is this row times x.
+    pub(crate) fn row(&self, k: usize) -> [T; 4]
+    where
+        T: Default,
+    {
+        let entry = |l: usize| {
+            let mixed = self.mixed.iter().find(|(i, j, _)| (*i, *j) == (k.min(l), k.max(l)));
+            mixed.map_or_else(T::default, |(_, _, factor)| factor.clone())
+        };
+        std::array::from_fn(|l| if k == l { self.squares[k].clone() } else { entry(l) })
+    }
+
     /// Half the gradient at x with respect to local coordinates.
     pub(crate) fn half_gradient(&self, x: &LocalPoint<T>) -> [T; 3] {
         std::array::from_fn(|k| {

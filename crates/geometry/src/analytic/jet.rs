@@ -54,6 +54,12 @@ impl<const K: usize> Jet<K> {
     }
 }
 
+impl<const K: usize> Default for Jet<K> {
+    fn default() -> Self {
+        Self::constant(Approx::exact(0.0))
+    }
+}
+
 impl<const K: usize> Add for Jet<K> {
     type Output = Self;
     fn add(self, other: Self) -> Self {

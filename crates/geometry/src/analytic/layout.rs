@@ -1,7 +1,10 @@
 //! What each body is made of: its forms, the parts of its surface, and the solid pieces whose union it is.
 
 use super::{Analytic, forms::QuadricForm};
-use crate::{dyadic::Dyadic, ring::Ring};
+use crate::{
+    dyadic::Dyadic,
+    ring::{Ring, Sign},
+};
 
 /// Where a part of a surface lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,13 +185,6 @@ impl Layout {
     }
 
     fn quadric(matrix: &[[f64; 4]; 4], within: [[Dyadic; 3]; 2], unit: f64) -> Self {
-        let scale = |k: usize| Dyadic::new(if k < 3 { unit } else { 1.0 });
-        // The symmetric part, doubled, in units of the size.
-        let entry = |i: usize, j: usize| (Dyadic::new(matrix[i][j]) + Dyadic::new(matrix[j][i])) * scale(i) * scale(j);
-        let pairs = [(0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3)];
-        let mixed = pairs.into_iter().map(|(i, j)| (i, j, entry(i, j)));
-        let mixed = mixed.filter(|(_, _, factor)| factor.sign() != crate::ring::Sign::Zero);
-        let form = QuadricForm::new(std::array::from_fn(|k| entry(k, k)), mixed.collect());
         let planes = (0..6).map(|side| {
             let axis = side / 2;
             let upper = side % 2 == 1;
@@ -200,7 +196,7 @@ impl Layout {
         });
         let all: Vec<usize> = (0..6).collect();
         let above: Vec<Trim> = all.iter().map(|&plane| Trim::Above(plane)).collect();
-        let body = Self::new(vec![form.normalised()], planes.collect())
+        let body = Self::new(vec![symmetric_form(matrix, unit).normalised()], planes.collect())
             .with_part(Surface::Quadric(0), &above)
             .with_piece(0, &all, false);
         all.iter().fold(body, |body, &side| {
@@ -209,6 +205,16 @@ impl Layout {
             body.with_part(Surface::Plane(side), &trims)
         })
     }
+}
+
+/// The form of a matrix's symmetric part, doubled, over lengths in a unit.
+pub(crate) fn symmetric_form(matrix: &[[f64; 4]; 4], unit: f64) -> QuadricForm<Dyadic> {
+    let scale = |k: usize| Dyadic::new(if k < 3 { unit } else { 1.0 });
+    let entry = |i: usize, j: usize| (Dyadic::new(matrix[i][j]) + Dyadic::new(matrix[j][i])) * scale(i) * scale(j);
+    let pairs = [(0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3)];
+    let mixed = pairs.into_iter().map(|(i, j)| (i, j, entry(i, j)));
+    let mixed = mixed.filter(|(_, _, factor)| factor.sign() != Sign::Zero);
+    QuadricForm::new(std::array::from_fn(|k| entry(k, k)), mixed.collect())
 }
 
 impl QuadricForm<Dyadic> {

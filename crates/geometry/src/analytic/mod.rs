@@ -9,6 +9,7 @@ mod area;
 mod bounds;
 mod chart;
 mod forms;
+mod graph;
 mod jet;
 mod layout;
 mod outline;

@@ -123,6 +123,7 @@ impl Chart {
                 let u = if is_on_axis { 0.5 } else { 0.5 + 0.5 * beside / ahead };
                 (ahead > 0.0 || is_on_axis).then(|| [u, outline.parameter(flat.length(), point.y)])
             }
+            Kind::Graph(graph) => graph.parameters(point),
         }
     }
 }

@@ -263,3 +263,87 @@ fn rays_find_the_place_they_are_aimed_at() {
         }
     }
 }
+
+fn quadrics() -> Vec<Analytic> {
+    let quadric = |matrix, within| Analytic::Quadric { matrix, within };
+    let diagonal = |a: f64, b: f64, c: f64, d: f64| {
+        [[a, 0.0, 0.0, 0.0], [0.0, b, 0.0, 0.0], [0.0, 0.0, c, 0.0], [0.0, 0.0, 0.0, d]]
+    };
+    // Mixed terms, a linear one, and an unsymmetric way to write them.
+    let slanted = [[1.0, 0.8, 0.0, 0.1], [0.0, 2.0, -0.5, 0.0], [0.3, 0.0, 1.5, 0.0], [0.0, -0.4, 0.0, -1.0]];
+    vec![
+        quadric(diagonal(1.0, 1.0, 1.0, -1.0), [[-2.0; 3], [2.0; 3]]),
+        quadric(diagonal(1.0, 1.0, 1.0, -1.0), [[-2.0, 0.0, -2.0], [2.0; 3]]),
+        quadric(diagonal(1.0, 0.0, 1.0, -0.25), [[-1.0; 3], [1.0; 3]]),
+        quadric(diagonal(1.0, -1.0, 1.0, 0.1), [[-1.0, -1.0, -1.0], [1.0, 1.5, 1.0]]),
+        quadric(slanted, [[-0.7, -1.0, -1.0], [1.0, 0.6, 2.0]]),
+        // The slab |x + y| ≤ 1/2: the gradient has two equal coordinates everywhere.
+        quadric([[1.0, 1.0, 0.0, 0.0], [1.0, 1.0, 0.0, 0.0], [0.0; 4], [0.0, 0.0, 0.0, -0.25]], [[-1.0; 3], [1.0; 3]]),
+    ]
+}
+
+#[test]
+fn patches_of_quadrics_lie_on_the_surface_and_their_hulls_hold_them() {
+    for body in quadrics() {
+        let placed = PlacedAnalytic::new(body, Placement::IDENTITY).expect("a body");
+        let forms = placed.exact_forms().lifted::<Surd>();
+        let mut found = 0;
+        for (face, chart) in placed.charts().iter().enumerate() {
+            for cell in 0..64 {
+                let (edge, at) = (0.125, [f64::from(cell % 8) / 8.0, f64::from(cell / 8) / 8.0]);
+                let (hull, occupied) = (chart.hull(at, edge), chart.occupied(at, edge));
+                for [s, t] in [[0.0, 0.0], [0.5, 0.5], [0.9, 0.2], [0.3, 1.0]] {
+                    let [u, v] = [at[0] + s * edge, at[1] + t * edge];
+                    let Some(exact) = chart.exact_point(&Placement::IDENTITY, u, v) else {
+                        assert_ne!(occupied, Occupied::Whole, "{body:?}, face {face} at ({u}, {v})");
+                        continue;
+                    };
+                    found += 1;
+                    assert_ne!(occupied, Occupied::Nowhere, "{body:?}, face {face} at ({u}, {v})");
+                    let local = forms.pull_back(&exact.xyz, &exact.w);
+                    let value = match chart.surface {
+                        Surface::Quadric(index) => forms.quadric(index, &local, &local),
+                        Surface::Plane(index) => forms.plane(index, &local),
+                    };
+                    assert_eq!(value.sign(), Sign::Zero, "{body:?}, face {face} at ({u}, {v})");
+                    let point = chart.point(u, v);
+                    let (again, [p, q]) = placed.locate(chart.surface, point).expect("a place");
+                    let on_border = placed.charts()[again].point(p, q).distance(point) < 1e-12;
+                    assert!(
+                        again == face && (p - u).abs() + (q - v).abs() < 1e-12 || on_border,
+                        "{body:?} {face} {again}"
+                    );
+                    for k in 0..100 {
+                        let angle = f64::from(k) * 2.399_963;
+                        let y = 1.0 - (f64::from(k) + 0.5) / 50.0;
+                        let direction =
+                            DVec3::new(angle.cos() * (1.0 - y * y).sqrt(), y, angle.sin() * (1.0 - y * y).sqrt());
+                        let reach = hull.points.iter().map(|p| p.dot(direction)).fold(f64::NEG_INFINITY, f64::max);
+                        assert!(point.dot(direction) <= reach + 4.0 * hull.slack, "{body:?}, face {face}, {direction}");
+                    }
+                }
+            }
+        }
+        assert!(found > 100, "{body:?}: {found}");
+    }
+}
+
+#[test]
+fn areas_of_quadrics_hold_the_closed_forms() {
+    let bodies = quadrics();
+    // The slab's two planes, 1.5·√2 wide and 2 high; of its sides, two squares without two triangles each, and four strips.
+    let planes = 2.0 * 2.0 * 1.5 * 2f64.sqrt();
+    let sides = 2.0 * (4.0 - 1.5 * 1.5) + 4.0 * 2.0 * 1.0 * 0.5;
+    for (body, truth) in [
+        (bodies[0], 4.0 * PI),
+        (bodies[1], 3.0 * PI),
+        (bodies[2], 2.0 * PI * 0.5 * 2.0 + 2.0 * PI * 0.25),
+        (bodies[5], planes + sides),
+    ] {
+        for (level, width) in [(3, 0.25), (6, 0.03)] {
+            let sum = total_area(body, &Placement::IDENTITY, level);
+            assert!(sum.lower() <= truth && truth <= sum.upper(), "{body:?}: {sum:?} holds {truth}");
+            assert!(sum.error < width * truth, "{body:?} at level {level}: {sum:?}");
+        }
+    }
+}

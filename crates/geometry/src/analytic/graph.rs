@@ -1,0 +1,372 @@
+//! Patches of a general quadric cut by a box: sheets over rectangles of two coordinates, and the sides of the box.
+//!
+//! A sheet takes the part of the surface where the gradient's largest coordinate is one of six: ±x, ±y, ±z. There the third
+//! coordinate t is a function of the two others with slopes of at most one, the root of a·t² + 2·b·t + c where a·t + b has the
+//! wanted sign. Where the gradient is, and whether the point is in the box, are signs of linear forms. A cell of the
+//! rectangle may hold surface all over, nowhere, or in a part that is bounded, not measured.
+
+use std::ops::{Add, Mul, Neg};
+
+use glam::DVec3;
+
+use super::{
+    chart::{CellHull, HULL, Occupied, PADDING},
+    forms::{LocalPoint, QuadricForm},
+    jet::Jet,
+};
+use crate::{
+    approx::Approx,
+    dyadic::Dyadic,
+    ring::{Ring, Sign},
+    surd::Surd,
+};
+
+/// A patch of a quadric cut by a box.
+#[derive(Clone, Debug)]
+pub(crate) struct Graph {
+    /// The form, in metres.
+    exact: QuadricForm<Dyadic>,
+    form: QuadricForm<Approx>,
+    within: [[f64; 3]; 2],
+    /// The axis that t runs along, and the axes of u and v.
+    axis: usize,
+    across: [usize; 2],
+    /// Whether the surface looks along +axis.
+    is_positive: bool,
+    /// A side of the box, where q ≤ 0, instead of a sheet of the surface.
+    pub(crate) is_side: bool,
+}
+
+impl Graph {
+    /// The six sheets and the six sides.
+    pub(crate) fn all(exact: &QuadricForm<Dyadic>, within: &[[f64; 3]; 2]) -> Vec<Self> {
+        let form = exact.map(Dyadic::to_approx);
+        let patch = |index: usize, is_side: bool| {
+            let (axis, is_positive) = (index / 2, index % 2 == 1);
+            let across = [(axis + 1) % 3, (axis + 2) % 3];
+            let across = if is_positive { across } else { [across[1], across[0]] };
+            Self { exact: exact.clone(), form: form.clone(), within: *within, axis, across, is_positive, is_side }
+        };
+        (0..6).map(|index| patch(index, false)).chain((0..6).map(|index| patch(index, true))).collect()
+    }
+
+    fn sign(&self) -> f64 {
+        if self.is_positive { 1.0 } else { -1.0 }
+    }
+
+    /// The box's extent along an axis.
+    fn extent(&self, axis: usize) -> f64 {
+        self.within[1][axis] - self.within[0][axis]
+    }
+
+    fn side(&self) -> f64 {
+        self.within[usize::from(self.is_positive)][self.axis]
+    }
+
+    /// The greatest coordinate in the box.
+    pub(crate) fn size(&self) -> f64 {
+        self.within.iter().flatten().fold(0.0, |size: f64, coordinate| size.max(coordinate.abs()))
+    }
+
+    pub(crate) fn steps(&self) -> [f64; 2] {
+        // Slopes are at most one: |(s, t, s + t)|² ≤ 3·(s² + t²).
+        let stretch = if self.is_side { 1.0 } else { 3f64.sqrt() };
+        self.across.map(|axis| stretch * self.extent(axis))
+    }
+
+    /// Three corners of a side.
+    pub(crate) fn plane_points(&self) -> Option<[DVec3; 3]> {
+        let corner = |u, v| self.beside(u, v, self.side());
+        self.is_side.then(|| [corner(0.0, 0.0), corner(1.0, 0.0), corner(0.0, 1.0)])
+    }
+
+    /// The local point over (u, v) at a height.
+    fn beside(&self, u: f64, v: f64, height: f64) -> DVec3 {
+        let mut point = DVec3::ZERO;
+        for (k, t) in [u, v].into_iter().enumerate() {
+            let [low, high] = self.within.map(|corner| corner[self.across[k]]);
+            point[self.across[k]] = low * (1.0 - t) + high * t;
+        }
+        point[self.axis] = height;
+        point
+    }
+
+    /// The point over (u, v), rounded; where there is none, something near.
+    pub(crate) fn point(&self, u: f64, v: f64) -> DVec3 {
+        if self.is_side {
+            return self.beside(u, v, self.side());
+        }
+        let x = self.beside(u, v, 0.0);
+        let [a, b, c] = self.coefficients(&[x.x, x.y, x.z, 1.0].map(Approx::exact)).map(|number| number.value);
+        let root = self.sign() * (b * b - a * c).max(0.0).sqrt();
+        let height = if b * root >= 0.0 { -c / (b + root) } else { (root - b) / a };
+        let [low, high] = self.within.map(|corner| corner[self.axis]);
+        self.beside(u, v, if height.is_finite() { height.clamp(low, high) } else { low })
+    }
+
+    /// a, b, c of the form as a·t² + 2·b·t + c over a point with t = 0.
+    fn coefficients(&self, base: &LocalPoint<Approx>) -> [Approx; 3] {
+        coefficients(&self.form, self.axis, base)
+    }
+
+    /// The exact local point over (u, v) and its weight; `None` where there is no surface.
+    pub(crate) fn exact_point(&self, u: f64, v: f64) -> Option<([Surd; 3], Dyadic)> {
+        let number = Dyadic::new;
+        let mut base = [Dyadic::zero(), Dyadic::zero(), Dyadic::zero(), number(1.0)];
+        for (k, t) in [u, v].into_iter().enumerate() {
+            let [low, high] = self.within.map(|corner| number(corner[self.across[k]]));
+            base[self.across[k]] = low.clone() + number(t) * (high - low);
+        }
+        if self.is_side {
+            base[self.axis] = number(self.side());
+            let is_inside = self.exact.value(&base, &base).sign() != Sign::Positive;
+            let [x, y, z, _] = base.map(Surd::from);
+            return is_inside.then(|| ([x, y, z], number(1.0)));
+        }
+        let [a, b, c] = coefficients(&self.exact, self.axis, &base);
+        let (height, weight) = self.exact_height(a, b, c)?;
+        let mut local: [Surd; 3] = std::array::from_fn(|k| Surd::from(base[k].clone() * weight.clone()));
+        local[self.axis] = height;
+        self.holds(&local, &weight).then_some((local, weight))
+    }
+
+    /// The root where a·t + b has the wanted sign, over its positive weight.
+    fn exact_height(&self, a: Dyadic, b: Dyadic, c: Dyadic) -> Option<(Surd, Dyadic)> {
+        let wanted = if self.is_positive { Sign::Positive } else { Sign::Negative };
+        let turned = |value: Dyadic, sign: Sign| if sign == Sign::Negative { -value } else { value };
+        match a.sign() {
+            Sign::Zero => {
+                let weight = turned(b.clone() + b.clone(), wanted);
+                (b.sign() == wanted).then(|| (Surd::from(turned(-c, wanted)), weight))
+            }
+            sign => {
+                let discriminant = b.clone() * b.clone() - a.clone() * c;
+                let root = |factor: Sign| Surd::root(turned(Dyadic::new(1.0), factor), discriminant.clone());
+                (discriminant.sign() == Sign::Positive)
+                    .then(|| (Surd::from(turned(-b, sign)) + root(wanted.times(sign)), turned(a, sign)))
+            }
+        }
+    }
+
+    /// Whether a point of the surface belongs to this sheet: in the box, and of the largest gradients along this axis.
+    fn holds(&self, local: &[Surd; 3], weight: &Dyadic) -> bool {
+        let [low, high] = self.within.map(|corner| Surd::from(Dyadic::new(corner[self.axis]) * weight.clone()));
+        let height = || local[self.axis].clone();
+        let is_within = (height() - low).sign() != Sign::Negative && (high - height()).sign() != Sign::Negative;
+        let [x, y, z] = local.clone();
+        let x = [x, y, z, Surd::from(weight.clone())];
+        let form = self.exact.map(|factor| Surd::from(factor.clone()));
+        is_within
+            && self.slopes(&form).iter().all(|(row, is_strict)| match value_of(row, &x).sign() {
+                Sign::Negative => false,
+                Sign::Zero => !is_strict,
+                Sign::Positive => true,
+            })
+    }
+
+    /// The linear forms that are ≥ 0 (or > 0) where the gradient along this axis is the largest, by their coefficients: of equal
+    /// ones the first axis has the surface.
+    fn slopes<T>(&self, form: &QuadricForm<T>) -> [([T; 4], bool); 4]
+    where
+        T: Clone + Default + Add<Output = T> + Mul<Output = T> + Neg<Output = T>,
+    {
+        let row = |axis: usize| form.row(axis);
+        let turned = |value: T, is_positive: bool| if is_positive { value } else { -value };
+        std::array::from_fn(|index| {
+            let (other, is_minus) = (self.across[index / 2], index % 2 == 1);
+            let (own, beside) = (row(self.axis), row(other));
+            let sum =
+                std::array::from_fn(|k| turned(own[k].clone(), self.is_positive) + turned(beside[k].clone(), is_minus));
+            (sum, other < self.axis)
+        })
+    }
+
+    /// Eight points whose hull holds all surface over a cell.
+    pub(crate) fn hull(&self, at: [f64; 2], edge: f64) -> CellHull {
+        let slack = self.size() * PADDING;
+        let corner = |k: usize| [at[0] + edge * f64::from(k as u8 & 1), at[1] + edge * f64::from(k as u8 >> 1 & 1)];
+        let bounds = if self.is_side { Heights::level(self.side()) } else { self.heights(at, edge) };
+        let points = std::array::from_fn(|k| {
+            let [u, v] = corner(k);
+            let away = [u - at[0] - 0.5 * edge, v - at[1] - 0.5 * edge];
+            let middle = bounds.middle + bounds.slope[0] * away[0] + bounds.slope[1] * away[1];
+            self.beside(u, v, if k < 4 { middle - bounds.reach } else { middle + bounds.reach })
+        });
+        CellHull { points, slack }
+    }
+
+    /// Where the surface can lie over a cell.
+    fn heights(&self, at: [f64; 2], edge: f64) -> Heights {
+        let (range, _) = self.range(at, edge);
+        let [low, high] = self.within.map(|corner| corner[self.axis]);
+        let (low, high) = (range.lower().max(low), range.upper().min(high));
+        let crude = Heights { middle: 0.5 * (low + high), slope: [0.0; 2], reach: 0.5 * (high - low).max(0.0) };
+        self.tilted(at, edge, &crude).filter(|tilted| tilted.reach < crude.reach).unwrap_or(crude)
+    }
+
+    /// The mean value theorem between the cell's middle and any point of the surface in the crude box.
+    fn tilted(&self, at: [f64; 2], edge: f64, crude: &Heights) -> Option<Heights> {
+        let middle = self.point(at[0] + 0.5 * edge, at[1] + 0.5 * edge);
+        let height = middle[self.axis];
+        let (centre, exists) = self.range([at[0] + 0.5 * edge, at[1] + 0.5 * edge], 0.0);
+        let is_there =
+            exists && (centre.value - height).abs() <= centre.error && (height - crude.middle).abs() <= crude.reach;
+        let cell = self.cell_box(at, edge, Approx { value: crude.middle, error: crude.reach });
+        let steep = value_of(&self.form.row(self.axis), &cell);
+        let slope = self.across.map(|axis| -value_of(&self.form.row(axis), &cell).divided_by(steep));
+        let extent = self.across.map(|axis| self.extent(axis));
+        let spread = (0..2).map(|k| slope[k].error * 0.5 * edge * extent[k]).sum::<f64>();
+        let reach = spread + centre.error + self.size() * PADDING;
+        let slope = [0, 1].map(|k| slope[k].value * extent[k]);
+        (is_there && reach.is_finite()).then_some(Heights { middle: height, slope, reach })
+    }
+
+    /// The heights of the root over a cell, and whether there is one everywhere.
+    fn range(&self, at: [f64; 2], edge: f64) -> (Approx, bool) {
+        let [a, b, c] = self.coefficients(&self.cell_box(at, edge, Approx::exact(0.0)));
+        let discriminant = b * b - a * c;
+        let root = discriminant.square_root() * Approx::exact(self.sign());
+        let is_there = discriminant.lower() > 0.0;
+        let height = match (b.sign(), a.sign()) {
+            (Some(sign), _) if sign == Sign::of(self.sign()) => (-c).divided_by(b + root),
+            (_, Some(Sign::Positive | Sign::Negative)) => (root - b).divided_by(a),
+            _ => Approx::UNKNOWN,
+        };
+        (height, is_there)
+    }
+
+    /// All points over a cell with heights in an interval.
+    fn cell_box(&self, at: [f64; 2], edge: f64, height: Approx) -> LocalPoint<Approx> {
+        let mut cell = [Approx::exact(1.0); 4];
+        for k in 0..2 {
+            let [low, high] = self.within.map(|corner| Approx::exact(corner[self.across[k]]));
+            let t = Approx { value: at[k] + 0.5 * edge, error: 0.5 * edge };
+            cell[self.across[k]] = low + (high - low) * t;
+        }
+        cell[self.axis] = height;
+        cell
+    }
+
+    /// The local normal, scaled so that its part along the axis is the area of the box across it, as far as the surface goes.
+    pub(crate) fn normal<const K: usize>(&self, u: Jet<K>, v: Jet<K>) -> [Jet<K>; 3] {
+        let number = |value: Approx| Jet::<K>::constant(value);
+        let bound = |corner: usize, axis: usize| Approx::exact(self.within[corner][axis]);
+        let rectangle = self.across.map(|axis| bound(1, axis) - bound(0, axis));
+        let area = number(rectangle[0] * rectangle[1]);
+        let mut normal = [number(Approx::exact(0.0)); 3];
+        normal[self.axis] = area;
+        if self.is_side {
+            return normal;
+        }
+        let mut x = [
+            number(Approx::exact(0.0)),
+            number(Approx::exact(0.0)),
+            number(Approx::exact(0.0)),
+            number(Approx::exact(1.0)),
+        ];
+        for (k, t) in [u, v].into_iter().enumerate() {
+            x[self.across[k]] = number(bound(0, self.across[k])) + t.scaled(rectangle[k]);
+        }
+        let form = self.form.map(|&factor| number(factor));
+        let [a, b, c] = coefficients(&form, self.axis, &x);
+        let steep = (b * b - a * c).square_root().scaled(Approx::exact(self.sign()));
+        // a·t + b = ±√D, so t = (±√D − b)/a; without dividing by a where it may vanish: −c/(b ± √D).
+        let is_stable = (b.0[0].value * self.sign()) >= 0.0;
+        let zero = number(Approx::exact(0.0));
+        x[self.axis] = if is_stable { (zero - c).divided_by(b + steep) } else { (steep - b).divided_by(a) };
+        for axis in self.across {
+            normal[axis] = (value_of(&form.row(axis), &x) * area).divided_by(steep);
+        }
+        normal
+    }
+
+    /// What no coordinate of [`Graph::normal`] exceeds, on the surface: the one along the axis is the largest.
+    pub(crate) fn greatest_normal(&self) -> [f64; 3] {
+        let area = self.extent(self.across[0]) * self.extent(self.across[1]) * (1.0 + 4.0 * f64::EPSILON);
+        std::array::from_fn(|axis| if self.is_side && axis != self.axis { 0.0 } else { area })
+    }
+
+    /// How much of a cell is surface.
+    pub(crate) fn occupied(&self, at: [f64; 2], edge: f64) -> Occupied {
+        let points = self.hull(at, edge).points.map(|point| {
+            let slack = self.size() * PADDING;
+            let [x, y, z] = point.to_array().map(|value| Approx { value, error: slack });
+            [x, y, z, Approx::exact(1.0)]
+        });
+        if self.is_side {
+            let values = (0..HULL).flat_map(|k| (k..HULL).map(move |l| (k, l)));
+            return occupied_by(values.map(|(k, l)| -self.form.value(&points[k], &points[l])), true);
+        }
+        let (range, is_there) = self.range(at, edge);
+        let [low, high] = self.within.map(|corner| corner[self.axis]);
+        if range.upper() < low || range.lower() > high {
+            return Occupied::Nowhere;
+        }
+        let is_there = is_there && range.lower() >= low && range.upper() <= high;
+        let mut answer = if is_there { Occupied::Whole } else { Occupied::Partly };
+        for (row, is_strict) in self.slopes(&self.form) {
+            match occupied_by(points.iter().map(|x| value_of(&row, x)), !is_strict) {
+                Occupied::Nowhere => return Occupied::Nowhere,
+                Occupied::Partly => answer = Occupied::Partly,
+                Occupied::Whole => {}
+            }
+        }
+        answer
+    }
+
+    /// u and v of a point of the patch; `None` for points of other sheets.
+    pub(crate) fn parameters(&self, point: DVec3) -> Option<[f64; 2]> {
+        let parameters = self.across.map(|axis| (point[axis] - self.within[0][axis]) / self.extent(axis));
+        let x = [point.x, point.y, point.z, 1.0];
+        let form = self.form.map(|factor| factor.value);
+        let gradient = |axis: usize| value_of(&form.row(axis), &x);
+        let own = self.sign() * gradient(self.axis);
+        // Rounding must leave no point without a sheet.
+        let is_largest = self.across.iter().all(|&axis| gradient(axis).abs() <= own * (1.0 + 1e3 * f64::EPSILON));
+        (self.is_side || is_largest).then_some(parameters)
+    }
+}
+
+/// A slab over a cell: heights within `reach` of a plane through `middle` at the cell's middle.
+struct Heights {
+    middle: f64,
+    /// For a whole step of the parameters.
+    slope: [f64; 2],
+    reach: f64,
+}
+
+impl Heights {
+    fn level(height: f64) -> Self {
+        Self { middle: height, slope: [0.0; 2], reach: 0.0 }
+    }
+}
+
+/// What values of a condition at all corners of a hull say of it.
+fn occupied_by(values: impl Iterator<Item = Approx>, zero_counts: bool) -> Occupied {
+    let (mut all, mut none) = (true, true);
+    for value in values {
+        all &= value.value > value.error || (zero_counts && value.value >= value.error);
+        none &= -value.value > value.error;
+    }
+    match (all, none) {
+        (true, _) => Occupied::Whole,
+        (_, true) => Occupied::Nowhere,
+        _ => Occupied::Partly,
+    }
+}
+
+fn value_of<T>(row: &[T; 4], x: &LocalPoint<T>) -> T
+where
+    T: Clone + Add<Output = T> + Mul<Output = T>,
+{
+    let term = |k: usize| row[k].clone() * x[k].clone();
+    term(0) + term(1) + term(2) + term(3)
+}
+
+fn coefficients<T>(form: &QuadricForm<T>, axis: usize, base: &LocalPoint<T>) -> [T; 3]
+where
+    T: Clone + Default + Add<Output = T> + Mul<Output = T>,
+{
+    let row = form.row(axis);
+    [row[axis].clone(), value_of(&row, base), form.value(base, base)]
+}
