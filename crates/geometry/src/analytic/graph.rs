@@ -27,6 +27,8 @@ pub(crate) struct Graph {
     /// The form, in metres.
     exact: QuadricForm<Dyadic>,
     form: QuadricForm<Approx>,
+    /// b² − a·c as a form of the two coordinates across.
+    discriminant: QuadricForm<Approx>,
     within: [[f64; 3]; 2],
     /// The axis that t runs along, and the axes of u and v.
     axis: usize,
@@ -45,7 +47,17 @@ impl Graph {
             let (axis, is_positive) = (index / 2, index % 2 == 1);
             let across = [(axis + 1) % 3, (axis + 2) % 3];
             let across = if is_positive { across } else { [across[1], across[0]] };
-            Self { exact: exact.clone(), form: form.clone(), within: *within, axis, across, is_positive, is_side }
+            let discriminant = discriminant(exact, axis).map(Dyadic::to_approx);
+            Self {
+                exact: exact.clone(),
+                form: form.clone(),
+                discriminant,
+                within: *within,
+                axis,
+                across,
+                is_positive,
+                is_side,
+            }
         };
         (0..6).map(|index| patch(index, false)).chain((0..6).map(|index| patch(index, true))).collect()
     }
@@ -224,7 +236,7 @@ impl Graph {
     /// The heights of the root over a cell, and whether there is one everywhere.
     fn range(&self, at: [f64; 2], edge: f64) -> (Approx, bool) {
         let [a, b, c] = self.coefficients(&self.cell_box(at, edge, Approx::exact(0.0)));
-        let discriminant = b * b - a * c;
+        let discriminant = self.discriminant_over(at, edge);
         let root = discriminant.square_root() * Approx::exact(self.sign());
         let is_there = discriminant.lower() > 0.0;
         let height = match (b.sign(), a.sign()) {
@@ -233,6 +245,22 @@ impl Graph {
             _ => Approx::UNKNOWN,
         };
         (height, is_there)
+    }
+
+    /// The range of the discriminant over a cell: a quadratic form stays within its values at pairs of corners.
+    fn discriminant_over(&self, at: [f64; 2], edge: f64) -> Approx {
+        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+        let corners =
+            corners.map(|[s, t]| self.cell_box([at[0] + s * edge, at[1] + t * edge], 0.0, Approx::exact(0.0)));
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for (k, x) in corners.iter().enumerate() {
+            for y in &corners[k..] {
+                let value = self.discriminant.value(x, y);
+                range = [range[0].min(value.lower()), range[1].max(value.upper())];
+            }
+        }
+        let middle = 0.5 * (range[0] + range[1]);
+        Approx { value: middle, error: (range[1] - middle).max(middle - range[0]).next_up() }
     }
 
     /// All points over a cell with heights in an interval.
@@ -269,7 +297,8 @@ impl Graph {
         }
         let form = self.form.map(|&factor| number(factor));
         let [a, b, c] = coefficients(&form, self.axis, &x);
-        let steep = (b * b - a * c).square_root().scaled(Approx::exact(self.sign()));
+        let discriminant = self.discriminant.map(|&factor| number(factor)).value(&x, &x);
+        let steep = discriminant.square_root().scaled(Approx::exact(self.sign()));
         // a·t + b = ±√D, so t = (±√D − b)/a; without dividing by a where it may vanish: −c/(b ± √D).
         let is_stable = (b.0[0].value * self.sign()) >= 0.0;
         let zero = number(Approx::exact(0.0));
@@ -346,7 +375,7 @@ fn occupied_by(values: impl Iterator<Item = Approx>, zero_counts: bool) -> Occup
     let (mut all, mut none) = (true, true);
     for value in values {
         all &= value.value > value.error || (zero_counts && value.value >= value.error);
-        none &= -value.value > value.error;
+        none &= -value.value > value.error || (!zero_counts && -value.value >= value.error);
     }
     match (all, none) {
         (true, _) => Occupied::Whole,
@@ -361,6 +390,14 @@ where
 {
     let term = |k: usize| row[k].clone() * x[k].clone();
     term(0) + term(1) + term(2) + term(3)
+}
+
+/// For rows r of the form's matrix and k the axis: (r_ki·r_kj − r_kk·r_ij)·x_i·x_j over the other axes.
+fn discriminant(form: &QuadricForm<Dyadic>, axis: usize) -> QuadricForm<Dyadic> {
+    let own = form.row(axis);
+    let entry = |i: usize, j: usize| own[i].clone() * own[j].clone() - own[axis].clone() * form.row(i)[j].clone();
+    let mixed = (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j))).map(|(i, j)| (i, j, entry(i, j)));
+    QuadricForm::new(std::array::from_fn(|k| entry(k, k)), mixed.collect())
 }
 
 fn coefficients<T>(form: &QuadricForm<T>, axis: usize, base: &LocalPoint<T>) -> [T; 3]
