@@ -10,11 +10,11 @@ mod proving;
 use oracle::{
     Oracle, asked_cases, cases,
     dice::Dice,
-    fixtures::{all, features, tricky_light},
+    fixtures::{all, features, has_triangles, tricky_light},
 };
 use proving::Case;
 use umbriel_geometry::LightSource;
-use umbriel_scene::{Scene, Shape};
+use umbriel_scene::Scene;
 use umbriel_shadow::{Cell, Verdict};
 
 fn light_for(scene: &Scene, dice: &mut Dice) -> LightSource {
@@ -76,7 +76,7 @@ fn cells_tile_their_faces() {
         let oracle = Oracle::new(scene);
         for object in &case.report.lights[0].objects {
             let body = &case.scene.objects[object.object];
-            let is_mesh = matches!(body.shape, Shape::Mesh(_));
+            let is_mesh = has_triangles(&body.shape);
             // A face without area has no cells.
             let has_area = |&face: &usize| oracle.front(object.object, face, [0.0; 2]) != [0.0; 3];
             for face in (0..body.face_count()).filter(has_area) {

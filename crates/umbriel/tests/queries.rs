@@ -7,7 +7,7 @@ mod oracle;
 
 use oracle::{Oracle, cases, dice::Dice, fixtures};
 use umbriel_geometry::LightSource;
-use umbriel_scene::{Scene, Shape};
+use umbriel_scene::Scene;
 use umbriel_shadow::{Answer, Place, Precision, Queries};
 
 /// A fixture with everything that is asked about it.
@@ -29,7 +29,7 @@ impl<'a> Court<'a> {
     fn surface_point(&self, dice: &mut Dice) -> (usize, usize, [f64; 2]) {
         loop {
             let object = dice.index(self.scene.objects.len());
-            let is_mesh = matches!(self.scene.objects[object].shape, Shape::Mesh(_));
+            let is_mesh = fixtures::has_triangles(&self.scene.objects[object].shape);
             let (face, parameters) = (dice.index(self.scene.objects[object].face_count()), dice.parameters(is_mesh));
             if self.oracle.has_point(object, face, parameters) {
                 return (object, face, parameters);

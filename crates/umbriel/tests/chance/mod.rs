@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "every judge uses its own part")]
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use umbriel_geometry::{Analytic, LightSource, Placement};
+use umbriel_geometry::{Analytic, Convex, LightSource, Placement};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
 use crate::oracle::{
@@ -92,7 +92,7 @@ fn shaken(mut positions: Vec<[f64; 3]>, triangles: &[[u32; 3]], dice: &mut Dice)
 fn any_shape(dice: &mut Dice) -> Shape {
     let mut size = || dice.pick(&[0.5, 1.0, 1.0, 2.0, 2.0, 3.0, 4.0]);
     let [a, b, c] = [size(), size(), size()];
-    match dice.below(11) {
+    match dice.below(12) {
         0 | 1 => soup(dice),
         2 => tetrahedron(dice),
         3 => crate_of_triangles(dice),
@@ -100,7 +100,18 @@ fn any_shape(dice: &mut Dice) -> Shape {
         5 => rectangle(a, b),
         6 | 7 => cuboid(a, b, c),
         8 => sphere(a * 0.5),
+        9 => any_hull(dice),
         _ => analytic(any_analytic(dice, a * 0.5, b * 0.5, c)),
+    }
+}
+
+/// A hull of few points on the grid, many of them in common planes.
+fn any_hull(dice: &mut Dice) -> Shape {
+    loop {
+        let points: Vec<[f64; 3]> = (0..4 + dice.below(5)).map(|_| corner(dice)).collect();
+        if let Ok(convex) = Convex::new(points) {
+            return Shape::Convex(convex.into());
+        }
     }
 }
 

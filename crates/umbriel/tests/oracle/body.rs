@@ -8,6 +8,7 @@ use umbriel_scene::{Object, Shape, Sides};
 use super::{
     blocking::{Ellipsoid, Lamp, Place, Triangle, combination},
     curved::Curved,
+    hull::hull,
     number::{Binary, Vector, cross, dot, minus, plus, times, vector},
     solids::Solid,
 };
@@ -176,6 +177,7 @@ impl Body {
                 let solid = Solid::new(body);
                 Self::Bent(Box::new(Bent::new(solid, &frame, one_sided(solid.is_closed()))))
             }
+            Shape::Convex(convex) => Self::Flats(frame.convex(convex.points(), one_sided(true))),
             other => panic!("the oracle does not know {other:?}"),
         }
     }
@@ -214,6 +216,14 @@ impl Frame {
             self.image([end(0) / 2.0, end(1) / 2.0, end(2) / 2.0])
         };
         Cuboid::FACES.iter().map(|face| Flat::new(face.map(corner).to_vec(), self.mirrored, one_sided)).collect()
+    }
+
+    /// The hull of the placed and rounded points; it looks outward whatever the placement mirrors.
+    fn convex(&self, points: &[glam::DVec3], one_sided: bool) -> Vec<Flat> {
+        let place = |position: &glam::DVec3| self.image(position.to_array()).map(|c| c.to_nearest() + 0.0);
+        let placed: Vec<[f64; 3]> = points.iter().map(place).collect();
+        let flat = |corners: [[f64; 3]; 3]| Flat::new(corners.map(vector).to_vec(), false, one_sided);
+        hull(&placed).into_iter().map(flat).collect()
     }
 
     fn mesh(&self, mesh: &Mesh, one_sided: &dyn Fn(bool) -> bool) -> Vec<Flat> {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
-use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Convex, Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 
 use super::{dice::Dice, solids::Solid};
@@ -47,6 +47,16 @@ pub(crate) fn sphere(radius: f64) -> Shape {
 /// A mesh of these triangles.
 pub(crate) fn mesh(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Shape {
     Shape::Mesh(Arc::new(Mesh::new(positions.to_vec(), triangles.to_vec()).expect("an accepted mesh")))
+}
+
+/// The hull of these points.
+pub(crate) fn convex(points: &[[f64; 3]]) -> Shape {
+    Shape::Convex(Arc::new(Convex::new(points.to_vec()).expect("points that span space")))
+}
+
+/// Whether the faces are triangles, whose points have u + v ≤ 1.
+pub(crate) fn has_triangles(shape: &Shape) -> bool {
+    matches!(shape, Shape::Mesh(_) | Shape::Convex(_))
 }
 
 /// A scene of these objects without lights.
@@ -149,6 +159,25 @@ fn solids() -> Vec<Object> {
     ]
 }
 
+/// Hulls with faces of three to six corners, points to spare, mirrored and sheared.
+fn hulls() -> Vec<Object> {
+    let octahedron =
+        [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
+    let prism: Vec<[f64; 3]> =
+        [[2.0, 0.0], [1.0, 1.0], [-1.0, 1.0], [-2.0, 0.0], [-1.0, -1.0], [1.0, -1.0], [0.0, 1.0], [0.0, 0.0]]
+            .iter()
+            .flat_map(|&[x, z]| [[x, 0.0, z], [x, 1.0, z]])
+            .collect();
+    vec![
+        floor(),
+        object("octahedron", convex(&octahedron), at(0.0, 1.0, -2.0)),
+        object("prism", convex(&prism), at(0.0, 0.0, 1.0)),
+        object("mirrored", convex(&prism), at(-2.0, 1.5, -1.0) * DAffine3::from_scale(DVec3::new(-0.5, 0.5, 0.5))),
+        object("sheared", convex(&octahedron), sheared()),
+        with_sides("two-sided", convex(&octahedron), turned(2.0, 2.0, 0.0), Sides::Two),
+    ]
+}
+
 /// Bodies that shade themselves, thin bodies, and sheared ones.
 fn twisted() -> Vec<Object> {
     let stretched = DAffine3::from_scale(DVec3::new(-1.0, 2.0, 0.5));
@@ -240,6 +269,8 @@ pub(crate) fn all() -> Vec<(&'static str, Scene)> {
         ("through", scene(through)),
         ("far solids", elsewhere(&solids(), 1.0, DVec3::new(1e6 + 0.1, -3e5, 7e5 / 3.0))),
         ("tiny solids", elsewhere(&twisted(), 2f64.powi(-60), DVec3::new(1e-13, 3e-14, -7e-13))),
+        ("far hulls", elsewhere(&hulls(), 1.0 / 3.0, DVec3::new(1e6 + 0.1, -3e5, 7e5 / 3.0))),
+        ("hulls", scene(hulls())),
         ("solids", scene(solids())),
         ("twisted", scene(twisted())),
     ]
@@ -253,6 +284,7 @@ pub(crate) fn features(scene: &Scene) -> Vec<[f64; 3]> {
             Shape::Mesh(mesh) => mesh.positions().to_vec(),
             Shape::Rectangle(rectangle) => rectangle.corners().to_vec(),
             Shape::Cuboid(cuboid) => cuboid.corners().to_vec(),
+            Shape::Convex(convex) => convex.points().to_vec(),
             Shape::Analytic(body) => Solid::new(body).features().into_iter().map(DVec3::from_array).collect(),
             _ => Vec::new(),
         };

@@ -14,6 +14,7 @@ pub(crate) mod curved;
 pub(crate) mod dice;
 pub(crate) mod fixtures;
 pub(crate) mod graze;
+pub(crate) mod hull;
 pub(crate) mod margin;
 pub(crate) mod number;
 pub(crate) mod patches;

@@ -1,7 +1,7 @@
 //! The oracle's curved bodies, on cases with answers known by hand and against a numerical second opinion.
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{LightSource, PlacedAnalytic, Placement};
+use umbriel_geometry::{Convex, Facets, LightSource, PlacedAnalytic, Placement};
 
 use crate::oracle::{
     blocking::{Ellipsoid, Lamp, Place},
@@ -10,6 +10,7 @@ use crate::oracle::{
     curved::Curved,
     dice::Dice,
     graze::{Target, maps, segment, subjects},
+    hull::hull,
     margin::clearly_blocks,
     number::{Binary, vector},
     solids::Solid,
@@ -151,6 +152,34 @@ fn a_quadric_is_closed_where_its_box_cuts_it() {
     let sheet = body(Solid::Quadric(plane, [[-2.0; 3], [2.0; 3]]));
     assert!(between(&sheet, [-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), "a doubled plane is there");
     assert!(!between(&sheet, [-1.0, 2.5, 0.0], [1.0, 2.5, 0.0]), "within its box");
+}
+
+#[test]
+fn hulls_have_the_faces_that_they_should() {
+    let corners: Vec<[f64; 3]> = (0..8).map(|k| std::array::from_fn(|axis| f64::from(k >> axis & 1))).collect();
+    let spare = [[0.5, 0.5, 0.0], [0.5, 0.0, 0.0], [0.5, 0.5, 0.5], [0.0, 0.0, 0.0]];
+    let cube = hull(&[&corners[..], &spare[..]].concat());
+    assert_eq!(cube.len(), 12, "six faces of two triangles each");
+    let outward = |[a, b, c]: &[[f64; 3]; 3]| {
+        let [a, b, c] = [*a, *b, *c].map(DVec3::from_array);
+        (b - a).cross(c - a).dot(a - DVec3::splat(0.5)) > 0.0
+    };
+    assert!(cube.iter().all(outward));
+    assert_eq!(cube[0], [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 1.0]]);
+    assert_eq!(hull(&corners[..4]), Vec::<[[f64; 3]; 3]>::new(), "a square has no inside");
+    let mut dice = Dice::new("hulls", 0);
+    for _ in 0..300 {
+        let points: Vec<[f64; 3]> = (0..4 + dice.below(8)).map(|_| dice.grid_point(2, 1.0)).collect();
+        let Ok(convex) = Convex::new(points.clone()) else { continue };
+        let facets = Facets::of_convex(&convex, &Placement::IDENTITY).expect("a body");
+        let ours = hull(&points);
+        assert_eq!(ours.len(), facets.len(), "{points:?}");
+        for (number, triangle) in ours.iter().enumerate() {
+            let corners = facets.facet(number).corners().iter();
+            let theirs: Vec<[f64; 3]> = corners.map(|&corner| facets.point(corner).position.to_array()).collect();
+            assert_eq!(theirs[..], triangle[..], "face {number} of {points:?}");
+        }
+    }
 }
 
 #[test]

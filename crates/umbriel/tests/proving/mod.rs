@@ -3,10 +3,14 @@
 #![allow(dead_code, reason = "every judge uses its own part")]
 
 use umbriel_geometry::LightSource;
-use umbriel_scene::{Scene, Shape};
+use umbriel_scene::Scene;
 use umbriel_shadow::{Cell, Detail, Report, Request, Silent, Verdict, bake};
 
-use crate::oracle::{Oracle, dice::Dice, fixtures::lit_by};
+use crate::oracle::{
+    Oracle,
+    dice::Dice,
+    fixtures::{has_triangles, lit_by},
+};
 
 /// A baked scene with one light.
 pub(crate) struct Case {
@@ -43,7 +47,7 @@ impl Case {
 
     /// Whether the faces of an object are triangles.
     pub(crate) fn is_mesh(&self, object: usize) -> bool {
-        matches!(self.scene.objects[object].shape, Shape::Mesh(_))
+        has_triangles(&self.scene.objects[object].shape)
     }
 
     /// Asks the oracle about points of one decided cell.
