@@ -29,6 +29,7 @@ pub(crate) struct Graph {
     form: QuadricForm<Approx>,
     /// b² − a·c as a form of the two coordinates across.
     discriminant: QuadricForm<Approx>,
+    slopes: [Slope<Approx>; 4],
     within: [[f64; 3]; 2],
     /// The axis that t runs along, and the axes of u and v.
     axis: usize,
@@ -48,10 +49,12 @@ impl Graph {
             let across = [(axis + 1) % 3, (axis + 2) % 3];
             let across = if is_positive { across } else { [across[1], across[0]] };
             let discriminant = discriminant(exact, axis).map(Dyadic::to_approx);
+            let slopes = slopes(&form, axis, across, is_positive);
             Self {
                 exact: exact.clone(),
                 form: form.clone(),
                 discriminant,
+                slopes,
                 within: *within,
                 axis,
                 across,
@@ -169,28 +172,13 @@ impl Graph {
         let x = [x, y, z, Surd::from(weight.clone())];
         let form = self.exact.map(|factor| Surd::from(factor.clone()));
         is_within
-            && self.slopes(&form).iter().all(|(row, is_strict)| match value_of(row, &x).sign() {
-                Sign::Negative => false,
-                Sign::Zero => !is_strict,
-                Sign::Positive => true,
+            && slopes(&form, self.axis, self.across, self.is_positive).iter().all(|slope| {
+                match value_of(&slope.row, &x).sign() {
+                    Sign::Negative => false,
+                    Sign::Zero => !slope.is_strict,
+                    Sign::Positive => true,
+                }
             })
-    }
-
-    /// The linear forms that are ≥ 0 (or > 0) where the gradient along this axis is the largest, by their coefficients: of equal
-    /// ones the first axis has the surface.
-    fn slopes<T>(&self, form: &QuadricForm<T>) -> [([T; 4], bool); 4]
-    where
-        T: Clone + Default + Add<Output = T> + Mul<Output = T> + Neg<Output = T>,
-    {
-        let row = |axis: usize| form.row(axis);
-        let turned = |value: T, is_positive: bool| if is_positive { value } else { -value };
-        std::array::from_fn(|index| {
-            let (other, is_minus) = (self.across[index / 2], index % 2 == 1);
-            let (own, beside) = (row(self.axis), row(other));
-            let sum =
-                std::array::from_fn(|k| turned(own[k].clone(), self.is_positive) + turned(beside[k].clone(), is_minus));
-            (sum, other < self.axis)
-        })
     }
 
     /// Eight points whose hull holds all surface over a cell.
@@ -323,7 +311,8 @@ impl Graph {
             [x, y, z, Approx::exact(1.0)]
         });
         if self.is_side {
-            let values = (0..HULL).flat_map(|k| (k..HULL).map(move |l| (k, l)));
+            // Its hull has no thickness: each corner is there twice.
+            let values = (0..HULL / 2).flat_map(|k| (k..HULL / 2).map(move |l| (k, l)));
             return occupied_by(values.map(|(k, l)| -self.form.value(&points[k], &points[l])), true);
         }
         let (range, is_there) = self.range(at, edge);
@@ -333,8 +322,8 @@ impl Graph {
         }
         let is_there = is_there && range.lower() >= low && range.upper() <= high;
         let mut answer = if is_there { Occupied::Whole } else { Occupied::Partly };
-        for (row, is_strict) in self.slopes(&self.form) {
-            match occupied_by(points.iter().map(|x| value_of(&row, x)), !is_strict) {
+        for Slope { row, is_strict } in &self.slopes {
+            match occupied_by(points.iter().map(|x| value_of(row, x)), !is_strict) {
                 Occupied::Nowhere => return Occupied::Nowhere,
                 Occupied::Partly => answer = Occupied::Partly,
                 Occupied::Whole => {}
@@ -354,6 +343,28 @@ impl Graph {
         let is_largest = self.across.iter().all(|&axis| gradient(axis).abs() <= own * (1.0 + 1e3 * f64::EPSILON));
         (self.is_side || is_largest).then_some(parameters)
     }
+}
+
+/// A linear form that is ≥ 0 (or > 0) where the gradient along a sheet's axis is the largest.
+#[derive(Clone, Debug)]
+struct Slope<T> {
+    row: [T; 4],
+    is_strict: bool,
+}
+
+/// The four conditions of a sheet; of equal gradients the first axis has the surface.
+fn slopes<T>(form: &QuadricForm<T>, axis: usize, across: [usize; 2], is_positive: bool) -> [Slope<T>; 4]
+where
+    T: Clone + Default + Add<Output = T> + Mul<Output = T> + Neg<Output = T>,
+{
+    let turned = |value: &T, is_positive: bool| if is_positive { value.clone() } else { -value.clone() };
+    let own = form.row(axis);
+    std::array::from_fn(|index| {
+        let (other, is_minus) = (across[index / 2], index % 2 == 1);
+        let beside = form.row(other);
+        let row = std::array::from_fn(|k| turned(&own[k], is_positive) + turned(&beside[k], is_minus));
+        Slope { row, is_strict: other < axis }
+    })
 }
 
 /// A slab over a cell: heights within `reach` of a plane through `middle` at the cell's middle.
