@@ -12,8 +12,10 @@ use glam::DVec3;
 
 use crate::aabb::Aabb;
 
+mod analytic;
 mod facets;
 mod overlap;
+pub(crate) mod polytope;
 #[cfg(test)]
 mod tests;
 mod winding;
