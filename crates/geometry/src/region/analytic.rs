@@ -16,11 +16,12 @@ use glam::DVec3;
 
 use super::{
     Region,
-    polytope::{Frame, Number, Problem, reaches_zero},
+    polytope::{Frame, Number, Polytope, Problem, Quadratic, reaches_zero},
 };
 use crate::{
     aabb::Aabb,
     analytic::{Forms, Part, PlacedAnalytic, Surface, Trim},
+    dyadic::Dyadic,
     point::Point,
     ring::Sign,
 };
@@ -40,8 +41,13 @@ impl Region for PlacedAnalytic {
             return false;
         }
         let part = &Self::parts(self)[part as usize];
-        let stated = problem(self.forms(), part, cell);
-        let exact = || problem(self.exact_forms(), part, cell);
+        let frame = frame(self.forms(), cell);
+        let polytope = polytope(self.forms(), part, &frame);
+        if polytope.is_clearly_empty() {
+            return false;
+        }
+        let stated = Problem { form: form(self.forms(), part, &frame), polytope };
+        let exact = || exact_problem(self.exact_forms(), part, cell);
         reaches_zero(&stated, exact)
             && match part.surface {
                 Surface::Quadric(_) => reaches_zero(&stated.negated(), || exact().negated()),
@@ -54,23 +60,40 @@ impl Region for PlacedAnalytic {
     }
 }
 
-/// The quadratic form of a part on the polytope that its planes cut out of a box.
-fn problem<T: Number>(forms: &Forms<T>, part: &Part, cell: &Aabb) -> Problem<T> {
+fn exact_problem(forms: &Forms<Dyadic>, part: &Part, cell: &Aabb) -> Problem<Dyadic> {
     let frame = frame(forms, cell);
-    let mut form = std::array::from_fn(|_| std::array::from_fn(|_| T::exact(0.0)));
-    let (mut cuts, mut flat) = (Vec::new(), None);
-    match part.surface {
-        Surface::Quadric(index) => form = frame.quadratic(&forms.quadrics()[index]),
-        Surface::Plane(index) => flat = Some(frame.linear(&forms.planes()[index])),
-    }
-    for trim in &part.trims {
-        match *trim {
-            Trim::Inside(index) => form = frame.quadratic(&forms.quadrics()[index]),
-            Trim::Above(index) => cuts.push(frame.linear(&forms.planes()[index])),
-            Trim::Below(index) => cuts.push(frame.linear(&forms.planes()[index]).map(T::neg)),
-        }
-    }
-    Problem::new(form, cuts, flat)
+    Problem { form: form(forms, part, &frame), polytope: polytope(forms, part, &frame) }
+}
+
+/// What the planes of a part cut out of a box.
+fn polytope<T: Number>(forms: &Forms<T>, part: &Part, frame: &Frame<T>) -> Polytope<T> {
+    let plane = |index: usize| frame.linear(&forms.planes()[index]);
+    let cuts = part.trims.iter().filter_map(|trim| match *trim {
+        Trim::Inside(_) => None,
+        Trim::Above(index) => Some(plane(index)),
+        Trim::Below(index) => Some(plane(index).map(T::neg)),
+    });
+    let flat = match part.surface {
+        Surface::Quadric(_) => None,
+        Surface::Plane(index) => Some(plane(index)),
+    };
+    Polytope::new(cuts, flat)
+}
+
+/// The one quadratic form that makes or trims a part; zero if there is none, so that nothing is cut off.
+fn form<T: Number>(forms: &Forms<T>, part: &Part, frame: &Frame<T>) -> Quadratic<T> {
+    let trimming = || {
+        part.trims.iter().find_map(|trim| match *trim {
+            Trim::Inside(index) => Some(index),
+            Trim::Above(_) | Trim::Below(_) => None,
+        })
+    };
+    let quadric = match part.surface {
+        Surface::Quadric(index) => Some(index),
+        Surface::Plane(_) => trimming(),
+    };
+    let zero = || std::array::from_fn(|_| std::array::from_fn(|_| T::exact(0.0)));
+    quadric.map_or_else(zero, |index| frame.quadratic(&forms.quadrics()[index]))
 }
 
 /// A box in local coordinates. Bodies are finite, so a box that reaches to infinity meets what the greatest finite one

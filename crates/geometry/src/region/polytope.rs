@@ -17,14 +17,14 @@
 //! one code serves numbers that know their error, which decide nearly all sets, and exact numbers for the rest. Before all
 //! that, Bernstein coefficients and the ranges of the planes over the cube tell the clear cases.
 //!
-//! Degree 10 in the entries of the form and the planes. A cube without cuts has 27 sets, each further plane that may cut
+//! Degree 11 in the entries of the form and the planes. A cube without cuts has 27 sets, each further plane that may cut
 //! it adds about 20.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::{
     analytic::{LocalPoint, QuadricForm},
-    approx::Approx,
+    approx::{Approx, UNIT_ROUNDOFF},
     dyadic::Dyadic,
     predicates::count_fallback,
     ring::{Ring, Sign},
@@ -100,22 +100,18 @@ impl<T: Number> Frame<T> {
     }
 }
 
-/// A form on a cube cut by planes.
+/// The unit cube, cut by planes.
 #[derive(Clone)]
-pub(crate) struct Problem<T> {
-    form: Quadratic<T>,
+pub(crate) struct Polytope<T> {
     /// The sides of the cube, then the planes that cut it; all are ≥ 0 on the polytope.
     planes: Vec<Linear<T>>,
     /// The plane that the polytope lies in.
     flat: Option<Linear<T>>,
 }
 
-/// Numbers of planes, as bits.
-type PlaneSet = u32;
-
-impl<T: Number> Problem<T> {
-    /// `form` where all `cuts` are ≥ 0 and `flat`, if given, is zero.
-    pub(crate) fn new(form: Quadratic<T>, cuts: impl IntoIterator<Item = Linear<T>>, flat: Option<Linear<T>>) -> Self {
+impl<T: Number> Polytope<T> {
+    /// Where all `cuts` are ≥ 0 and `flat`, if given, is zero.
+    pub(crate) fn new(cuts: impl IntoIterator<Item = Linear<T>>, flat: Option<Linear<T>>) -> Self {
         let side = |axis: usize, factor: f64, constant: f64| {
             let mut side = [0.0, 0.0, 0.0, constant];
             side[axis] = factor;
@@ -123,9 +119,38 @@ impl<T: Number> Problem<T> {
         };
         let low = (0..3).map(|axis| side(axis, 1.0, 0.0));
         let high = (0..3).map(|axis| side(axis, -1.0, 1.0));
-        Self { form, planes: low.chain(high).chain(cuts).collect(), flat }
+        Self { planes: low.chain(high).chain(cuts).collect(), flat }
+    }
+}
+
+impl Polytope<Approx> {
+    /// Whether no point is left, for sure.
+    pub(crate) fn is_clearly_empty(&self) -> bool {
+        let is_below = |plane: &Linear<Approx>| greatest(plane).sign() == Some(Sign::Negative);
+        let is_missed = |flat: &Linear<Approx>| is_below(flat) || is_below(&flat.map(Neg::neg));
+        self.planes[6..].iter().any(is_below) || self.flat.iter().any(is_missed)
     }
 
+    /// The planes that may cut: the sides of the cube and those that are not surely ≥ 0 on it.
+    fn live(&self) -> PlaneSet {
+        let may_cut =
+            |plane: &Linear<Approx>| greatest(&plane.map(Neg::neg)).sign().is_none_or(|s| s == Sign::Positive);
+        let cuts = (6..self.planes.len()).filter(|&index| may_cut(&self.planes[index]));
+        cuts.fold(0b111_111, |set, index| set | 1 << index)
+    }
+}
+
+/// A form on a polytope.
+#[derive(Clone)]
+pub(crate) struct Problem<T> {
+    pub(crate) form: Quadratic<T>,
+    pub(crate) polytope: Polytope<T>,
+}
+
+/// Numbers of planes, as bits.
+type PlaneSet = u32;
+
+impl<T: Number> Problem<T> {
     /// The form with the other sign on the same polytope.
     pub(crate) fn negated(self) -> Self {
         Self { form: self.form.map(|row| row.map(T::neg)), ..self }
@@ -147,16 +172,18 @@ impl<T: Number> Problem<T> {
             determinant(&replaced)
         };
         let point = [coordinate(0), coordinate(1), coordinate(2), weight].map(turned);
-        let others = (0..self.planes.len()).filter(|index| (live & !set) >> index & 1 == 1);
-        let heights = others.map(|index| value_at(&self.planes[index], &point));
+        let planes = &self.polytope.planes;
+        let others = (0..planes.len()).filter(|index| (live & !set) >> index & 1 == 1);
+        let heights = others.map(|index| value_at(&planes[index], &point));
         let depth = std::iter::once_with(|| -value_at(&self.form.each_ref().map(|row| value_at(row, &point)), &point));
         all_non_negative(heights.chain(depth))
     }
 
     /// Three linear forms that vanish where the form is stationary on the common points of the planes in `set`.
     fn rows(&self, set: PlaneSet) -> Option<[Linear<T>; 3]> {
-        let in_set = (0..self.planes.len()).filter(|index| set >> index & 1 == 1).map(|index| &self.planes[index]);
-        let planes: Vec<&Linear<T>> = self.flat.iter().chain(in_set).collect();
+        let Polytope { planes, flat } = &self.polytope;
+        let in_set = (0..planes.len()).filter(|index| set >> index & 1 == 1).map(|index| &planes[index]);
+        let planes: Vec<&Linear<T>> = flat.iter().chain(in_set).collect();
         let along = |direction: &[T; 3]| {
             let term = |i: usize, j: usize| direction[i].clone() * self.form[i][j].clone();
             std::array::from_fn(|j| term(0, j) + term(1, j) + term(2, j))
@@ -173,49 +200,42 @@ impl<T: Number> Problem<T> {
     }
 }
 
-impl Problem<Approx> {
-    /// Whether the polytope is empty or the form positive on the whole cube, for sure.
-    fn is_clearly_above(&self) -> bool {
-        let is = |value: Approx, sign: Sign| value.sign() == Some(sign);
-        let is_cut_off = self.planes[6..].iter().any(|plane| is(greatest(plane), Sign::Negative));
-        let is_off_flat =
-            || self.flat.is_some_and(|plane| is(greatest(&plane), Sign::Negative) || is(least(&plane), Sign::Positive));
-        is_cut_off || is_off_flat() || self.bernstein_coefficients().all(|value| is(value, Sign::Positive))
-    }
-
-    /// The planes that may cut the polytope: the sides of the cube and those that are not surely ≥ 0 on it.
-    fn live(&self) -> PlaneSet {
-        let cuts = (6..self.planes.len()).filter(|&index| least(&self.planes[index]).sign().is_none_or(is_negative));
-        cuts.fold(0b111_111, |set, index| set | 1 << index)
-    }
-
-    /// The form's Bernstein coefficients of degree 2 in each variable; its values on the cube are means of them.
-    fn bernstein_coefficients(&self) -> impl Iterator<Item = Approx> {
-        // Of u the coefficients are 0, ½, 1, of u² 0, 0, 1.
-        let share = |i: usize| Approx::exact(0.5 * i as f64);
-        let a = &self.form;
-        (0..27).map(move |number| {
-            let index = [number % 3, number / 3 % 3, number / 9];
-            (0..3).fold(a[3][3], |sum, k| {
-                let mixed = (0..k).fold(a[k][3], |sum, j| sum + a[j][k] * share(index[j]));
-                let sum = sum + mixed * Approx::exact(index[k] as f64);
-                if index[k] == 2 { sum + a[k][k] } else { sum }
-            })
-        })
-    }
+/// Whether the form is positive on the whole cube, for sure: all its Bernstein coefficients of degree 2 in each variable
+/// are, and its values are means of them.
+///
+/// A coefficient sums at most ten terms, which are entries times 0, ½, 1 or 2: nine roundings, each at most u times the sum
+/// of all magnitudes, and halves that underflow. The entries' own errors enter with the same factors.
+fn is_clearly_positive(form: &Quadratic<Approx>) -> bool {
+    let total = |part: fn(&Approx) -> f64| form.iter().flatten().map(part).sum::<f64>();
+    let slack = total(|entry| entry.error) + total(|entry| entry.value.abs()) * BERNSTEIN_SLACK + f64::MIN_POSITIVE;
+    let slack = slack * (1.0 + 32.0 * UNIT_ROUNDOFF);
+    let a = form.map(|row| row.map(|entry| entry.value));
+    (0..27).all(|number| {
+        // Of u the coefficients are 0, ½, 1; of u² they are 0, 0, 1.
+        let index = [number % 3, number / 3 % 3, number / 9].map(f64::from);
+        let linear = |k: usize| index[k] * a[k][3];
+        let square = |k: usize| if index[k] == 2.0 { a[k][k] } else { 0.0 };
+        let mixed = |j: usize, k: usize| 0.5 * index[j] * index[k] * a[j][k];
+        let linear = linear(0) + linear(1) + linear(2);
+        let squares = square(0) + square(1) + square(2);
+        a[3][3] + linear + squares + (mixed(0, 1) + mixed(0, 2) + mixed(1, 2)) > slack
+    })
 }
+
+/// Nine roundings (at most ten with that of the sum of magnitudes), doubled for their products.
+const BERNSTEIN_SLACK: f64 = 20.0 * UNIT_ROUNDOFF;
 
 /// Whether the form takes a value ≤ 0 on the polytope. Exact; `exact` states the same problem in exact numbers, and is
 /// asked only where `approx` leaves a doubt.
 pub(crate) fn reaches_zero(approx: &Problem<Approx>, exact: impl FnOnce() -> Problem<Dyadic>) -> bool {
-    if approx.is_clearly_above() {
+    if approx.polytope.is_clearly_empty() || is_clearly_positive(&approx.form) {
         return false;
     }
-    let live = approx.live();
-    let free = if approx.flat.is_some() { 2 } else { 3 };
+    let live = approx.polytope.live();
+    let free = if approx.polytope.flat.is_some() { 2 } else { 3 };
     let mut doubtful: Vec<PlaneSet> = Vec::new();
     for size in (0..=free).rev() {
-        for set in sets(approx.planes.len(), live, size) {
+        for set in sets(approx.polytope.planes.len(), live, size) {
             match approx.holds_at(set, live) {
                 Some(true) => return true,
                 Some(false) => {}
@@ -250,10 +270,6 @@ fn all_non_negative<T: Number>(numbers: impl Iterator<Item = T>) -> Option<bool>
     is_known.then_some(true)
 }
 
-fn is_negative(sign: Sign) -> bool {
-    sign == Sign::Negative
-}
-
 fn value_at<T: Number>(form: &[T; 4], x: &[T; 4]) -> T {
     let term = |k: usize| form[k].clone() * x[k].clone();
     term(0) + term(1) + term(2) + term(3)
@@ -262,10 +278,6 @@ fn value_at<T: Number>(form: &[T; 4], x: &[T; 4]) -> T {
 /// The greatest value over the unit cube. A factor that may have either sign counts with its error whichever is chosen.
 fn greatest(form: &Linear<Approx>) -> Approx {
     form[..3].iter().fold(form[3], |sum, factor| sum + Approx { value: factor.value.max(0.0), error: factor.error })
-}
-
-fn least(form: &Linear<Approx>) -> Approx {
-    -greatest(&form.map(Neg::neg))
 }
 
 /// Two directions that span the plane; none if its normal is zero, which makes the system singular.

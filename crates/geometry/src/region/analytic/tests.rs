@@ -347,7 +347,7 @@ mod askew {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1500))]
+    #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
     fn sheared_spheres_lie_where_distances_say(entries in proptest::array::uniform12(number()), radius in size(), cell in cell()) {
