@@ -10,7 +10,7 @@ mod proving;
 use oracle::{
     Oracle, asked_cases, cases,
     dice::Dice,
-    fixtures::{all, features, has_triangles, tricky_light},
+    fixtures::{all, features, has_gaps, has_triangles, tricky_light},
 };
 use proving::Case;
 use umbriel_geometry::LightSource;
@@ -76,6 +76,9 @@ fn cells_tile_their_faces() {
         let oracle = Oracle::new(scene);
         for object in &case.report.lights[0].objects {
             let body = &case.scene.objects[object.object];
+            if has_gaps(&body.shape) {
+                continue;
+            }
             let is_mesh = has_triangles(&body.shape);
             // A face without area has no cells.
             let has_area = |&face: &usize| oracle.front(object.object, face, [0.0; 2]) != [0.0; 3];

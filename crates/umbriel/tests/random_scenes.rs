@@ -37,6 +37,9 @@ fn complaint(scene: &Scene, light: LightSource, depth: u8, cells: usize, dice: &
             return wrong;
         }
         let [u, v] = point_of(&cell, case.is_mesh(object), dice);
+        if !oracle.has_point(object, cell.face as usize, [u, v]) {
+            return None;
+        }
         let place = Place::Surface { object, face: cell.face as usize, u, v };
         let expected = oracle.lit(object, cell.face as usize, [u, v], &light);
         match queries.lit(&place, &light) {

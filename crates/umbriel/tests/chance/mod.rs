@@ -123,6 +123,11 @@ fn any_analytic(dice: &mut Dice, radius: f64, other: f64, height: f64) -> Analyt
         3 => Analytic::Frustum { bottom_radius: radius, top_radius: other, height },
         4 => Analytic::Capsule { radius, height },
         5 => Analytic::Paraboloid { radius, height },
+        6 if dice.one_in(2) => {
+            let matrix = std::array::from_fn(|_| std::array::from_fn(|_| dice.grid(2, 0.5)));
+            let within = [[-radius, -height * 0.5, -other], [radius, height * 0.5, other]];
+            Analytic::Quadric { matrix, within }
+        }
         6 => Analytic::Hyperboloid { waist_radius: radius.min(other), end_radius: radius.max(other), height },
         _ => Analytic::Disk { radius },
     }
@@ -153,11 +158,12 @@ fn any_map(dice: &mut Dice) -> DAffine3 {
 }
 
 fn any_object(number: u64, dice: &mut Dice) -> Object {
-    let shape = any_shape(dice);
     let sides = dice.pick(&[Sides::Auto, Sides::Auto, Sides::Auto, Sides::One, Sides::Two]);
     loop {
-        if let Ok(placement) = Placement::new(any_map(dice)) {
-            return Object::new(format!("{number}"), shape, placement, sides).expect("an accepted object");
+        let (shape, placement) = (any_shape(dice), Placement::new(any_map(dice)));
+        // Singular matrices and quadrics that are the same everywhere are refused.
+        if let Some(object) = placement.ok().and_then(|p| Object::new(format!("{number}"), shape, p, sides).ok()) {
+            return object;
         }
     }
 }
@@ -179,9 +185,16 @@ pub(crate) fn any_scene(dice: &mut Dice) -> Scene {
 pub(crate) fn any_light(scene: &Scene, dice: &mut Dice) -> LightSource {
     let features = features(scene);
     let on_face = |dice: &mut Dice| {
-        let object = dice.index(scene.objects.len());
-        let face = dice.index(scene.objects[object].face_count());
-        Oracle::new(scene).point(object, face, dice.parameters(true)).approximate()
+        let oracle = Oracle::new(scene);
+        // A quadric may have no point at all in its box.
+        for _ in 0..50 {
+            let object = dice.index(scene.objects.len());
+            let (face, parameters) = (dice.index(scene.objects[object].face_count()), dice.parameters(true));
+            if oracle.has_point(object, face, parameters) {
+                return oracle.point(object, face, parameters).approximate();
+            }
+        }
+        dice.grid_point(3, 1.0)
     };
     loop {
         let light = match dice.below(10) {

@@ -54,6 +54,11 @@ pub(crate) fn convex(points: &[[f64; 3]]) -> Shape {
     Shape::Convex(Arc::new(Convex::new(points.to_vec()).expect("points that span space")))
 }
 
+/// Whether not all parameters of its faces are points of it.
+pub(crate) fn has_gaps(shape: &Shape) -> bool {
+    matches!(shape, Shape::Analytic(Analytic::Quadric { .. }))
+}
+
 /// Whether the faces are triangles, whose points have u + v ≤ 1.
 pub(crate) fn has_triangles(shape: &Shape) -> bool {
     matches!(shape, Shape::Mesh(_) | Shape::Convex(_))
@@ -178,6 +183,27 @@ fn hulls() -> Vec<Object> {
     ]
 }
 
+/// a·x² + b·y² + c·z² + 2m·y + d ≤ 0 within a box about the origin.
+pub(crate) fn quadric([a, b, c]: [f64; 3], m: f64, d: f64, [x, y, z]: [f64; 3]) -> Shape {
+    let matrix = [[a, 0.0, 0.0, 0.0], [0.0, b, 0.0, m], [0.0, 0.0, c, 0.0], [0.0, m, 0.0, d]];
+    analytic(Analytic::Quadric { matrix, within: [[-x, -y, -z], [x, y, z]] })
+}
+
+/// General quadrics cut by boxes: cylinders with flat sides, a saddle, two sheets, the outside of a ball.
+fn cut_quadrics() -> Vec<Object> {
+    let skew = [[1.0, 2.0, 3.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0], [0.0, -1.0, 0.0, -0.5]];
+    let skew = Analytic::Quadric { matrix: skew, within: [[-0.5; 3], [0.5, 1.0, 0.5]] };
+    vec![
+        floor(),
+        object("cylinder", quadric([1.0, 0.0, 1.0], 0.0, -1.0, [0.75, 1.0, 2.0]), at(0.0, 1.0, 0.0)),
+        object("saddle", quadric([1.0, 0.0, -1.0], -0.5, 0.0, [1.0, 0.5, 1.0]), at(-2.0, 1.0, 1.0)),
+        object("cones", quadric([1.0, -1.0, 1.0], 0.0, 0.0, [1.0, 1.0, 1.0]), at(2.0, 1.0, 1.0)),
+        object("sheets", quadric([1.0, -1.0, 1.0], 0.0, 0.25, [1.0, 1.0, 1.0]), turned(2.0, 1.5, -2.0)),
+        object("bored", quadric([-1.0, -1.0, -1.0], 0.0, 0.5, [0.5, 0.75, 0.5]), at(0.0, 2.0, -2.0)),
+        with_sides("skew", analytic(skew), sheared(), Sides::Two),
+    ]
+}
+
 /// Bodies that shade themselves, thin bodies, and sheared ones.
 fn twisted() -> Vec<Object> {
     let stretched = DAffine3::from_scale(DVec3::new(-1.0, 2.0, 0.5));
@@ -271,6 +297,7 @@ pub(crate) fn all() -> Vec<(&'static str, Scene)> {
         ("tiny solids", elsewhere(&twisted(), 2f64.powi(-60), DVec3::new(1e-13, 3e-14, -7e-13))),
         ("far hulls", elsewhere(&hulls(), 1.0 / 3.0, DVec3::new(1e6 + 0.1, -3e5, 7e5 / 3.0))),
         ("hulls", scene(hulls())),
+        ("cut quadrics", scene(cut_quadrics())),
         ("solids", scene(solids())),
         ("twisted", scene(twisted())),
     ]

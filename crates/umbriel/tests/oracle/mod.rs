@@ -18,6 +18,7 @@ pub(crate) mod hull;
 pub(crate) mod margin;
 pub(crate) mod number;
 pub(crate) mod patches;
+pub(crate) mod sheets;
 pub(crate) mod slack;
 pub(crate) mod solids;
 

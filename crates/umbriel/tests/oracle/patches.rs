@@ -8,6 +8,7 @@
 use super::{
     blocking::Place,
     number::{Binary, Vector, dot, times, vector},
+    sheets,
     solids::Solid,
 };
 
@@ -50,7 +51,7 @@ impl Solid {
                 _ => (2, radial(half_cube(face - 9, u, v, true), [radius; 3], &half(height))),
             },
             Self::Disk(radius) => (0, turned(face, u, &line([radius, 0.0], [0.0, 0.0], 1.0, v))),
-            Self::Quadric(..) => return None,
+            Self::Quadric(ref matrix, ref within) => return sheets::point(matrix, within, face, [u, v]),
             _ => (face / 4, turned(face % 4, u, &self.outline(face / 4, v))),
         })
     }

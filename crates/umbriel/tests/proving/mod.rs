@@ -62,6 +62,9 @@ impl Case {
         let expected = cell.verdict == Verdict::Lit;
         (0..points).find_map(|_| {
             let [u, v] = point_of(&cell, is_mesh, dice);
+            if !oracle.has_point(object, cell.face as usize, [u, v]) {
+                return None;
+            }
             let lit = oracle.lit(object, cell.face as usize, [u, v], &self.light);
             let name = &self.scene.objects[object].name;
             (lit != expected).then(|| format!("{}: {name} {cell:?} is wrong at ({u}, {v})", self.title))
