@@ -23,7 +23,6 @@ use forms::{
     chance::{Arrangement, Kind, any_arrangement},
     coaxial::{hidden_from_lamp, under_a_sun},
     lit::{Areas, areas},
-    scaled,
     shadow::{Shadow, shadow},
 };
 use glam::{DAffine3, DMat3, DVec3};
@@ -31,6 +30,7 @@ use oracle::{
     cases,
     dice::Dice,
     fixtures::{analytic as shape, lit_by, object, scene},
+    graze::scaled,
 };
 use umbriel_geometry::{Analytic, LightSource};
 use umbriel_scene::{Scene, Shape};
@@ -61,13 +61,29 @@ fn placed(dice: &mut Dice, kind: Kind, is_sun: bool) -> Option<Placed> {
     Some(Placed { site, shape: shape(body), map, source, shadow: shadow(&caster, lamp)?, areas })
 }
 
+fn any_case(dice: &mut Dice, kind: Kind, is_sun: bool) -> Option<Case> {
+    let found = placed(dice, kind, is_sun)?;
+    let case = Case::new(dice, found.site.origin, (found.shape, found.map), found.source, found.shadow);
+    Some(Case { caster: found.areas, ..case })
+}
+
 fn judge_kind(kind: Kind) {
     for is_sun in [true, false] {
-        judge_all(&format!("{kind:?} {is_sun}"), cases(250).div_ceil(18), |dice| {
-            let found = placed(dice, kind, is_sun)?;
-            let case = Case::new(dice, found.site.origin, (found.shape, found.map), found.source, found.shadow);
-            Some(Case { caster: found.areas, ..case })
-        });
+        let count = cases(180).div_ceil(18);
+        judge_all(&format!("{kind:?} {is_sun}"), count, |dice| any_case(dice, kind, is_sun));
+    }
+}
+
+#[test]
+fn the_formulas_agree_with_the_oracle() {
+    for (kind, is_sun) in Kind::ALL.into_iter().flat_map(|kind| [(kind, true), (kind, false)]) {
+        for number in 0..10 {
+            let mut dice = Dice::new("formulas", number);
+            let Some(case) = any_case(&mut dice, kind, is_sun) else { continue };
+            if let Err(complaint) = case.check_floor(&mut dice) {
+                panic!("{kind:?}, sun {is_sun}, case {number}: {complaint}; {:?}", case.scene);
+            }
+        }
     }
 }
 
@@ -152,7 +168,7 @@ fn all_hold(title: &str, count: u64, judge: impl Fn(&mut Dice) -> Option<Result<
 
 #[test]
 fn bodies_over_and_on_a_disk() {
-    all_hold("on a disk", cases(250).div_ceil(5), |dice| {
+    all_hold("on a disk", cases(180).div_ceil(5), |dice| {
         let kind = dice.pick(&Kind::ALL);
         let is_sun = dice.one_in(2);
         let found = placed(dice, kind, is_sun)?;
@@ -244,7 +260,7 @@ fn sizes_of(receiver: &Analytic) -> [f64; 2] {
 
 #[test]
 fn bodies_on_one_axis_under_a_sun() {
-    all_hold("coaxial, sun", cases(250).div_ceil(10), |dice| {
+    all_hold("coaxial, sun", cases(180).div_ceil(10), |dice| {
         let receiver = any_receiver(dice, false);
         let (caster, hidden, half) = any_caster(dice);
         let gap = dice.float(0.05, 2.0);
@@ -261,7 +277,7 @@ fn bodies_on_one_axis_under_a_sun() {
 
 #[test]
 fn bodies_on_one_axis_under_a_lamp() {
-    all_hold("coaxial, lamp", cases(250).div_ceil(10), |dice| {
+    all_hold("coaxial, lamp", cases(180).div_ceil(10), |dice| {
         let receiver = any_receiver(dice, true);
         let (caster, _, half) = any_caster(dice);
         let top = top_of(&receiver);

@@ -15,8 +15,6 @@ pub(crate) mod support;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use umbriel_geometry::Analytic;
 
-pub(crate) use crate::oracle::graze::scaled;
-
 /// A light as the formulas take it, relative to the middle of the floor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Lamp {
