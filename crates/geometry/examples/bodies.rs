@@ -46,7 +46,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         // The origin is inside of all but the disk, where it lies on the surface; then it does not block itself.
         let middle = stretched.side(&Point::exact(DVec3::ZERO), false);
         assert_eq!(middle, if body.is_closed() { Sign::Negative } else { Sign::Zero });
-        assert_eq!(stretched.blocks(&Probe::<umbriel_geometry::Dyadic>::at(DVec3::ZERO), None, &lamp), body.is_closed());
+        assert_eq!(
+            stretched.blocks(&Probe::<umbriel_geometry::Dyadic>::at(DVec3::ZERO), None, &lamp),
+            body.is_closed()
+        );
     }
     Ok(())
 }

@@ -25,10 +25,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     // What cannot be a body says why.
     let flat = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X + DVec3::Y];
     println!("a square: {}", Brep::hull(flat).map_or_else(|defect| defect.to_string(), |_| "a body?".to_owned()));
-    println!("seven of the sides: {}", match Brep::of_half_spaces(&sides[1..]) {
-        Ok(larger) => format!("a body that reaches to {}", larger.bounds().max),
-        Err(defect) => defect.to_string(),
-    });
+    println!(
+        "seven of the sides: {}",
+        match Brep::of_half_spaces(&sides[1..]) {
+            Ok(larger) => format!("a body that reaches to {}", larger.bounds().max),
+            Err(defect) => defect.to_string(),
+        }
+    );
 
     // A lamp right above a vertex, in the planes of no face, sees the upper four; at 6 m it is that vertex.
     for height in [6.0, 6.0_f64.next_up(), 12.0] {

@@ -3,7 +3,7 @@
 //! A body is defined about its local origin with axis +y and placed by any regular matrix; the placed body is the exact
 //! image. All questions are signs of quadratic and linear forms at pulled-back points ([`Forms`]): on which side of the
 //! surface a point lies, whether a segment meets it ([`PlacedAnalytic::blocks`]), which way it faces a light. For
-//! drawing up areas and cells, the surface is cut into patches with a parameter square each ([`chart`]).
+//! drawing up areas and cells, the surface is cut into patches with a parameter square each ([`Chart`]).
 
 mod area;
 mod bounds;
