@@ -44,7 +44,7 @@ impl Sign {
     }
 }
 
-/// A ring of exact numbers with decidable signs: [`Dyadic`], or [`crate::Surd`] for points on spheres.
+/// A ring of exact numbers with decidable signs: [`Dyadic`], or [`crate::Surd`] for points of curved bodies.
 pub trait Ring:
     Clone + From<Dyadic> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {

@@ -1,4 +1,4 @@
-//! Exact numbers p + q·√n: coordinates of points on a placed sphere.
+//! Exact numbers p + q·√n: coordinates of points of curved bodies.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

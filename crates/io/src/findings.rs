@@ -13,8 +13,8 @@ use umbriel_geometry::{Facets, Mesh, Placement};
 use umbriel_scene::{Finding, FindingKind, Object, Scene, Shape};
 
 /// The findings about the surfaces of all triangle meshes of a scene, mesh by mesh: what is found about objects that
-/// share a mesh is one finding, with the name of the first of them and the count over all. Rectangles, boxes and spheres
-/// are what they are: nothing is found about them.
+/// share a mesh is one finding, with the name of the first of them and the count over all. Other bodies are what they
+/// are: nothing is found about them.
 pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
     let mut place_of: HashMap<*const Mesh, usize> = HashMap::new();
     let mut groups: Vec<Group> = Vec::new();

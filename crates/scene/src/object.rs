@@ -163,7 +163,8 @@ impl Object {
         }
     }
 
-    /// Number of faces that a query can name: triangles (of a convex body: those of its hull), 1 for a rectangle, 6 for a box, the patches of an analytic body.
+    /// Number of faces that a query can name: triangles (of a convex body: those of its hull), 1 for a rectangle, 6 for a
+    /// box, the patches of an analytic body.
     pub fn face_count(&self) -> usize {
         match &self.shape {
             Shape::Mesh(mesh) => mesh.triangles().len(),

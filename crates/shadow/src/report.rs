@@ -20,7 +20,7 @@ pub enum Verdict {
 /// [`Cell::point`] gives points in the face's own (u, v).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Cell {
-    /// Face of the object: a triangle, a side of a box, a patch of a sphere.
+    /// Face of the object: a triangle, a side of a box, a patch of an analytic body.
     pub face: u32,
     /// The corner of the face from which the parameters are counted.
     pub corner: u8,

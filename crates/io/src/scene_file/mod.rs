@@ -7,7 +7,7 @@
 //!
 //! [[object]]
 //! name = "floor"
-//! rectangle = { size = [40.0, 40.0] }           # or box = { size }, sphere = { radius }, mesh = "file" with node = "part"
+//! rectangle = { size = [40.0, 40.0] }           # or box, convex, sphere, cone, ... (README); or mesh = "file" with node = "part"
 //! translation = [0.0, 0.0, 0.0]                 # rotation = [x, y, z, w], scale = s or [x, y, z]; or matrix = [16 numbers]
 //!
 //! [[light]]
