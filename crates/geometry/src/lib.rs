@@ -6,6 +6,10 @@
 //!
 //! The layer is useful alone: no files, no threads, no dependency on the rest of umbriel.
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 mod aabb;
 pub mod analytic;
 mod approx;

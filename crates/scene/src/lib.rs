@@ -3,6 +3,10 @@
 //! A scene is plain data, ready to use: every number in it has been accepted, every placement is regular, every
 //! index is in range. Readers (`umbriel-io`) and programs build it; the layers above only look at it.
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 mod camera;
 mod family;
 mod finding;

@@ -3,6 +3,10 @@
 //! [`bake`] classifies surfaces: which cells of which faces are lit, which are in shadow, how much is undecided.
 //! [`Queries`] answers single points exactly. [`doctor`] tells what about a scene limits the answers.
 
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 mod bake;
 mod bodies;
 mod cell_octree;
