@@ -306,3 +306,6 @@ fn determinant<T: Number>(rows: &[[T; 3]; 3]) -> T {
     let minor = |i: usize, j: usize| rows[1][i].clone() * rows[2][j].clone() - rows[1][j].clone() * rows[2][i].clone();
     rows[0][0].clone() * minor(1, 2) - rows[0][1].clone() * minor(0, 2) + rows[0][2].clone() * minor(0, 1)
 }
+
+#[cfg(test)]
+mod tests;

@@ -167,7 +167,8 @@ fn triple<S: Strategy>(one: impl Fn() -> S) -> impl Strategy<Value = [S::Value; 
 fn cell() -> impl Strategy<Value = Aabb> {
     let moved = || prop_oneof![6 => Just(0i64), 1 => -2i64..=2];
     let nudged = |v: f64, ulps: i64| if v == 0.0 { v } else { f64::from_bits(v.to_bits().wrapping_add_signed(ulps)) };
-    (triple(number), triple(size), [moved(), moved(), moved(), moved(), moved(), moved()]).prop_map(
+    let edge = || prop_oneof![3 => size(), 1 => (8i32..=16).prop_map(|n| f64::from(n) * 0.25)];
+    (triple(number), triple(edge), [moved(), moved(), moved(), moved(), moved(), moved()]).prop_map(
         move |(min, size, ulps)| Aabb {
             min: DVec3::from_array(std::array::from_fn(|k| nudged(min[k], ulps[k]))),
             max: DVec3::from_array(std::array::from_fn(|k| nudged(min[k] + size[k], ulps[3 + k]))),
