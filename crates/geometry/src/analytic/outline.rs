@@ -104,6 +104,31 @@ impl Outline {
         }
     }
 
+    /// The area that the piece from one v to another sweeps, for each radian; `None` where there is no simple formula.
+    pub(crate) fn turned_area(&self, from: f64, to: f64) -> Option<Approx> {
+        let bounded = Approx::exact;
+        let (from, to) = (bounded(from), bounded(to));
+        match *self {
+            Self::Line { from: start, to: end } => {
+                let steps = [0, 1].map(|k| bounded(end[k]) - bounded(start[k]));
+                let slant = (steps[0] * steps[0] + steps[1] * steps[1]).square_root();
+                let mean_radius = bounded(start[0]) + steps[0] * (from + to) * bounded(0.5);
+                Some(mean_radius * slant * (to - from))
+            }
+            Self::Parabola { radius, height } => {
+                // With w = 1 − v and Q = r² + 4h²w²: ∫ r·w·√Q dw = r/(12h²)·Q^(3/2), without cancellation.
+                let [near, far] = [bounded(1.0) - to, bounded(1.0) - from];
+                let (radius, twice_height) = (bounded(radius), bounded(2.0 * height));
+                let square = |w: Approx| radius * radius + twice_height * twice_height * w * w;
+                let (q, p) = (square(near), square(far));
+                let (root_q, root_p) = (q.square_root(), p.square_root());
+                let growth = (far - near) * (far + near) * (q + root_q * root_p + p);
+                Some((radius * growth).divided_by(bounded(3.0) * (root_q + root_p)))
+            }
+            Self::Hyperbola { .. } => None,
+        }
+    }
+
     /// The greatest coordinate on it.
     pub(crate) fn size(&self) -> f64 {
         let ([a0, y0], [a1, y1]) = (self.at(0.0), self.at(1.0));

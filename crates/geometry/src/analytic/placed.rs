@@ -101,7 +101,7 @@ impl PlacedAnalytic {
         self.layout.unit
     }
 
-    /// The tight world box, rounded outward.
+    /// The tight world box, rounded outward; empty for a quadric without points in its box.
     pub fn bounds(&self) -> Aabb {
         self.body.bounds(&self.placement)
     }
@@ -172,8 +172,10 @@ impl PlacedAnalytic {
         own: Option<Surface>,
         way: Way,
     ) -> Option<bool> {
-        if segment.along.iter().all(|coordinate| coordinate.decide() == Some(Sign::Zero)) {
-            return Some(false); // a light at the point itself: nothing lies between
+        // A light at the point itself: nothing lies between.
+        let moves = any_known(segment.along.iter().map(|coordinate| Some(coordinate.decide()? != Sign::Zero)));
+        if !moves? {
+            return Some(false);
         }
         any_known(self.layout.parts.iter().map(|part| {
             let mut surface = segment.along_surface(forms, part.surface);

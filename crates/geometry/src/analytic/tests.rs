@@ -151,7 +151,7 @@ fn areas_hold_the_closed_forms() {
             let sum = total_area(body, &Placement::IDENTITY, level);
             let slack = truth * 1e-14;
             assert!(sum.lower() - slack <= truth && truth <= sum.upper() + slack, "{body:?}: {sum:?} holds {truth}");
-            assert!(sum.error < 2e-8 * truth, "{body:?} at level {level}: {sum:?}");
+            assert!(sum.error < 1e-8 * truth, "{body:?} at level {level}: {sum:?}");
         }
     }
 }
@@ -161,7 +161,7 @@ fn areas_of_skewed_bodies_do_not_depend_on_the_level() {
     for body in bodies() {
         let (coarse, fine) = (total_area(body, &skewed(), 0), total_area(body, &skewed(), 3));
         assert!((coarse.value - fine.value).abs() <= coarse.error + fine.error, "{body:?}: {coarse:?} {fine:?}");
-        assert!(coarse.error < 2e-8 * coarse.value, "{body:?}: {coarse:?}");
+        assert!(coarse.error < 1e-6 * coarse.value, "{body:?}: {coarse:?}");
     }
 }
 

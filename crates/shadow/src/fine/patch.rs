@@ -59,7 +59,7 @@ impl Patch<'_> {
         let hull = self.hull(Quadrant::ROOT).placed(self.body.placement());
         let mut candidates = self.occluders.candidates(self.objects, &hull);
         candidates.bodies.retain(|&object| object != self.object);
-        self.divide(Quadrant::ROOT, &candidates, &mut tally);
+        self.divide(Quadrant::ROOT, None, &candidates, &mut tally);
         tally
     }
 
@@ -67,7 +67,9 @@ impl Patch<'_> {
         &self.body.charts()[self.face as usize]
     }
 
-    fn divide(&self, place: Quadrant, candidates: &Candidates, tally: &mut Tally<Approx>) {
+    /// Parts of a cell that is decided are only divided where they are partly surface, for their areas; `known` is that
+    /// verdict.
+    fn divide(&self, place: Quadrant, known: Option<Verdict>, candidates: &Candidates, tally: &mut Tally<Approx>) {
         if (self.is_cancelled)() {
             return;
         }
@@ -76,22 +78,30 @@ impl Patch<'_> {
             return;
         }
         tally.examined += 1;
-        let points = self.hull(place).placed(self.body.placement());
-        let (verdict, left) = match self.facing(&points) {
-            Facing::Dark => (Verdict::Shadowed, Candidates::default()),
-            facing => {
-                let (verdict, left) = self.classify(points, candidates);
-                let open = facing == Facing::Unknown && verdict == Verdict::Lit;
-                (if open { Verdict::Undecided } else { verdict }, left)
-            }
+        let (verdict, left) = match known {
+            Some(verdict) => (verdict, Candidates::default()),
+            None => self.judge(place, candidates),
         };
-        let is_done = verdict != Verdict::Undecided && occupied == Occupied::Whole;
-        if is_done || place.level() == self.levels.finest {
+        let is_decided = verdict != Verdict::Undecided;
+        if is_decided && occupied == Occupied::Whole || place.level() == self.levels.finest {
             self.count(place, verdict, tally);
         } else {
             for part in place.children() {
-                self.divide(part, &left, tally);
+                self.divide(part, is_decided.then_some(verdict), &left, tally);
             }
+        }
+    }
+
+    /// What is proved of a cell, and the candidates in question if it is undecided.
+    fn judge(&self, place: Quadrant, candidates: &Candidates) -> (Verdict, Candidates) {
+        let points = self.hull(place).placed(self.body.placement());
+        match self.facing(&points) {
+            Facing::Dark => (Verdict::Shadowed, Candidates::default()),
+            Facing::Turned => self.classify(points, candidates),
+            Facing::Unknown => match self.classify(points, candidates) {
+                (Verdict::Lit, left) => (Verdict::Undecided, left),
+                judged => judged,
+            },
         }
     }
 
@@ -116,13 +126,30 @@ impl Patch<'_> {
             Some(Sign::Positive) => self.own_shadow(&local, &light),
             Some(Sign::Negative) if self.is_one_sided => Facing::Dark,
             Some(Sign::Negative) if !is_closed => Facing::Turned,
-            // The inner side of a closed surface: only a light inside reaches it.
+            // The inner side of a closed surface: only a light inside reaches it, but for rims that it is in contact with.
             Some(Sign::Negative) => match self.occluders.side_of_light(self.object) {
-                Sign::Positive => Facing::Dark,
+                Sign::Positive if self.moves_in(&local, &light) => Facing::Dark,
                 Sign::Negative if self.body.body().is_convex() => Facing::Turned,
                 _ => Facing::Unknown,
             },
         }
+    }
+
+    /// Whether the ways from all points, which leave their surface inwards, go on inside a piece: no point lies on another
+    /// surface of the piece that its way crosses outwards.
+    fn moves_in(&self, local: &[[Approx; 4]; HULL], light: &[Approx; 4]) -> bool {
+        let (forms, surface) = (self.body.forms(), self.chart().surface);
+        let inside_plane = |plane: usize| {
+            forms.plane(plane, light).lower() > 0.0 || local.iter().all(|x| forms.plane(plane, x).lower() > 0.0)
+        };
+        let inside_quadric = |quadric: usize| local.iter().all(|x| forms.quadric(quadric, x, light).upper() < 0.0);
+        self.body.pieces().iter().any(|piece| {
+            let is_own = match surface {
+                Surface::Quadric(quadric) => piece.quadric == quadric,
+                Surface::Plane(plane) => piece.planes.contains(&plane) && inside_quadric(piece.quadric),
+            };
+            is_own && piece.planes.iter().all(|&plane| surface == Surface::Plane(plane) || inside_plane(plane))
+        })
     }
 
     /// What the own body does to a cell that faces the light. A line from x on the quadric q to the light meets it once more, at
