@@ -128,7 +128,9 @@ fn outline(object: &Object) -> Vec<DVec3> {
             let corners = mesh.triangles().iter().flatten().map(|&corner| mesh.positions()[corner as usize]);
             corners.map(|position| map.transform_point3(position)).collect()
         }
-        _ => corners(&object.bounds()).to_vec(),
+        _ => Some(object.bounds())
+            .filter(|bounds| !bounds.is_empty())
+            .map_or(Vec::new(), |bounds| corners(&bounds).to_vec()),
     }
 }
 
