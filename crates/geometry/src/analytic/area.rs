@@ -21,7 +21,7 @@ const GOOD: f64 = 1e-8;
 const QUARTERINGS: u32 = 6;
 
 /// How often a cell at the border of a trimmed patch is.
-const BORDER_QUARTERINGS: u32 = 3;
+const BORDER_QUARTERINGS: u32 = 2;
 
 /// A Gauss-Legendre rule on −1..1.
 struct Rule {

@@ -183,21 +183,26 @@ impl Graph {
 
     /// Eight points whose hull holds all surface over a cell.
     pub(crate) fn hull(&self, at: [f64; 2], edge: f64) -> CellHull {
-        let slack = self.size() * PADDING;
-        let corner = |k: usize| [at[0] + edge * f64::from(k as u8 & 1), at[1] + edge * f64::from(k as u8 >> 1 & 1)];
-        let bounds = if self.is_side { Heights::level(self.side()) } else { self.heights(at, edge) };
-        let points = std::array::from_fn(|k| {
-            let [u, v] = corner(k);
-            let away = [u - at[0] - 0.5 * edge, v - at[1] - 0.5 * edge];
-            let middle = bounds.middle + bounds.slope[0] * away[0] + bounds.slope[1] * away[1];
-            self.beside(u, v, if k < 4 { middle - bounds.reach } else { middle + bounds.reach })
-        });
-        CellHull { points, slack }
+        let heights = if self.is_side {
+            Heights { middle: self.side(), slope: [0.0; 2], reach: 0.0 }
+        } else {
+            self.heights(at, edge, self.range(at, edge).0)
+        };
+        CellHull { points: self.corners(at, edge, &heights), slack: self.size() * PADDING }
     }
 
-    /// Where the surface can lie over a cell.
-    fn heights(&self, at: [f64; 2], edge: f64) -> Heights {
-        let (range, _) = self.range(at, edge);
+    /// The corners of a slab over a cell; the lower ones first.
+    fn corners(&self, at: [f64; 2], edge: f64, heights: &Heights) -> [DVec3; HULL] {
+        std::array::from_fn(|k| {
+            let [u, v] = [at[0] + edge * f64::from(k as u8 & 1), at[1] + edge * f64::from(k as u8 >> 1 & 1)];
+            let away = [u - at[0] - 0.5 * edge, v - at[1] - 0.5 * edge];
+            let middle = heights.middle + heights.slope[0] * away[0] + heights.slope[1] * away[1];
+            self.beside(u, v, if k < 4 { middle - heights.reach } else { middle + heights.reach })
+        })
+    }
+
+    /// Where the surface can lie over a cell, given the range of the root there.
+    fn heights(&self, at: [f64; 2], edge: f64, range: Approx) -> Heights {
         let [low, high] = self.within.map(|corner| corner[self.axis]);
         let (low, high) = (range.lower().max(low), range.upper().min(high));
         let crude = Heights { middle: 0.5 * (low + high), slope: [0.0; 2], reach: 0.5 * (high - low).max(0.0) };
@@ -305,13 +310,14 @@ impl Graph {
 
     /// How much of a cell is surface.
     pub(crate) fn occupied(&self, at: [f64; 2], edge: f64) -> Occupied {
-        let points = self.hull(at, edge).points.map(|point| {
-            let slack = self.size() * PADDING;
+        let slack = self.size() * PADDING;
+        let bounded = |point: DVec3| {
             let [x, y, z] = point.to_array().map(|value| Approx { value, error: slack });
             [x, y, z, Approx::exact(1.0)]
-        });
+        };
         if self.is_side {
             // Its hull has no thickness: each corner is there twice.
+            let points = self.hull(at, edge).points.map(bounded);
             let values = (0..HULL / 2).flat_map(|k| (k..HULL / 2).map(move |l| (k, l)));
             return occupied_by(values.map(|(k, l)| -self.form.value(&points[k], &points[l])), true);
         }
@@ -320,6 +326,7 @@ impl Graph {
         if range.upper() < low || range.lower() > high {
             return Occupied::Nowhere;
         }
+        let points = self.corners(at, edge, &self.heights(at, edge, range)).map(bounded);
         let is_there = is_there && range.lower() >= low && range.upper() <= high;
         let mut answer = if is_there { Occupied::Whole } else { Occupied::Partly };
         for Slope { row, is_strict } in &self.slopes {
@@ -373,12 +380,6 @@ struct Heights {
     /// For a whole step of the parameters.
     slope: [f64; 2],
     reach: f64,
-}
-
-impl Heights {
-    fn level(height: f64) -> Self {
-        Self { middle: height, slope: [0.0; 2], reach: 0.0 }
-    }
 }
 
 /// What values of a condition at all corners of a hull say of it.

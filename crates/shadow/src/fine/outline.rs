@@ -59,27 +59,28 @@ impl Outline {
     /// Nothing known.
     pub(crate) const UNBOUNDED: Self = Self { corners: [ParamBox::EVERYTHING; 4], reach: ParamBox::EVERYTHING };
 
-    /// From the inner-side functions of the shadow's border on a flat face (corners: first, second, …, last).
-    pub(crate) fn new<const N: usize>(sides: &[Field<N>]) -> Self {
+    /// From the inner-side functions of the shadow's border on a flat face (corners: first, second, …, last); `None` where
+    /// the crossings may not bound it: a shadow that reaches to infinity, or a needle.
+    pub(crate) fn new<const N: usize>(sides: &[Field<N>]) -> Option<Self> {
         let lines: Vec<Line> = sides.iter().map(Line::of).collect();
         let mut corners = [ParamBox::EVERYTHING; 4];
         for i in 0..lines.len() {
             let before = (i + lines.len() - 1) % lines.len();
-            let Some([u, v]) = lines[before].crossing(&lines[i]) else { return Self::UNBOUNDED };
+            let [u, v] = lines[before].crossing(&lines[i])?;
             // The shadow is bounded by its corners when each lies strictly inside all other sides.
             let mut others = (0..lines.len()).filter(|&k| k != i && k != before);
             if !others.all(|k| lines[k].at(u, v).lower() > 0.0) {
-                return Self::UNBOUNDED;
+                return None;
             }
             let bounds = [u, v, u + v];
             corners[i] = ParamBox { min: bounds.map(Approx::lower), max: bounds.map(Approx::upper) };
         }
         let reach = corners[1..lines.len()].iter().fold(corners[0], |all, corner| all.union(corner));
-        Self { corners, reach }
+        Some(Self { corners, reach })
     }
 
-    /// From the corners of a polygon that the light sees edge-on, each cast onto the face along the light. The
-    /// barycentric coordinates of a corner's image are its sides of the face's own shadow planes.
+    /// From the corners of a polygon, each cast onto the face along the light: the shadow is in the hull of their images. The
+    /// barycentric coordinates of an image are the corner's sides of the face's own shadow planes.
     pub(crate) fn of_images<const N: usize>(corners: &[Point], receiver: &Receiver<N>) -> Self {
         let [a, b, d] = [&receiver.points[0], &receiver.points[1], &receiver.points[N - 1]];
         let mut boxes = [ParamBox::EVERYTHING; 4];

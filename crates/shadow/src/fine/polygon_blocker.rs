@@ -63,7 +63,9 @@ impl<const N: usize> PolygonBlocker<N> {
         let outline = match (receiver.facing, edge_on) {
             (None, _) => Outline::UNBOUNDED,
             (_, true) => Outline::of_images(corners, receiver),
-            (_, false) => Outline::new(&functions[..side_count]),
+            (_, false) => {
+                Outline::new(&functions[..side_count]).unwrap_or_else(|| Outline::of_images(corners, receiver))
+            }
         };
         Some(Self { id, functions, side_count, edge_on, border: [0; 4], outline })
     }
