@@ -50,19 +50,42 @@ fn points(cube: &Cube, count: u32) -> Vec<DVec3> {
     (1..=count).map(|n| cube.min() + (steps * f64::from(n)).fract() * cube.edge()).collect()
 }
 
+fn compare_builds(region: &dyn Region, cube: Cube, depth: u8) {
+    compare(
+        "build, depth 7",
+        || {
+            let _ = black_box(SolidOctree::build_in(cube, region, depth));
+        },
+        || {
+            black_box(Node::of(region, &cube, depth));
+        },
+    );
+}
+
+/// A solid and its complement.
+fn compare_unions(tree: &SolidOctree, rival: &Node) {
+    let other = tree.complement();
+    let other_rival = rival.combined(rival, |own, _| match own {
+        Relation::Inside => Relation::Outside,
+        Relation::Outside => Relation::Inside,
+        Relation::Boundary => own,
+    });
+    compare(
+        "union",
+        || {
+            let _ = black_box(tree.union(&other));
+        },
+        || {
+            black_box(rival.combined(&other_rival, Ord::max));
+        },
+    );
+}
+
 fn main() {
     let (region, depth) = (torus(64), 7);
     let cube = Cube::on_grid(&region.bounds(), depth).expect("a torus has an extent");
     let whole = cube.bounds_of(Octant::ROOT);
-    compare(
-        "build, depth 7",
-        || {
-            let _ = black_box(SolidOctree::build_in(cube, &region, depth));
-        },
-        || {
-            black_box(Node::of(&region, &cube, depth));
-        },
-    );
+    compare_builds(&region, cube, depth);
     let tree = SolidOctree::build_in(cube, &region, depth).expect("on the grid");
     let rival = Node::of(&region, &cube, depth);
     let points = points(&cube, 100_000);
@@ -89,21 +112,7 @@ fn main() {
             black_box(pairs().map(|(from, along)| rival.cast(whole, from, along.recip())).sum::<usize>());
         },
     );
-    let shifted = tree.complement();
-    let shifted_rival = rival.combined(&rival, |own, _| match own {
-        Relation::Inside => Relation::Outside,
-        Relation::Outside => Relation::Inside,
-        Relation::Boundary => own,
-    });
-    compare(
-        "union",
-        || {
-            let _ = black_box(tree.union(&shifted));
-        },
-        || {
-            black_box(rival.combined(&shifted_rival, Ord::max));
-        },
-    );
+    compare_unions(&tree, &rival);
     let (cells, bytes) =
         (tree.relations().len(), tree.relations().len() * (size_of::<Octant>() + size_of::<Relation>()));
     report(&format!("{} triangles, {cells} leaves, {bytes} bytes of leaves", region.parts()));

@@ -281,7 +281,11 @@ impl<const N: usize> Values<N> {
         let at = |a: &Section<N>, b: &Section<N>, [k, l]: [usize; 2]| self.quadric_at(piece.quadric, (a, k), (b, l));
         let is_above = |from: &Section<N>, to: &Section<N>| {
             over_pairs::<N>(|pair| positive(at(from, from, pair)))
-                && over_pairs::<N>(|pair| not_negative(at(to, to, pair)))
+                // The light is no point of the way; where the ways leave past a plane they may touch.
+                && over_pairs::<N>(|pair| match to.plane {
+                    Some(_) => positive(at(to, to, pair)),
+                    None => not_negative(at(to, to, pair)),
+                })
                 && over_pairs::<N>(|[k, l]| not_negative(at(from, to, [k, l]) + at(from, to, [l, k])))
         };
         piece.flat.is_none() && ends.any(|to| starts().any(|from| is_above(from, to)))
