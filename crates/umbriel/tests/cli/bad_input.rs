@@ -62,7 +62,7 @@ fn wrong_usage() {
         ("bake noon.toml --light moon", vec!["--light moon", "noon"]),
         ("bake noon.toml --receiver roof*", vec!["--receiver roof*", "info"]),
         ("bake noon.toml --boundary-depth 2 --interior-depth 3", vec!["interior depth 3", "boundary depth 2"]),
-        ("bake noon.toml -o out.txt", vec!["out.txt", ".json or .csv or .glb"]),
+        ("bake noon.toml -o out.txt", vec!["out.txt", ".json or .csv or .vtu or .glb or .png"]),
         ("bake noon.toml -o no/out.csv", vec!["no/out.csv", "folder does not exist"]),
         ("bake noon.toml --json no/out.json", vec!["no/out.json"]),
         ("bake noon.toml --point 0,9,0 -o out.glb", vec![".glb", "--light"]),
