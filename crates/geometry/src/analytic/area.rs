@@ -184,8 +184,11 @@ impl<'a> PatchArea<'a> {
     }
 }
 
+/// Smallest square first, so that the world's axes may change places.
 fn length_squared<const K: usize>(vector: &[Jet<K>; 3]) -> Jet<K> {
-    vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]
+    let mut squares = vector.map(|coordinate| coordinate * coordinate);
+    squares.sort_by(|a, b| a.0[0].value.total_cmp(&b.0[0].value));
+    squares[0] + squares[1] + squares[2]
 }
 
 /// A number with some units roundoff of its size, which is at most one.
@@ -213,12 +216,17 @@ fn solid_angle(origin: &[f64; 3], along: &[[f64; 3]; 2], at: [f64; 2], edge: f64
 /// The factor by which all areas grow, when the cofactors are those of a similarity up to rounding: by Gershgorin's circles
 /// on their Gram matrix, whose eigenvalues are the squares of the stretches.
 fn common_stretch(cofactors: &[[Approx; 3]; 3]) -> Option<Approx> {
-    let column = |k: usize| DVec3::from_array([0, 1, 2].map(|row| cofactors[row][k].value));
+    // Smallest product first, so that the world's axes may change places.
+    let product = |k: usize, l: usize| {
+        let mut products = [0, 1, 2].map(|row: usize| cofactors[row][k].value * cofactors[row][l].value);
+        products.sort_by(f64::total_cmp);
+        products[0] + products[1] + products[2]
+    };
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     for k in 0..3 {
-        let off: f64 = [1, 2].map(|step| column(k).dot(column((k + step) % 3)).abs()).iter().sum();
-        least = least.min(column(k).length_squared() - off);
-        most = most.max(column(k).length_squared() + off);
+        let off: f64 = [1, 2].map(|step| product(k, (k + step) % 3).abs()).iter().sum();
+        least = least.min(product(k, k) - off);
+        most = most.max(product(k, k) + off);
     }
     // Products, sums and cancellation in the cofactors: below 32 roundings of the largest entries.
     let rounding = 64.0 * f64::EPSILON * most;

@@ -1,5 +1,6 @@
 use std::path::PathBuf;
 
+use umbriel_geometry::Analytic;
 use umbriel_scene::{FindingKind, Member, Shape};
 
 use super::*;
@@ -37,7 +38,36 @@ fn refused(scene: &str) -> LoadError {
 }
 
 const FLOOR: &str = "[[object]]\nname = \"floor\"\nrectangle = { size = [40, 40.0] }\n";
+/// One of each body that is given by numbers alone.
+const BODIES: &str = "[[object]]\nellipsoid = { radii = [1, 2, 3] }\n[[object]]\ncylinder = { radius = 1, height = 2 }\n\
+    [[object]]\ncone = { radius = 1, height = 2 }\n\
+    [[object]]\nfrustum = { bottom_radius = 1, top_radius = 2, height = 3 }\n\
+    [[object]]\ncapsule = { radius = 1, height = 2 }\n[[object]]\nparaboloid = { radius = 1, height = 2 }\n\
+    [[object]]\nhyperboloid = { waist_radius = 1, end_radius = 2, height = 3 }\n[[object]]\ndisk = { radius = 1 }\n\
+    [[object]]\nconvex = { points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]] }\n\
+    [[object]]\nquadric = { matrix = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16], \
+    within = [[-1, -2, -3], [1, 2, 3]] }\n";
 const TWO_PARTS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\no Roof\nf 1 2 3\no Wall\nf 3 2 1\n";
+
+#[test]
+fn every_body_is_read() {
+    let shapes: Vec<Shape> = loaded(BODIES).scene.objects.into_iter().map(|object| object.shape).collect();
+    let analytic = |number: usize| match shapes[number] {
+        Shape::Analytic(body) => body,
+        _ => panic!("object {number} is no analytic body"),
+    };
+    assert_eq!(analytic(0), Analytic::Ellipsoid { radii: [1.0, 2.0, 3.0] });
+    assert_eq!(analytic(1), Analytic::Cylinder { radius: 1.0, height: 2.0 });
+    assert_eq!(analytic(2), Analytic::Cone { radius: 1.0, height: 2.0 });
+    assert_eq!(analytic(3), Analytic::Frustum { bottom_radius: 1.0, top_radius: 2.0, height: 3.0 });
+    assert_eq!(analytic(4), Analytic::Capsule { radius: 1.0, height: 2.0 });
+    assert_eq!(analytic(5), Analytic::Paraboloid { radius: 1.0, height: 2.0 });
+    assert_eq!(analytic(6), Analytic::Hyperboloid { waist_radius: 1.0, end_radius: 2.0, height: 3.0 });
+    assert_eq!(analytic(7), Analytic::Disk { radius: 1.0 });
+    assert!(matches!(&shapes[8], Shape::Convex(hull) if hull.points().len() == 4));
+    let rows = [[1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0], [9.0, 10.0, 11.0, 12.0], [13.0, 14.0, 15.0, 16.0]];
+    assert_eq!(analytic(9), Analytic::Quadric { matrix: rows, within: [[-1.0, -2.0, -3.0], [1.0, 2.0, 3.0]] });
+}
 
 #[test]
 fn bodies_stand_where_the_file_says() {
@@ -161,8 +191,14 @@ fn faults_name_their_place() {
         ("up = \"x\"\n", &["line 1", "unknown variant"]),
         ("[[object]]\nname = \"a\"\n", &["line 1", "object \"a\"", "exactly one body"]),
         ("[[object]]\nbox = { size = [1, 1, 1] }\nsphere = { radius = 1 }\n", &["object1", "exactly one body"]),
-        ("[[object]]\ncone = { radius = 1, height = 2 }\n", &["cone", "not available yet"]),
-        ("[[object]]\nquadric = { matrix = [], within = [] }\n", &["quadric", "not available yet"]),
+        ("[[object]]\ncone = { radius = 1, height = -2 }\n", &["object1", "not a positive number"]),
+        ("[[object]]\ncone = { radius = 1 }\n", &["line 2", "height"]),
+        ("[[object]]\nquadric = { matrix = [], within = [] }\n", &["line 2", "length 0"]),
+        ("[[object]]\nconvex = { points = [[0, 0, 0], [1, 0, 0], [0, 1, 0]] }\n", &["object1", "convex"]),
+        (
+            "[[object]]\nhyperboloid = { waist_radius = 2, end_radius = 1, height = 1 }\n",
+            &["object1", "end radius is smaller"],
+        ),
         ("[[cell]]\nname = \"a\"\n", &["[[cell]]", "not available yet"]),
         ("[[portal]]\nname = \"a\"\n", &["[[portal]]", "not available yet"]),
         ("[[object]]\nname = \"a\"\nbox = { size = [1, 0, 1] }\n", &["object \"a\"", "size"]),
