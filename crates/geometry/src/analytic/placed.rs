@@ -151,12 +151,11 @@ impl PlacedAnalytic {
     /// Whether the surface meets the open segment from `x` to the light. A point on the surface does not block itself; `own`
     /// names the surface that it is known to lie on.
     pub fn blocks<R: Ring>(&self, x: &Probe<R>, own: Option<Surface>, light: &LightSource) -> bool {
-        let local = |forms: &Forms<Approx>| {
-            let source = (light.xyz().to_array().map(Approx::exact), Approx::exact(light.w()));
-            Segment::new(forms, (&x.bounds.coordinates(), &Approx::exact(1.0)), (&source.0, &source.1))
-        };
         let way = if light.is_sun() { Way::ToSun } else { Way::ToPoint };
-        self.is_met(&self.forms, &local(&self.forms), own, way).unwrap_or_else(|| {
+        let (source, weight) = (light.xyz().to_array().map(Approx::exact), Approx::exact(light.w()));
+        let start = (&x.bounds.coordinates(), &Approx::exact(1.0));
+        let segment = Segment::new(&self.forms, start, (&source, &weight));
+        self.is_met(&self.forms, &segment, own, way).unwrap_or_else(|| {
             count_fallback();
             let source = ExactPoint::<R>::from_light(light);
             let forms = self.exact_forms().lifted::<R>();
