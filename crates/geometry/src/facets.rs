@@ -9,14 +9,13 @@ use crate::{
     aabb::Aabb,
     approx::Approx,
     brep::{Convex, Cuboid, HullDefect},
-    dyadic::Dyadic,
     light::LightSource,
     mesh::Mesh,
     placement::Placement,
     point::{ExactPoint, Point},
     predicates::{Target, side_value},
     rectangle::Rectangle,
-    ring::{Ring, Sign},
+    ring::Sign,
     topology::{Topology, unify},
 };
 
@@ -99,11 +98,7 @@ impl Facets {
 
     fn of_parallelograms(corners: &[DVec3], faces: &[[u32; 4]], placement: &Placement) -> Self {
         let positions: Vec<DVec3> = corners.iter().map(|&corner| placement.round(corner)).collect();
-        let inexact: Vec<Inexact> = corners
-            .iter()
-            .zip(&positions)
-            .map(|(&corner, &position)| Inexact::new(placement, corner, position))
-            .collect();
+        let inexact: Vec<Inexact> = corners.iter().map(|&corner| Inexact::new(placement, corner)).collect();
         let exact = inexact.iter().all(|point| point.slack == DVec3::ZERO);
         let halves = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect::<Vec<_>>();
         let mut topology = Topology::of(halves.iter().copied());
@@ -234,18 +229,9 @@ impl Facets {
 }
 
 impl Inexact {
-    fn new(placement: &Placement, local: DVec3, position: DVec3) -> Self {
+    fn new(placement: &Placement, local: DVec3) -> Self {
         let exact = placement.exact(local);
-        let slack = DVec3::from_array(std::array::from_fn(|axis| {
-            let rounded = Dyadic::new(position[axis]);
-            if (exact.xyz[axis].clone() - rounded).sign() == Sign::Zero {
-                0.0
-            } else {
-                // Correctly rounded: at most half an ulp off; a whole one is a safe bound.
-                position[axis].abs().next_up() - position[axis].abs()
-            }
-        }));
-        Self { slack, exact }
+        Self { slack: exact.bounded().slack, exact }
     }
 }
 

@@ -15,6 +15,7 @@ pub mod analytic;
 mod approx;
 pub mod blocking;
 mod brep;
+mod decide;
 mod dyadic;
 mod facets;
 mod light;

@@ -11,9 +11,10 @@ use super::{Analytic, layout::Layout};
 use crate::{
     aabb::Aabb,
     approx::Approx,
+    decide::Decide,
     dyadic::Dyadic,
     placement::Placement,
-    region::polytope::{Frame, Linear, Number, Polytope, Problem, reaches_zero},
+    region::polytope::{Frame, Linear, Polytope, Problem, reaches_zero},
 };
 
 /// Roundings of a support value: squares, sums, a root, a quotient and products of numbers of the reach's size.
@@ -123,7 +124,7 @@ impl Cut {
     }
 }
 
-impl<T: Number> Problem<T> {
+impl<T: Decide> Problem<T> {
     /// The same form on the cube cut by one plane.
     fn form_above(&self, height: Linear<T>) -> Self {
         Self { form: self.form.clone(), polytope: Polytope::new([height], None) }
@@ -141,7 +142,7 @@ impl Plane {
     /// The height above the plane times `sign`, a form in local coordinates.
     fn local_form(&self, unit: f64, sign: f64) -> Linear<Dyadic> {
         let scale = Dyadic::new(sign * unit);
-        let [x, y, z] = self.normal.to_array().map(|factor| Dyadic::exact(factor) * scale.clone());
+        let [x, y, z] = self.normal.to_array().map(|factor| Dyadic::new(factor) * scale.clone());
         [x, y, z, (Dyadic::new(self.offset) - Dyadic::new(self.at)) * Dyadic::new(sign)]
     }
 }

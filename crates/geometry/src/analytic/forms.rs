@@ -73,6 +73,15 @@ impl<T: Clone + Add<Output = T> + Mul<Output = T>> QuadricForm<T> {
     }
 }
 
+/// A linear form, by its coefficients, at a point.
+pub(crate) fn linear_value<T>(row: &[T; 4], x: &LocalPoint<T>) -> T
+where
+    T: Clone + Add<Output = T> + Mul<Output = T>,
+{
+    let term = |k: usize| row[k].clone() * x[k].clone();
+    term(0) + term(1) + term(2) + term(3)
+}
+
 /// All forms of a placed body over the numbers `T`.
 #[derive(Clone, Debug)]
 pub struct Forms<T> {
@@ -113,9 +122,7 @@ where
 
     /// The value of plane `index` at a point.
     pub fn plane(&self, index: usize, x: &LocalPoint<T>) -> T {
-        let h = &self.planes[index];
-        let term = |k: usize| h[k].clone() * x[k].clone();
-        term(0) + term(1) + term(2) + term(3)
+        linear_value(&self.planes[index], x)
     }
 
     /// The value of quadric `index` at a pair of points.

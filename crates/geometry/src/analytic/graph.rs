@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::{
     chart::{CellHull, HULL, Occupied, PADDING},
-    forms::{LocalPoint, QuadricForm},
+    forms::{LocalPoint, QuadricForm, linear_value},
     jet::Jet,
 };
 use crate::{
@@ -173,7 +173,7 @@ impl Graph {
         let form = self.exact.map(|factor| Surd::from(factor.clone()));
         is_within
             && slopes(&form, self.axis, self.across, self.is_positive).iter().all(|slope| {
-                match value_of(&slope.row, &x).sign() {
+                match linear_value(&slope.row, &x).sign() {
                     Sign::Negative => false,
                     Sign::Zero => !slope.is_strict,
                     Sign::Positive => true,
@@ -217,8 +217,8 @@ impl Graph {
         let is_there =
             exists && (centre.value - height).abs() <= centre.error && (height - crude.middle).abs() <= crude.reach;
         let cell = self.cell_box(at, edge, Approx { value: crude.middle, error: crude.reach });
-        let steep = value_of(&self.form.row(self.axis), &cell);
-        let slope = self.across.map(|axis| -value_of(&self.form.row(axis), &cell).divided_by(steep));
+        let steep = linear_value(&self.form.row(self.axis), &cell);
+        let slope = self.across.map(|axis| -linear_value(&self.form.row(axis), &cell).divided_by(steep));
         let extent = self.across.map(|axis| self.extent(axis));
         let spread = (0..2).map(|k| slope[k].error * 0.5 * edge * extent[k]).sum::<f64>();
         let reach = spread + centre.error + self.size() * PADDING;
@@ -297,7 +297,7 @@ impl Graph {
         let zero = number(Approx::exact(0.0));
         x[self.axis] = if is_stable { (zero - c).divided_by(b + steep) } else { (steep - b).divided_by(a) };
         for axis in self.across {
-            normal[axis] = (value_of(&form.row(axis), &x) * area).divided_by(steep);
+            normal[axis] = (linear_value(&form.row(axis), &x) * area).divided_by(steep);
         }
         normal
     }
@@ -330,7 +330,7 @@ impl Graph {
         let is_there = is_there && range.lower() >= low && range.upper() <= high;
         let mut answer = if is_there { Occupied::Whole } else { Occupied::Partly };
         for Slope { row, is_strict } in &self.slopes {
-            match occupied_by(points.iter().map(|x| value_of(row, x)), !is_strict) {
+            match occupied_by(points.iter().map(|x| linear_value(row, x)), !is_strict) {
                 Occupied::Nowhere => return Occupied::Nowhere,
                 Occupied::Partly => answer = Occupied::Partly,
                 Occupied::Whole => {}
@@ -344,7 +344,7 @@ impl Graph {
         let parameters = self.across.map(|axis| (point[axis] - self.within[0][axis]) / self.extent(axis));
         let x = [point.x, point.y, point.z, 1.0];
         let form = self.form.map(|factor| factor.value);
-        let gradient = |axis: usize| value_of(&form.row(axis), &x);
+        let gradient = |axis: usize| linear_value(&form.row(axis), &x);
         let own = self.sign() * gradient(self.axis);
         // Rounding must leave no point without a sheet.
         let is_largest = self.across.iter().all(|&axis| gradient(axis).abs() <= own * (1.0 + 1e3 * f64::EPSILON));
@@ -396,14 +396,6 @@ fn occupied_by(values: impl Iterator<Item = Approx>, zero_counts: bool) -> Occup
     }
 }
 
-fn value_of<T>(row: &[T; 4], x: &LocalPoint<T>) -> T
-where
-    T: Clone + Add<Output = T> + Mul<Output = T>,
-{
-    let term = |k: usize| row[k].clone() * x[k].clone();
-    term(0) + term(1) + term(2) + term(3)
-}
-
 /// For rows r of the form's matrix and k the axis: (r_ki·r_kj − r_kk·r_ij)·x_i·x_j over the other axes.
 fn discriminant(form: &QuadricForm<Dyadic>, axis: usize) -> QuadricForm<Dyadic> {
     let own = form.row(axis);
@@ -417,5 +409,5 @@ where
     T: Clone + Default + Add<Output = T> + Mul<Output = T>,
 {
     let row = form.row(axis);
-    [row[axis].clone(), value_of(&row, base), form.value(base, base)]
+    [row[axis].clone(), linear_value(&row, base), form.value(base, base)]
 }

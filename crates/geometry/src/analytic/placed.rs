@@ -9,12 +9,13 @@ use super::{
     chart::{Chart, charts},
     forms::{Forms, LocalPoint},
     layout::{Layout, Part, Piece, Surface, Trim, power_of_two},
-    polynomial::{Decide, Polynomial, Way, any_known, is_met},
+    polynomial::{Polynomial, Way, any_known, is_met},
 };
 use crate::{
     aabb::Aabb,
     approx::Approx,
     blocking::Probe,
+    decide::Decide,
     dyadic::Dyadic,
     light::LightSource,
     placement::Placement,

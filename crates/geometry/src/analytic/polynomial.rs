@@ -1,66 +1,10 @@
 //! Polynomials of degree two along a segment, and the signs of such polynomials at each other's roots.
 //!
 //! A root is kept as (p + q·√d)/e and never computed: the sign of another polynomial there is the sign of α + β·√d, which
-//! needs sums, products and signs only. So one code serves the filter ([`Approx`], where a sign may be unknown) and exact
+//! needs sums, products and signs only. So one code serves the filter ([`crate::Approx`], where a sign may be unknown) and exact
 //! numbers.
 
-use std::ops::{Add, Mul, Neg, Sub};
-
-use crate::{
-    approx::Approx,
-    ring::{Ring, Sign},
-};
-
-/// Numbers whose signs can be told, or not.
-pub(crate) trait Decide:
-    Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
-{
-    /// The exact value of a float.
-    fn number(value: f64) -> Self;
-
-    /// The sign, if it is known.
-    fn decide(&self) -> Option<Sign>;
-
-    /// The sign of α + β·√d, d ≥ 0, if it is known.
-    fn decide_with_root(alpha: Self, beta: Self, d: Self) -> Option<Sign> {
-        let (a, b) = (alpha.decide()?, beta.decide()?.times(d.decide()?));
-        Some(match (a, b) {
-            (a, Sign::Zero) => a,
-            (Sign::Zero, b) => b,
-            (a, b) if a == b => a,
-            // Opposite signs: the larger magnitude wins.
-            _ => match (alpha.clone() * alpha - beta.clone() * beta * d).decide()? {
-                Sign::Positive => a,
-                Sign::Negative => b,
-                Sign::Zero => Sign::Zero,
-            },
-        })
-    }
-}
-
-impl<R: Ring> Decide for R {
-    fn number(value: f64) -> Self {
-        R::from_f64(value)
-    }
-
-    fn decide(&self) -> Option<Sign> {
-        Some(self.sign())
-    }
-}
-
-impl Decide for Approx {
-    fn number(value: f64) -> Self {
-        Self::exact(value)
-    }
-
-    fn decide(&self) -> Option<Sign> {
-        self.sign()
-    }
-
-    fn decide_with_root(alpha: Self, beta: Self, d: Self) -> Option<Sign> {
-        (alpha + beta * d.square_root()).sign()
-    }
-}
+use crate::{decide::Decide, ring::Sign};
 
 /// Which way a segment goes on: to a point light at s = 1, or for ever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

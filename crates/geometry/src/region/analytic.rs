@@ -16,11 +16,12 @@ use glam::DVec3;
 
 use super::{
     Region,
-    polytope::{Frame, Number, Polytope, Problem, Quadratic, reaches_zero},
+    polytope::{Frame, Polytope, Problem, Quadratic, reaches_zero},
 };
 use crate::{
     aabb::Aabb,
     analytic::{Forms, Part, PlacedAnalytic, Surface, Trim},
+    decide::Decide,
     dyadic::Dyadic,
     point::Point,
     ring::Sign,
@@ -66,7 +67,7 @@ fn exact_problem(forms: &Forms<Dyadic>, part: &Part, cell: &Aabb) -> Problem<Dya
 }
 
 /// What the planes of a part cut out of a box.
-fn polytope<T: Number>(forms: &Forms<T>, part: &Part, frame: &Frame<T>) -> Polytope<T> {
+fn polytope<T: Decide>(forms: &Forms<T>, part: &Part, frame: &Frame<T>) -> Polytope<T> {
     let plane = |index: usize| frame.linear(&forms.planes()[index]);
     let cuts = part.trims.iter().filter_map(|trim| match *trim {
         Trim::Inside(_) => None,
@@ -81,7 +82,7 @@ fn polytope<T: Number>(forms: &Forms<T>, part: &Part, frame: &Frame<T>) -> Polyt
 }
 
 /// The one quadratic form that makes or trims a part; zero if there is none, so that nothing is cut off.
-fn form<T: Number>(forms: &Forms<T>, part: &Part, frame: &Frame<T>) -> Quadratic<T> {
+fn form<T: Decide>(forms: &Forms<T>, part: &Part, frame: &Frame<T>) -> Quadratic<T> {
     let trimming = || {
         part.trims.iter().find_map(|trim| match *trim {
             Trim::Inside(index) => Some(index),
@@ -92,21 +93,21 @@ fn form<T: Number>(forms: &Forms<T>, part: &Part, frame: &Frame<T>) -> Quadratic
         Surface::Quadric(index) => Some(index),
         Surface::Plane(_) => trimming(),
     };
-    let zero = || std::array::from_fn(|_| std::array::from_fn(|_| T::exact(0.0)));
+    let zero = || std::array::from_fn(|_| std::array::from_fn(|_| T::number(0.0)));
     quadric.map_or_else(zero, |index| frame.quadratic(&forms.quadrics()[index]))
 }
 
 /// A box in local coordinates. Bodies are finite, so a box that reaches to infinity meets what the greatest finite one
 /// meets.
-fn frame<T: Number>(forms: &Forms<T>, cell: &Aabb) -> Frame<T> {
-    let finite = |corner: DVec3| corner.clamp(DVec3::splat(f64::MIN), DVec3::splat(f64::MAX)).to_array().map(T::exact);
+fn frame<T: Decide>(forms: &Forms<T>, cell: &Aabb) -> Frame<T> {
+    let finite = |corner: DVec3| corner.clamp(DVec3::splat(f64::MIN), DVec3::splat(f64::MAX)).to_array().map(T::number);
     let (min, max) = (finite(cell.min), finite(cell.max));
     let column = |axis: usize, size: T| {
         let [x, y, z] = forms.adjugate.each_ref().map(|row| row[axis].clone() * size.clone());
-        [x, y, z, T::exact(0.0)]
+        [x, y, z, T::number(0.0)]
     };
     let edges = std::array::from_fn(|axis| column(axis, max[axis].clone() - min[axis].clone()));
-    Frame { corner: forms.pull_back(&min, &T::exact(1.0)), edges }
+    Frame { corner: forms.pull_back(&min, &T::number(1.0)), edges }
 }
 
 #[cfg(test)]

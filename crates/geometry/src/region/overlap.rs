@@ -9,50 +9,30 @@
 //! Lengths are doubled, so that the middle of the box needs no halving. Degree 3 in coordinates. O(corners), 13 axes for
 //! a triangle at most; directions that are a box normal in disguise are left out.
 
-use std::{
-    cmp::Ordering,
-    ops::{Add, Mul, Neg, Sub},
-};
+use std::cmp::Ordering;
 
 use crate::{
     aabb::Aabb,
     approx::Approx,
+    decide::Decide,
     dyadic::Dyadic,
     point::Point,
     predicates::count_fallback,
     ring::{Ring, Sign},
 };
 
-/// Numbers that may know their sign.
-trait Scalar: Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> {
-    fn exact(value: f64) -> Self;
-    fn known_sign(&self) -> Option<Sign>;
+/// Numbers with magnitudes.
+trait Scalar: Decide {
     fn magnitude(self) -> Self;
 }
 
 impl Scalar for Approx {
-    fn exact(value: f64) -> Self {
-        Self::exact(value)
-    }
-
-    fn known_sign(&self) -> Option<Sign> {
-        self.sign()
-    }
-
     fn magnitude(self) -> Self {
         Self { value: self.value.abs(), error: self.error }
     }
 }
 
 impl Scalar for Dyadic {
-    fn exact(value: f64) -> Self {
-        Self::new(value)
-    }
-
-    fn known_sign(&self) -> Option<Sign> {
-        Some(self.sign())
-    }
-
     fn magnitude(self) -> Self {
         if self.sign() == Sign::Negative { -self } else { self }
     }
@@ -118,7 +98,7 @@ struct Seen<T, const N: usize> {
 
 impl<T: Scalar, const N: usize> Seen<T, N> {
     fn new(corners: &[[T; 3]; N], cell: &Aabb) -> Self {
-        let (min, max) = (cell.min.to_array().map(T::exact), cell.max.to_array().map(T::exact));
+        let (min, max) = (cell.min.to_array().map(T::number), cell.max.to_array().map(T::number));
         let seen = |corner: &[T; 3]| {
             std::array::from_fn(|axis| {
                 (corner[axis].clone() - min[axis].clone()) + (corner[axis].clone() - max[axis].clone())
@@ -210,7 +190,7 @@ fn shares(a: &Point, b: &Point, axis: usize) -> bool {
 }
 
 fn is_positive<T: Scalar>(value: &T) -> Option<bool> {
-    value.known_sign().map(|sign| sign == Sign::Positive)
+    value.decide().map(|sign| sign == Sign::Positive)
 }
 
 /// Whether all of the answers are yes; one no outweighs any doubt.

@@ -20,46 +20,16 @@
 //! Degree 11 in the entries of the form and the planes. A cube without cuts has 27 sets, each further plane that may cut
 //! it adds about 20.
 
-use std::ops::{Add, Mul, Neg, Sub};
+use std::ops::Neg;
 
 use crate::{
     analytic::{LocalPoint, QuadricForm},
     approx::{Approx, UNIT_ROUNDOFF},
+    decide::Decide,
     dyadic::Dyadic,
     predicates::count_fallback,
-    ring::{Ring, Sign},
+    ring::Sign,
 };
-
-/// Numbers that may know their sign.
-pub(crate) trait Number:
-    Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
-{
-    /// The exact value of a finite float.
-    fn exact(value: f64) -> Self;
-
-    /// The sign, if it is known.
-    fn known_sign(&self) -> Option<Sign>;
-}
-
-impl Number for Approx {
-    fn exact(value: f64) -> Self {
-        Self::exact(value)
-    }
-
-    fn known_sign(&self) -> Option<Sign> {
-        self.sign()
-    }
-}
-
-impl Number for Dyadic {
-    fn exact(value: f64) -> Self {
-        Self::new(value)
-    }
-
-    fn known_sign(&self) -> Option<Sign> {
-        Some(self.sign())
-    }
-}
 
 /// Factors of u₁, u₂, u₃ and a constant.
 pub(crate) type Linear<T> = [T; 4];
@@ -75,7 +45,7 @@ pub(crate) struct Frame<T> {
     pub(crate) edges: [LocalPoint<T>; 3],
 }
 
-impl<T: Number> Frame<T> {
+impl<T: Decide> Frame<T> {
     fn columns(&self) -> [&LocalPoint<T>; 4] {
         [&self.edges[0], &self.edges[1], &self.edges[2], &self.corner]
     }
@@ -83,7 +53,7 @@ impl<T: Number> Frame<T> {
     /// A body's form as a form in u.
     pub(crate) fn quadratic(&self, form: &QuadricForm<T>) -> Quadratic<T> {
         let columns = self.columns();
-        let mut matrix: Quadratic<T> = std::array::from_fn(|_| std::array::from_fn(|_| T::exact(0.0)));
+        let mut matrix: Quadratic<T> = std::array::from_fn(|_| std::array::from_fn(|_| T::number(0.0)));
         for j in 0..4 {
             for i in 0..=j {
                 let entry = form.value(columns[i], columns[j]);
@@ -109,13 +79,13 @@ pub(crate) struct Polytope<T> {
     flat: Option<Linear<T>>,
 }
 
-impl<T: Number> Polytope<T> {
+impl<T: Decide> Polytope<T> {
     /// Where all `cuts` are ≥ 0 and `flat`, if given, is zero.
     pub(crate) fn new(cuts: impl IntoIterator<Item = Linear<T>>, flat: Option<Linear<T>>) -> Self {
         let side = |axis: usize, factor: f64, constant: f64| {
             let mut side = [0.0, 0.0, 0.0, constant];
             side[axis] = factor;
-            side.map(T::exact)
+            side.map(T::number)
         };
         let low = (0..3).map(|axis| side(axis, 1.0, 0.0));
         let high = (0..3).map(|axis| side(axis, -1.0, 1.0));
@@ -150,7 +120,7 @@ pub(crate) struct Problem<T> {
 /// Numbers of planes, as bits.
 type PlaneSet = u32;
 
-impl<T: Number> Problem<T> {
+impl<T: Decide> Problem<T> {
     /// The form with the other sign on the same polytope.
     pub(crate) fn negated(self) -> Self {
         Self { form: self.form.map(|row| row.map(T::neg)), ..self }
@@ -162,7 +132,7 @@ impl<T: Number> Problem<T> {
         let rows = self.rows(set)?;
         let spatial = rows.each_ref().map(|row| std::array::from_fn(|k| row[k].clone()));
         let weight = determinant(&spatial);
-        let turned = match weight.known_sign()? {
+        let turned = match weight.decide()? {
             Sign::Zero => return Some(false),
             sign => move |number: T| if sign == Sign::Negative { -number } else { number },
         };
@@ -258,10 +228,10 @@ fn sets(planes: usize, live: PlaneSet, size: u32) -> impl Iterator<Item = PlaneS
 }
 
 /// Whether all numbers are ≥ 0; unknown only if none is known to be negative.
-fn all_non_negative<T: Number>(numbers: impl Iterator<Item = T>) -> Option<bool> {
+fn all_non_negative<T: Decide>(numbers: impl Iterator<Item = T>) -> Option<bool> {
     let mut is_known = true;
     for number in numbers {
-        match number.known_sign() {
+        match number.decide() {
             Some(Sign::Negative) => return Some(false),
             Some(_) => {}
             None => is_known = false,
@@ -270,7 +240,7 @@ fn all_non_negative<T: Number>(numbers: impl Iterator<Item = T>) -> Option<bool>
     is_known.then_some(true)
 }
 
-fn value_at<T: Number>(form: &[T; 4], x: &[T; 4]) -> T {
+fn value_at<T: Decide>(form: &[T; 4], x: &[T; 4]) -> T {
     let term = |k: usize| form[k].clone() * x[k].clone();
     term(0) + term(1) + term(2) + term(3)
 }
@@ -281,12 +251,12 @@ fn greatest(form: &Linear<Approx>) -> Approx {
 }
 
 /// Two directions that span the plane; none if its normal is zero, which makes the system singular.
-fn tangents<T: Number>(plane: &Linear<T>) -> Option<[[T; 3]; 2]> {
+fn tangents<T: Decide>(plane: &Linear<T>) -> Option<[[T; 3]; 2]> {
     for axis in 0..3 {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-        if plane[axis].known_sign()? != Sign::Zero {
+        if plane[axis].decide()? != Sign::Zero {
             let direction = |other: usize| {
-                let mut direction = [0.0; 3].map(T::exact);
+                let mut direction = [0.0; 3].map(T::number);
                 direction[axis] = plane[other].clone();
                 direction[other] = -plane[axis].clone();
                 direction
@@ -294,15 +264,15 @@ fn tangents<T: Number>(plane: &Linear<T>) -> Option<[[T; 3]; 2]> {
             return Some([direction(next), direction(last)]);
         }
     }
-    Some([[0.0; 3]; 2].map(|direction| direction.map(T::exact)))
+    Some([[0.0; 3]; 2].map(|direction| direction.map(T::number)))
 }
 
-fn cross<T: Number>(a: &Linear<T>, b: &Linear<T>) -> [T; 3] {
+fn cross<T: Decide>(a: &Linear<T>, b: &Linear<T>) -> [T; 3] {
     let minor = |i: usize, j: usize| a[i].clone() * b[j].clone() - a[j].clone() * b[i].clone();
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-fn determinant<T: Number>(rows: &[[T; 3]; 3]) -> T {
+fn determinant<T: Decide>(rows: &[[T; 3]; 3]) -> T {
     let minor = |i: usize, j: usize| rows[1][i].clone() * rows[2][j].clone() - rows[1][j].clone() * rows[2][i].clone();
     rows[0][0].clone() * minor(1, 2) - rows[0][1].clone() * minor(0, 2) + rows[0][2].clone() * minor(0, 1)
 }

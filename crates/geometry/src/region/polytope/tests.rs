@@ -3,16 +3,17 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::Ring;
 
 /// Entries above and on the diagonal of u₁, u₂, u₃, and halves of the linear factors.
-fn form<T: Number>(squares: [f64; 3], mixed: [f64; 3], linear: [f64; 3], constant: f64) -> Quadratic<T> {
+fn form<T: Decide>(squares: [f64; 3], mixed: [f64; 3], linear: [f64; 3], constant: f64) -> Quadratic<T> {
     let entry = |i: usize, j: usize| match (i.min(j), i.max(j)) {
         (3, _) => constant,
         (k, 3) => linear[k],
         (j, k) if j == k => squares[k],
         (j, k) => mixed[j + k - 1],
     };
-    std::array::from_fn(|i| std::array::from_fn(|j| T::exact(entry(i, j))))
+    std::array::from_fn(|i| std::array::from_fn(|j| T::number(entry(i, j))))
 }
 
 fn triple() -> impl Strategy<Value = [f64; 3]> {
@@ -46,8 +47,8 @@ proptest! {
         let root = root.map(f64::from);
         let constant = root.iter().map(|r| r * r).sum::<f64>();
         let is_in = root.iter().all(|r| (0.0..=8.0).contains(r)) && root[0] <= f64::from(cut);
-        fn stated<T: Number>(root: [f64; 3], constant: f64, cut: f64, is_flat: bool) -> Problem<T> {
-            let plane = [-8.0, 0.0, 0.0, cut].map(T::exact);
+        fn stated<T: Decide>(root: [f64; 3], constant: f64, cut: f64, is_flat: bool) -> Problem<T> {
+            let plane = [-8.0, 0.0, 0.0, cut].map(T::number);
             let polytope = if is_flat { Polytope::new([], Some(plane)) } else { Polytope::new([plane], None) };
             Problem { form: form([64.0; 3], [0.0; 3], root.map(|r| -8.0 * r), constant), polytope }
         }

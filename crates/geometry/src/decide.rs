@@ -1,0 +1,59 @@
+//! Numbers whose signs can be told, or not: so that one code serves filters ([`Approx`]) and exact numbers.
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use crate::{
+    approx::Approx,
+    ring::{Ring, Sign},
+};
+
+/// Numbers whose signs can be told, or not.
+pub(crate) trait Decide:
+    Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
+{
+    /// The exact value of a float.
+    fn number(value: f64) -> Self;
+
+    /// The sign, if it is known.
+    fn decide(&self) -> Option<Sign>;
+
+    /// The sign of α + β·√d, d ≥ 0, if it is known.
+    fn decide_with_root(alpha: Self, beta: Self, d: Self) -> Option<Sign> {
+        let (a, b) = (alpha.decide()?, beta.decide()?.times(d.decide()?));
+        Some(match (a, b) {
+            (a, Sign::Zero) => a,
+            (Sign::Zero, b) => b,
+            (a, b) if a == b => a,
+            // Opposite signs: the larger magnitude wins.
+            _ => match (alpha.clone() * alpha - beta.clone() * beta * d).decide()? {
+                Sign::Positive => a,
+                Sign::Negative => b,
+                Sign::Zero => Sign::Zero,
+            },
+        })
+    }
+}
+
+impl<R: Ring> Decide for R {
+    fn number(value: f64) -> Self {
+        R::from_f64(value)
+    }
+
+    fn decide(&self) -> Option<Sign> {
+        Some(self.sign())
+    }
+}
+
+impl Decide for Approx {
+    fn number(value: f64) -> Self {
+        Self::exact(value)
+    }
+
+    fn decide(&self) -> Option<Sign> {
+        self.sign()
+    }
+
+    fn decide_with_root(alpha: Self, beta: Self, d: Self) -> Option<Sign> {
+        (alpha + beta * d.square_root()).sign()
+    }
+}
