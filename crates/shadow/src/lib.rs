@@ -20,6 +20,7 @@ mod query;
 mod receivers;
 mod report;
 mod request;
+mod sample_points;
 mod slack;
 mod sums;
 
@@ -29,3 +30,4 @@ pub use progress::{Cancelled, Progress, Silent};
 pub use query::{Answer, Place, Precision, Queries, QueryDefect};
 pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleCount, Time, Verdict, Work};
 pub use request::{Detail, Request, Sampling};
+pub use sample_points::{SamplePoint, for_each_sample};

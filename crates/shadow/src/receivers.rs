@@ -68,10 +68,7 @@ impl<'a> Receivers<'a> {
         detail: Detail,
         influences: &'a Influences,
     ) -> Self {
-        let spacing = request.sampling.map(|sampling| match sampling {
-            Sampling::Spacing(spacing) => spacing,
-            Sampling::Count(count) => (total_area(bodies, request) / count.max(1) as f64).sqrt(),
-        });
+        let spacing = spacing(bodies, request);
         Self { bodies, light, request, detail, influences, occluders: Occluders::new(bodies, light), spacing }
     }
 
@@ -217,7 +214,7 @@ impl FaceSums {
 
 /// The corner from which a face's cells are counted: on a triangle the one opposite the longest side, which gives the
 /// compactest cells.
-fn first_corner(facets: &Facets, face: usize) -> u8 {
+pub(crate) fn first_corner(facets: &Facets, face: usize) -> u8 {
     let Facet::Triangle(corners) = facets.facet(face) else { return 0 };
     let at = |k: usize| facets.positions()[corners[k % 3] as usize];
     let opposite = |k: usize| {
@@ -248,6 +245,14 @@ fn scaled(area: Approx, units: Units, all: Units) -> Approx {
     }
     let share = units as f64 / all as f64;
     if units == 0 { Approx::exact(0.0) } else { area * Approx { value: share, error: share * f64::EPSILON } }
+}
+
+/// Metres between samples, if the request asks for any.
+pub(crate) fn spacing(bodies: &Bodies, request: &Request) -> Option<f64> {
+    request.sampling.map(|sampling| match sampling {
+        Sampling::Spacing(spacing) => spacing,
+        Sampling::Count(count) => (total_area(bodies, request) / count.max(1) as f64).sqrt(),
+    })
 }
 
 fn total_area(bodies: &Bodies, request: &Request) -> f64 {

@@ -46,11 +46,16 @@ impl Cell {
     pub fn point(&self, [s, t]: [f64; 2]) -> [f64; 2] {
         let edge = 1.0 / f64::from(1u32 << self.level);
         let (u, v) = ((f64::from(self.i) + s) * edge, (f64::from(self.j) + t) * edge);
-        match self.corner {
-            1 => [1.0 - u - v, u],
-            2 => [v, 1.0 - u - v],
-            _ => [u, v],
-        }
+        place_in_face(self.corner, [u, v])
+    }
+}
+
+/// Parameters counted from a corner of a face, as those of the face itself.
+pub(crate) fn place_in_face(corner: u8, [u, v]: [f64; 2]) -> [f64; 2] {
+    match corner {
+        1 => [1.0 - u - v, u],
+        2 => [v, 1.0 - u - v],
+        _ => [u, v],
     }
 }
 
