@@ -3,6 +3,11 @@
 //! A facet is a triangle or a parallelogram with its own parameter square: the point (u, v) is
 //! A + u·(B − A) + v·(D − A), with A, B its first two corners and D its last.
 
+use std::{
+    ops::Deref,
+    sync::{Arc, OnceLock},
+};
+
 use glam::DVec3;
 
 use crate::{
@@ -28,12 +33,28 @@ pub enum Facet {
     Parallelogram([u32; 4]),
 }
 
+/// The corners of a facet, indices of points: three or four.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Corners {
+    /// The last repeats for a triangle.
+    numbers: [u32; 4],
+    count: u8,
+}
+
+impl Deref for Corners {
+    type Target = [u32];
+
+    fn deref(&self) -> &[u32] {
+        &self.numbers[..usize::from(self.count)]
+    }
+}
+
 impl Facet {
     /// The corners, indices of points.
-    pub fn corners(&self) -> &[u32] {
-        match self {
-            Self::Triangle(corners) => corners,
-            Self::Parallelogram(corners) => corners,
+    pub fn corners(&self) -> Corners {
+        match *self {
+            Self::Triangle([a, b, c]) => Corners { numbers: [a, b, c, c], count: 3 },
+            Self::Parallelogram(numbers) => Corners { numbers, count: 4 },
         }
     }
 }
@@ -45,27 +66,63 @@ struct Inexact {
     exact: ExactPoint,
 }
 
-/// The placed faces of one object. Equal positions are one point.
-#[derive(Clone, Debug, Default)]
-pub struct Facets {
-    positions: Vec<DVec3>,
-    /// Empty when all positions are exact, else as long as `positions`.
-    inexact: Vec<Inexact>,
-    facets: Vec<Facet>,
-    mirrored: bool,
+/// Where the points of facets are.
+#[derive(Clone, Debug)]
+enum Positions {
+    /// A mesh that is not moved: its own vertices.
+    OfMesh(Arc<Mesh>),
+    Placed(Vec<DVec3>),
+}
+
+/// The faces by their points.
+#[derive(Clone, Debug)]
+enum Faces {
+    /// The triangles of a mesh.
+    OfMesh(Arc<Mesh>),
+    Triangles(Vec<[u32; 3]>),
+    Parallelograms(Vec<[u32; 4]>),
+}
+
+/// What equal positions make of the faces.
+#[derive(Clone, Debug)]
+struct Welded {
+    /// The rank of each point among the distinct positions, in lexicographic order.
+    ranks: Vec<u32>,
     topology: Topology,
 }
 
+/// The placed faces of one object. A mesh that is not moved is shared, not copied.
+#[derive(Clone, Debug)]
+pub struct Facets {
+    positions: Positions,
+    /// Empty when all positions are exact, else as long as `positions`.
+    inexact: Vec<Inexact>,
+    faces: Faces,
+    mirrored: bool,
+    welded: OnceLock<Welded>,
+}
+
+impl Default for Facets {
+    fn default() -> Self {
+        Self::new(Positions::Placed(Vec::new()), Faces::Triangles(Vec::new()), false)
+    }
+}
+
 impl Facets {
-    /// The triangles of a mesh, its vertices correctly rounded after placement. Facets are in the order of the mesh's
-    /// triangles. O(n log n).
-    pub fn of_mesh(mesh: &Mesh, placement: &Placement) -> Self {
-        let placed: Vec<DVec3> = mesh.positions().iter().map(|&position| placement.round(position)).collect();
-        let (positions, place) = unify(&placed);
-        let triangles = mesh.triangles().iter().map(|corners| corners.map(|corner| place[corner as usize]));
-        let topology = Topology::of(triangles.clone());
-        let facets = triangles.map(Facet::Triangle).collect();
-        Self { positions, inexact: Vec::new(), facets, mirrored: placement.is_mirrored(), topology }
+    fn new(positions: Positions, faces: Faces, mirrored: bool) -> Self {
+        Self { positions, inexact: Vec::new(), faces, mirrored, welded: OnceLock::new() }
+    }
+
+    /// The triangles of a mesh, its vertices correctly rounded after placement. Facets and points are those of the mesh.
+    /// O(vertices); nothing for the identity.
+    pub fn of_mesh(mesh: impl Into<Arc<Mesh>>, placement: &Placement) -> Self {
+        let mesh = mesh.into();
+        let positions = if *placement == Placement::IDENTITY {
+            Positions::OfMesh(Arc::clone(&mesh))
+        } else {
+            Positions::Placed(mesh.positions().iter().map(|&position| placement.round(position)).collect())
+        };
+        Self::new(positions, Faces::OfMesh(mesh), placement.is_mirrored())
     }
 
     /// The one facet of a rectangle, the exact image of its corners.
@@ -86,53 +143,57 @@ impl Facets {
     /// [`HullDefect`] when the placed points leave the accepted range or, rounded, lie in one plane.
     pub fn of_convex(convex: &Convex, placement: &Placement) -> Result<Self, HullDefect> {
         let body = convex.placed(placement)?;
-        let triangles: Vec<[u32; 3]> = body.triangles().collect();
-        Ok(Self {
-            positions: body.vertices().to_vec(),
-            inexact: Vec::new(),
-            topology: Topology::of(triangles.iter().copied()),
-            facets: triangles.into_iter().map(Facet::Triangle).collect(),
-            mirrored: false,
-        })
+        let positions = Positions::Placed(body.vertices().to_vec());
+        Ok(Self::new(positions, Faces::Triangles(body.triangles().collect()), false))
     }
 
     fn of_parallelograms(corners: &[DVec3], faces: &[[u32; 4]], placement: &Placement) -> Self {
         let positions: Vec<DVec3> = corners.iter().map(|&corner| placement.round(corner)).collect();
         let inexact: Vec<Inexact> = corners.iter().map(|&corner| Inexact::new(placement, corner)).collect();
         let exact = inexact.iter().all(|point| point.slack == DVec3::ZERO);
-        let halves = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect::<Vec<_>>();
-        let mut topology = Topology::of(halves.iter().copied());
-        topology.component_of = topology.component_of.iter().copied().step_by(2).collect();
-        Self {
-            positions,
-            inexact: if exact { Vec::new() } else { inexact },
-            facets: faces.iter().map(|&face| Facet::Parallelogram(face)).collect(),
-            mirrored: placement.is_mirrored(),
-            topology,
-        }
+        let facets =
+            Self::new(Positions::Placed(positions), Faces::Parallelograms(faces.to_vec()), placement.is_mirrored());
+        Self { inexact: if exact { Vec::new() } else { inexact }, ..facets }
     }
 
     /// Number of facets.
     pub fn len(&self) -> usize {
-        self.facets.len()
+        match &self.faces {
+            Faces::OfMesh(mesh) => mesh.triangles().len(),
+            Faces::Triangles(faces) => faces.len(),
+            Faces::Parallelograms(faces) => faces.len(),
+        }
     }
 
     /// Whether there are no facets.
     pub fn is_empty(&self) -> bool {
-        self.facets.is_empty()
+        self.len() == 0
     }
 
     /// A facet's corners.
     ///
     /// # Panics
     /// If there is no such facet.
-    pub fn facet(&self, facet: usize) -> &Facet {
-        &self.facets[facet]
+    pub fn facet(&self, facet: usize) -> Facet {
+        match &self.faces {
+            Faces::OfMesh(mesh) => Facet::Triangle(mesh.triangles()[facet]),
+            Faces::Triangles(faces) => Facet::Triangle(faces[facet]),
+            Faces::Parallelograms(faces) => Facet::Parallelogram(faces[facet]),
+        }
     }
 
     /// All facets.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = &Facet> {
-        self.facets.iter()
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Facet> {
+        (0..self.len()).map(|facet| self.facet(facet))
+    }
+
+    /// All facets as triangles, if that is what they are.
+    pub fn triangles(&self) -> Option<&[[u32; 3]]> {
+        match &self.faces {
+            Faces::OfMesh(mesh) => Some(mesh.triangles()),
+            Faces::Triangles(faces) => Some(faces),
+            Faces::Parallelograms(_) => None,
+        }
     }
 
     /// A corner, ready for predicates.
@@ -140,7 +201,7 @@ impl Facets {
     /// # Panics
     /// If there is no such point.
     pub fn point(&self, point: u32) -> Point<'_> {
-        let position = self.positions[point as usize];
+        let position = self.positions()[point as usize];
         match self.inexact.get(point as usize) {
             Some(inexact) => Point { position, slack: inexact.slack, exact: Some(&inexact.exact) },
             None => Point { position, slack: DVec3::ZERO, exact: None },
@@ -149,7 +210,10 @@ impl Facets {
 
     /// The points' float positions, world coordinates in metres; within half an ulp of the exact ones.
     pub fn positions(&self) -> &[DVec3] {
-        &self.positions
+        match &self.positions {
+            Positions::OfMesh(mesh) => mesh.positions(),
+            Positions::Placed(positions) => positions,
+        }
     }
 
     /// Whether the placement reversed the windings: the front is then where the corners run clockwise.
@@ -157,17 +221,56 @@ impl Facets {
         self.mirrored
     }
 
-    /// Components and closedness; a parallelogram counts as two triangles.
-    pub fn topology(&self) -> &Topology {
-        &self.topology
+    /// The rank of each point's position among all distinct positions, in lexicographic order: equal positions share
+    /// one, whatever the order of the points. The first call sorts the points.
+    pub fn ranks(&self) -> &[u32] {
+        &self.welded().ranks
     }
 
-    /// Whether the facet belongs to a closed component.
+    /// A facet by the ranks of its corners: equal for two facets with the same corners.
+    ///
+    /// # Panics
+    /// If there is no such facet.
+    pub fn ranked(&self, facet: usize) -> Facet {
+        let rank = |corner: u32| self.ranks()[corner as usize];
+        match self.facet(facet) {
+            Facet::Triangle(corners) => Facet::Triangle(corners.map(rank)),
+            Facet::Parallelogram(corners) => Facet::Parallelogram(corners.map(rank)),
+        }
+    }
+
+    /// Components and closedness; a parallelogram counts as two triangles. The first call is O(n log n).
+    pub fn topology(&self) -> &Topology {
+        &self.welded().topology
+    }
+
+    fn welded(&self) -> &Welded {
+        self.welded.get_or_init(|| {
+            let (_, ranks) = unify(self.positions());
+            let triangles = |triangles: &[[u32; 3]]| {
+                Topology::of(triangles.iter().map(|corners| corners.map(|corner| ranks[corner as usize])))
+            };
+            let topology = match &self.faces {
+                Faces::OfMesh(mesh) => triangles(mesh.triangles()),
+                Faces::Triangles(faces) => triangles(faces),
+                Faces::Parallelograms(faces) => {
+                    let halves: Vec<_> = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+                    let mut topology = triangles(&halves);
+                    topology.component_of = topology.component_of.iter().copied().step_by(2).collect();
+                    topology
+                }
+            };
+            Welded { ranks, topology }
+        })
+    }
+
+    /// Whether the facet belongs to a closed component. The first call finds the components.
     ///
     /// # Panics
     /// If there is no such facet.
     pub fn is_closed(&self, facet: usize) -> bool {
-        self.topology.components[self.topology.component_of[facet] as usize].is_closed()
+        let topology = self.topology();
+        topology.components[topology.component_of[facet] as usize].is_closed()
     }
 
     /// On which side of the facet the light lies: positive before its front. Exact. Zero for a facet without area.
@@ -185,7 +288,7 @@ impl Facets {
     /// # Panics
     /// If there is no such facet.
     pub fn turn(&self, facet: usize, light: &LightSource) -> Sign {
-        let corners = self.facets[facet].corners();
+        let corners = self.facet(facet).corners();
         let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| self.point(corner));
         Sign::of(side_value(&a, &b, &c, Target::Light(light)).value)
     }
@@ -196,7 +299,7 @@ impl Facets {
     /// # Panics
     /// If there is no such facet.
     pub fn area(&self, facet: usize) -> Approx {
-        let corners = self.facets[facet].corners();
+        let corners = self.facet(facet).corners();
         let [a, b, d] =
             [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| self.point(corner).coordinates());
         let (u, v): ([Approx; 3], [Approx; 3]) =
@@ -207,7 +310,7 @@ impl Facets {
         });
         squares.sort_by(|x, y| x.value.total_cmp(&y.value));
         let doubled = (squares[0] + squares[1] + squares[2]).square_root();
-        let half = if matches!(self.facets[facet], Facet::Triangle(_)) { 0.5 } else { 1.0 };
+        let half = if matches!(self.faces, Faces::OfMesh(_) | Faces::Triangles(_)) { 0.5 } else { 1.0 };
         Approx { value: doubled.value * half, error: doubled.error * half }
     }
 
@@ -216,8 +319,8 @@ impl Facets {
     /// # Panics
     /// If there is no such facet.
     pub fn facet_bounds(&self, facet: usize) -> Aabb {
-        let points = self.facets[facet].corners().iter().map(|&corner| self.point(corner));
-        points.fold(Aabb::EMPTY, |bounds, point| {
+        let corners = self.facet(facet).corners();
+        corners.iter().map(|&corner| self.point(corner)).fold(Aabb::EMPTY, |bounds, point| {
             bounds.union(Aabb { min: point.position, max: point.position }.widened(point.slack))
         })
     }

@@ -41,7 +41,7 @@ struct Group {
 }
 
 impl Group {
-    fn add(&mut self, object: &Object, mesh: &Mesh) {
+    fn add(&mut self, object: &Object, mesh: &Arc<Mesh>) {
         let placed: Vec<DVec3> = mesh.positions().iter().map(|&position| object.placement.round(position)).collect();
         let kept_apart =
             stay_apart(self.gap, &object.placement.map().matrix3, &placed) || distinct(&placed) == self.own.positions;
@@ -91,9 +91,10 @@ struct Joints {
 }
 
 impl Joints {
-    fn of(mesh: &Mesh, placement: &Placement) -> Self {
-        let facets = Facets::of_mesh(mesh, placement);
-        let mut corners: Vec<Vec<u32>> = facets.iter().map(|facet| facet.corners().to_vec()).collect();
+    fn of(mesh: &Arc<Mesh>, placement: &Placement) -> Self {
+        let facets = Facets::of_mesh(Arc::clone(mesh), placement);
+        let mut corners: Vec<Vec<u32>> =
+            (0..facets.len()).map(|facet| facets.ranked(facet).corners().to_vec()).collect();
         corners.iter_mut().for_each(|corners| corners.sort_unstable());
         corners.sort_unstable();
         Self {

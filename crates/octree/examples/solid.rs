@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         [[a, b, c], [a, c, d]]
     });
     let mesh = Mesh::new(squares.map(|(i, j)| at(i, j)).collect(), triangles.collect())?;
-    let tree = SolidOctree::build(&Facets::of_mesh(&mesh, &Placement::IDENTITY), 7)?;
+    let tree = SolidOctree::build(&Facets::of_mesh(mesh, &Placement::IDENTITY), 7)?;
 
     println!("{} leaves; a smooth torus of these radii holds {:.3} m³", tree.relations().len(), 22.207);
     for depth in 3..=7 {

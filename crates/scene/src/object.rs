@@ -116,7 +116,7 @@ impl Object {
     /// The placed planar faces; `None` for a curved body. Costs a sort of the vertices: keep the result.
     pub fn facets(&self) -> Option<Facets> {
         match &self.shape {
-            Shape::Mesh(mesh) => Some(Facets::of_mesh(mesh, &self.placement)),
+            Shape::Mesh(mesh) => Some(Facets::of_mesh(Arc::clone(mesh), &self.placement)),
             Shape::Convex(body) => Facets::of_convex(body, &self.placement).ok(),
             Shape::Rectangle(rectangle) => Some(Facets::of_rectangle(rectangle, &self.placement)),
             Shape::Cuboid(cuboid) => Some(Facets::of_cuboid(cuboid, &self.placement)),
@@ -154,10 +154,10 @@ impl Object {
         Aabb { min: next(rounded.min, f64::next_down), max: next(rounded.max, f64::next_up) }
     }
 
-    /// Whether a face of a closed (or open) component has one side only.
-    pub fn is_one_sided(&self, component_is_closed: bool) -> bool {
+    /// Whether a face has one side only; asks whether its component is closed only where that matters.
+    pub fn is_one_sided(&self, component_is_closed: impl FnOnce() -> bool) -> bool {
         match self.sides {
-            Sides::Auto => component_is_closed,
+            Sides::Auto => component_is_closed(),
             Sides::One => true,
             Sides::Two => false,
         }

@@ -43,10 +43,10 @@ impl<'a> Bodies<'a> {
 
     /// Whether a face can be lit on one side only.
     pub(crate) fn is_one_sided(&self, object: usize, face: usize) -> bool {
-        let closed = match self.get(object) {
+        let is_closed = || match self.get(object) {
             Body::Flat(facets) => facets.is_closed(face),
             Body::Analytic(body) => body.body().is_closed(),
         };
-        self.scene.objects[object].is_one_sided(closed)
+        self.scene.objects[object].is_one_sided(is_closed)
     }
 }

@@ -34,7 +34,7 @@ pub(crate) fn face_blocks<R: Ring>(
         Body::Flat(facets) => {
             let mut corners = [facets.point(0); 4];
             let numbers = facets.facet(face).corners();
-            for (point, &corner) in corners.iter_mut().zip(numbers) {
+            for (point, &corner) in corners.iter_mut().zip(numbers.iter()) {
                 *point = facets.point(corner);
             }
             polygon_blocks(&corners[..numbers.len()], x, light)

@@ -229,7 +229,7 @@ pub(crate) fn first_corner(facets: &Facets, face: usize) -> u8 {
 /// The corners of a flat face, from corner `first` of a triangle on: first, second, third (or the first again), last.
 pub(crate) fn flat_corners(facets: &Facets, face: usize, first: u8) -> [Point<'_>; FLAT] {
     let point = |corner: u32| facets.point(corner);
-    match *facets.facet(face) {
+    match facets.facet(face) {
         Facet::Triangle(corners) => {
             let [a, b, c] = [0, 1, 2].map(|k| point(corners[(usize::from(first) + k) % 3]));
             [a, b, a, c]

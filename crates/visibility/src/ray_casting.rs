@@ -129,7 +129,7 @@ impl Body {
     /// The hull of placed points is a mesh of the world.
     fn convex(object: &Object) -> Self {
         let mesh = object.facets().and_then(|facets| {
-            let triangles = facets.iter().filter_map(|facet| facet.corners().try_into().ok()).collect();
+            let triangles = facets.triangles()?.to_vec();
             Mesh::new(facets.positions().iter().map(|position| position.to_array()).collect(), triangles).ok()
         });
         let shape =

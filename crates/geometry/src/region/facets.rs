@@ -25,7 +25,7 @@ impl Region for Facets {
     }
 
     fn meets(&self, part: u32, cell: &Aabb) -> bool {
-        match *self.facet(part as usize) {
+        match self.facet(part as usize) {
             Facet::Triangle(corners) => overlap::meets(&corners.map(|corner| self.point(corner)), cell),
             Facet::Parallelogram(corners) => overlap::meets(&corners.map(|corner| self.point(corner)), cell),
         }
@@ -33,7 +33,7 @@ impl Region for Facets {
 
     /// O(facets): most are rejected by their coordinates.
     fn encloses(&self, point: DVec3) -> bool {
-        let crossings = (0..self.len()).filter(|&facet| self.is_closed(facet)).map(|facet| match *self.facet(facet) {
+        let crossings = (0..self.len()).filter(|&facet| self.is_closed(facet)).map(|facet| match self.facet(facet) {
             Facet::Triangle(corners) => self.crossing(corners, point),
             Facet::Parallelogram([a, b, c, d]) => self.crossing([a, b, c], point) + self.crossing([a, c, d], point),
         });

@@ -144,7 +144,7 @@ fn octahedra(bodies: &[(DVec3, f64, bool)]) -> Facets {
             triangles.push(if is_turned { [x, z, y] } else { [x, y, z] });
         }
     }
-    Facets::of_mesh(&Mesh::new(positions, triangles).expect("a mesh"), &Placement::IDENTITY)
+    Facets::of_mesh(Mesh::new(positions, triangles).expect("a mesh"), &Placement::IDENTITY)
 }
 
 fn cube(min: f64, edge: f64) -> Aabb {
@@ -174,7 +174,7 @@ fn touching_is_meeting() {
 #[test]
 fn an_open_surface_is_a_surface_that_encloses_nothing() {
     let mesh = Mesh::new(vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]).expect("a triangle");
-    let facets = Facets::of_mesh(&mesh, &Placement::IDENTITY);
+    let facets = Facets::of_mesh(mesh, &Placement::IDENTITY);
     assert_eq!(facets.relation(&cube(0.25, 0.25)), Relation::Outside);
     assert_eq!(facets.relation(&cube(0.0, 0.25)), Relation::Boundary);
     let none = Facets::default();

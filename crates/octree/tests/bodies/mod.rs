@@ -16,7 +16,7 @@ pub(crate) fn octahedra(bodies: &[(DVec3, f64)]) -> Facets {
             triangles.push(if signs.count_ones() % 2 == 1 { [x, z, y] } else { [x, y, z] });
         }
     }
-    Facets::of_mesh(&Mesh::new(positions, triangles).expect("finite and in range"), &Placement::IDENTITY)
+    Facets::of_mesh(Mesh::new(positions, triangles).expect("finite and in range"), &Placement::IDENTITY)
 }
 
 /// A torus of 2·n² triangles.
@@ -35,5 +35,5 @@ pub(crate) fn torus(n: u32) -> Facets {
         let [a, b, c, d] = [name(i, j), name(i + 1, j), name(i + 1, j + 1), name(i, j + 1)];
         [[a, b, c], [a, c, d]]
     });
-    Facets::of_mesh(&Mesh::new(positions, triangles.collect()).expect("finite and in range"), &Placement::IDENTITY)
+    Facets::of_mesh(Mesh::new(positions, triangles.collect()).expect("finite and in range"), &Placement::IDENTITY)
 }

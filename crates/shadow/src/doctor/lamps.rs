@@ -73,7 +73,7 @@ fn see(surface: &Surface, light: &LightSource) -> Seen {
     let mut seen = Seen::default();
     let is_near = !light.is_sun() && surface.bounds.contains(light.xyz());
     for face in (0..surface.facets.len()).filter(|&face| surface.has_area(face)) {
-        let is_one_sided = surface.object.is_one_sided(surface.facets.is_closed(face));
+        let is_one_sided = surface.object.is_one_sided(|| surface.facets.is_closed(face));
         match surface.facets.light_side(face, light) {
             Sign::Zero => {
                 seen.edge_on.add(surface.areas[face]);
@@ -106,7 +106,7 @@ fn touches(surface: &Surface, face: usize, point: DVec3) -> bool {
 fn around(surface: &Surface, point: DVec3) -> Faces {
     let mut angles = vec![0.0; surface.facets.topology().components.len()];
     for face in (0..surface.facets.len()).filter(|&face| surface.facets.is_closed(face)) {
-        if surface.object.is_one_sided(true) {
+        if surface.object.is_one_sided(|| true) {
             angles[surface.component(face)] += solid_angle(surface, face, point);
         }
     }

@@ -66,7 +66,7 @@ impl Plates {
             let object = &scene.objects[faces[0].0 as usize];
             let facets = object.facets().unwrap_or_default();
             let plate = |&(number, face): &(u32, u32)| {
-                let is_one_sided = object.is_one_sided(facets.is_closed(face as usize));
+                let is_one_sided = object.is_one_sided(|| facets.is_closed(face as usize));
                 Plate::new(number, &facets, face as usize, is_one_sided).map(|plate| ((number, face), plate))
             };
             Ok(faces.iter().filter_map(plate).collect::<Vec<_>>())

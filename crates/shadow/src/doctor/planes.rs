@@ -153,12 +153,12 @@ mod tests {
             let scale = f64::powi(2.0, shift);
             let at = |k: usize| [x[k], slope * x[k] - 2 * z[k] + 7, z[k]].map(|n| f64::from(n) * scale);
             let mesh = Mesh::new((0..6).map(at).collect(), vec![[0, 1, 2], [3, 4, 5]]).expect("a mesh");
-            let facets = Facets::of_mesh(&mesh, &Placement::IDENTITY);
+            let facets = Facets::of_mesh(mesh, &Placement::IDENTITY);
             prop_assume!((0..2).all(|k| facets.area(k).value > 0.0));
             prop_assert_eq!(PlaneKey::of(&facets, 0), PlaneKey::of(&facets, 1));
             let mut off = (0..6).map(at).collect::<Vec<_>>();
             off[5][1] = off[5][1].next_up();
-            let facets = Facets::of_mesh(&Mesh::new(off, vec![[0, 1, 2], [3, 4, 5]]).expect("a mesh"), &Placement::IDENTITY);
+            let facets = Facets::of_mesh(Mesh::new(off, vec![[0, 1, 2], [3, 4, 5]]).expect("a mesh"), &Placement::IDENTITY);
             prop_assert_ne!(PlaneKey::of(&facets, 0), PlaneKey::of(&facets, 1));
         }
     }

@@ -76,7 +76,8 @@ pub(super) struct Meeting {
 impl Plate {
     /// A facet with its corners; `None` for one without area.
     pub(super) fn new(object: u32, facets: &Facets, facet: usize, is_one_sided: bool) -> Option<Self> {
-        let corners = facets.facet(facet).corners().iter().map(|&corner| Corner::new(&facets.point(corner)));
+        let corners = facets.facet(facet).corners();
+        let corners = corners.iter().map(|&corner| Corner::new(&facets.point(corner)));
         Some(Self {
             object,
             is_one_sided,

@@ -105,7 +105,8 @@ impl<'a> Surface<'a> {
 
     /// The corners' positions.
     pub(super) fn corners(&self, face: usize) -> impl Iterator<Item = DVec3> + Clone {
-        self.facets.facet(face).corners().iter().map(|&corner| self.facets.positions()[corner as usize])
+        let corners = self.facets.facet(face).corners();
+        (0..corners.len()).map(move |k| self.facets.positions()[corners[k] as usize])
     }
 
     /// The length of the longest edge, metres, rounded.
@@ -150,12 +151,12 @@ fn slivers(surface: &Surface) -> Option<Defect> {
 
 /// Triangles with the same three corners as an earlier one, in whichever order.
 fn duplicates(surface: &Surface) -> Option<Defect> {
-    let corners = |(face, facet): (usize, &umbriel_geometry::Facet)| {
-        let mut corners = facet.corners().to_vec();
+    let corners = |face: usize| {
+        let mut corners = surface.facets.ranked(face).corners().to_vec();
         corners.sort_unstable();
         (corners, face)
     };
-    let mut sorted: Vec<(Vec<u32>, usize)> = surface.facets.iter().enumerate().map(corners).collect();
+    let mut sorted: Vec<(Vec<u32>, usize)> = (0..surface.facets.len()).map(corners).collect();
     sorted.sort_unstable();
     let repeats = sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1);
     surface.of_faces(DefectKind::DuplicateFaces, &repeats.collect::<Vec<_>>())

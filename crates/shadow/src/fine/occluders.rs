@@ -94,14 +94,15 @@ impl<'a> Occluders<'a> {
             let Body::Flat(facets) = self.bodies.get(id.object as usize) else { continue };
             let facet = facets.facet(id.facet as usize);
             let mut corners = [facets.point(facet.corners()[0]); 4];
-            let count = facet.corners().len();
-            for (point, &corner) in corners.iter_mut().zip(facet.corners()) {
+            let numbers = facet.corners();
+            let count = numbers.len();
+            for (point, &corner) in corners.iter_mut().zip(numbers.iter()) {
                 *point = facets.point(corner);
             }
             let turn = self.turn(id);
             let Some(blocker) = PolygonBlocker::new(id, &corners[..count], turn, receiver) else { continue };
             if !blocker.edge_on {
-                push_edges(&mut edges, id, facet, turn == Sign::Negative, polygons.len() as u32);
+                push_edges(&mut edges, id, (facets.ranks(), &facet), turn == Sign::Negative, polygons.len() as u32);
             }
             polygons.push(blocker);
         }
@@ -124,9 +125,9 @@ impl<'a> Occluders<'a> {
         let trees = self.frames.iter().map(|frame| {
             let mut boxes = Vec::new();
             let mut items = Vec::new();
-            for (facet, corners) in facets.iter().map(Facet::corners).enumerate() {
+            for (facet, corners) in facets.iter().map(|facet| facet.corners()).enumerate() {
                 let mut points = [facets.point(corners[0]); 4];
-                for (point, &corner) in points.iter_mut().zip(corners) {
+                for (point, &corner) in points.iter_mut().zip(corners.iter()) {
                     *point = facets.point(corner);
                 }
                 if let Some(bounds) = frame.bounds(&points[..corners.len()]) {
@@ -157,10 +158,16 @@ fn box_corners(bounds: &Aabb) -> [Point<'static>; 8] {
     })
 }
 
-fn push_edges(edges: &mut Vec<DirectedEdge>, id: FacetId, facet: &Facet, flipped: bool, polygon: u32) {
+fn push_edges(
+    edges: &mut Vec<DirectedEdge>,
+    id: FacetId,
+    (ranks, facet): (&[u32], &Facet),
+    flipped: bool,
+    polygon: u32,
+) {
     let corners = facet.corners();
-    for (side, &from) in corners.iter().enumerate() {
-        let [to, apex] = [1, 2].map(|step| corners[(side + step) % corners.len()]);
+    for side in 0..corners.len() {
+        let [from, to, apex] = [0, 1, 2].map(|step| ranks[corners[(side + step) % corners.len()] as usize]);
         edges.push(DirectedEdge::new(id.object, [from, to, apex], flipped, polygon, side as u8));
     }
 }

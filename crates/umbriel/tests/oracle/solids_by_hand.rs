@@ -175,8 +175,9 @@ fn hulls_have_the_faces_that_they_should() {
         let ours = hull(&points);
         assert_eq!(ours.len(), facets.len(), "{points:?}");
         for (number, triangle) in ours.iter().enumerate() {
-            let corners = facets.facet(number).corners().iter();
-            let theirs: Vec<[f64; 3]> = corners.map(|&corner| facets.point(corner).position.to_array()).collect();
+            let corners = facets.facet(number).corners();
+            let theirs: Vec<[f64; 3]> =
+                corners.iter().map(|&corner| facets.point(corner).position.to_array()).collect();
             assert_eq!(theirs[..], triangle[..], "face {number} of {points:?}");
         }
     }
