@@ -4,6 +4,8 @@
 //! face. Signs are decided on the input numbers: a filter in floating point with a running error bound first
 //! ([`Approx`]), big dyadic numbers where the filter is in doubt ([`Dyadic`]). No epsilon, no tessellation.
 //!
+//! [`simd`] holds vectors of floats for the layers above, with the same bits on every processor.
+//!
 //! The layer is useful alone: no files, no threads, no dependency on the rest of umbriel.
 
 #[cfg(doctest)]
@@ -27,6 +29,7 @@ pub mod predicates;
 mod rectangle;
 mod region;
 mod ring;
+pub mod simd;
 mod surd;
 mod topology;
 

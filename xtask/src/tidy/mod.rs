@@ -28,6 +28,12 @@ const EXCEPTIONS: [(&str, &str); 1] = [(
 const LEFTOVERS: [&str; 4] =
     [concat!("to", "do!"), concat!("unimple", "mented!"), concat!("#[ig", "nore"), concat!("TO", "DO")];
 
+/// The files that may hold unsafe code: instructions that the compiler cannot know the processor to have.
+const UNSAFE_FILES: [&str; 2] = ["crates/geometry/src/simd/avx2.rs", "crates/geometry/src/simd/avx512.rs"];
+
+/// What switches the lint against unsafe code off. In pieces, so that this file does not hold it either.
+const ALLOWS_UNSAFE: [&str; 2] = [concat!("allow(unsafe", "_code"), concat!("expect(unsafe", "_code")];
+
 /// Beginnings of paths and hosts that belong to some machine or other.
 const MACHINE_BOUND: [&str; 6] = [
     concat!("/wo", "rk/"),
@@ -48,6 +54,7 @@ pub(crate) fn run() -> Result<()> {
         complaints.extend(machine_bound(file, &text));
         if file.extension().is_some_and(|extension| extension == "rs") {
             complaints.extend(leftovers(file, &text));
+            complaints.extend(unsafe_code(file, &text));
             let large = sizes(file, &text);
             match exception(file) {
                 Some(excepted) if !large.is_empty() => used.push(excepted),
@@ -90,6 +97,17 @@ fn leftovers(file: &Path, text: &str) -> Vec<String> {
         words.map(move |word| format!("{}:{}: {word}", file.display(), number + 1))
     });
     found.collect()
+}
+
+/// Unsafe code outside of its files, or in them without a note on why it is sound.
+fn unsafe_code(file: &Path, text: &str) -> Option<String> {
+    if !ALLOWS_UNSAFE.iter().any(|words| text.contains(words)) {
+        return None;
+    }
+    if !UNSAFE_FILES.iter().any(|allowed| file == Path::new(allowed)) {
+        return Some(format!("{}: unsafe code has its own files: {}", file.display(), UNSAFE_FILES.join(", ")));
+    }
+    (!text.contains("SAFETY")).then(|| format!("{}: unsafe code without a SAFETY note", file.display()))
 }
 
 fn machine_bound(file: &Path, text: &str) -> Vec<String> {
@@ -137,6 +155,14 @@ mod tests {
         assert_eq!(sizes(file, &long).len(), 1);
         assert!(sizes(file, &format!("#[cfg(test)]\nmod tests {{\n{long}}}\n")).is_empty());
         assert_eq!(sizes(file, &"const A: u8 = 0;\n".repeat(FILE_LINES + 1)).len(), 1);
+    }
+
+    #[test]
+    fn unsafe_code_stays_in_its_files() {
+        let text = format!("#![{}, reason = \"\")]\n", ALLOWS_UNSAFE[0]);
+        assert!(unsafe_code(Path::new("a.rs"), &text).is_some());
+        assert!(unsafe_code(Path::new(UNSAFE_FILES[0]), &text).is_some());
+        assert_eq!(unsafe_code(Path::new(UNSAFE_FILES[0]), &format!("// SAFETY: none.\n{text}")), None);
     }
 
     #[test]
