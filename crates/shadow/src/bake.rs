@@ -6,7 +6,7 @@ use std::{
 };
 
 use rayon::prelude::*;
-use umbriel_bvh::ObjectTree;
+use umbriel_bvh::{Influences, ObjectTree};
 use umbriel_geometry::{LightSource, predicates::exact_fallbacks};
 use umbriel_scene::Scene;
 
@@ -14,8 +14,8 @@ use crate::{
     bodies::Bodies,
     coarse::{coarse_step, object_tree},
     progress::{Cancelled, Progress},
-    receivers::{FaceSums, Receivers},
-    report::{Cell, LightReport, ObjectReport, Report, SampleCount, Work},
+    receivers::{FaceSums, Receivers, spacing},
+    report::{Cell, LightReport, ObjectReport, Report, SampleCount, Time, Work},
     request::{Detail, Request},
     sums::AreaSums,
 };
@@ -30,54 +30,92 @@ use crate::{
 /// # Panics
 /// If the request names a light or an object that the scene does not have.
 pub fn bake(scene: &Scene, request: &Request, progress: &dyn Progress) -> Result<Report, Cancelled> {
-    let bodies = Bodies::new(scene);
-    let fallbacks = exact_fallbacks();
-    let start = Instant::now();
-    let tree = object_tree(&bodies);
-    let mut report = Report::default();
-    report.time.coarse = start.elapsed().as_secs_f64();
+    let stage = Stage::new(scene, request);
+    let mut effort = stage.effort();
+    let mut lights = Vec::with_capacity(request.lights.len());
     for &light in &request.lights {
-        let objects = bake_light(&bodies, &tree, request, &scene.lights[light].source, progress, &mut report)?;
-        report.lights.push(LightReport { light, objects });
+        let objects = stage.bake(&scene.lights[light].source, progress, &mut effort)?;
+        lights.push(LightReport { light, objects });
     }
-    report.work.exact_fallbacks = exact_fallbacks() - fallbacks;
-    Ok(report)
+    Ok(Report { lights, work: effort.work, time: effort.time })
 }
 
-fn bake_light(
-    bodies: &Bodies,
-    tree: &ObjectTree,
-    request: &Request,
-    light: &LightSource,
-    progress: &dyn Progress,
-    report: &mut Report,
-) -> Result<Vec<ObjectReport>, Cancelled> {
-    let start = Instant::now();
-    let influences = coarse_step(tree, &request.receivers, light);
-    let counts = influences.counts();
-    report.work.pairs_tested += counts.tested;
-    report.work.pairs_registered += counts.registered;
-    report.work.pairs_excluded += counts.excluded;
-    report.time.coarse += start.elapsed().as_secs_f64();
-    let start = Instant::now();
-    let Detail::MaxUndecided { share } = request.detail else {
-        let receivers = Receivers::new(bodies, light, request, request.detail, &influences);
-        let objects = run(&receivers, progress, &mut report.work)?;
-        report.time.fine += start.elapsed().as_secs_f64();
-        return Ok(objects);
-    };
-    for boundary in 1..=crate::levels::MAX_DEPTH {
-        let detail = Detail::Depth { interior: boundary, boundary };
-        let receivers = Receivers::new(bodies, light, request, detail, &influences);
-        let objects = run(&receivers, progress, &mut report.work)?;
-        let area: f64 = objects.iter().map(|object| object.area).sum();
-        let undecided: f64 = objects.iter().map(ObjectReport::undecided).sum();
-        if undecided <= share * area || boundary == crate::levels::MAX_DEPTH {
-            report.time.fine += start.elapsed().as_secs_f64();
-            return Ok(objects);
+/// What was done for some lights, and how long it took.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Effort {
+    pub(crate) work: Work,
+    pub(crate) time: Time,
+}
+
+/// All of a bake that no light changes: made once.
+pub(crate) struct Stage<'a> {
+    pub(crate) bodies: Bodies<'a>,
+    pub(crate) request: &'a Request,
+    /// Metres between samples.
+    pub(crate) spacing: Option<f64>,
+    tree: ObjectTree,
+    /// Seconds that making it took.
+    seconds: f64,
+}
+
+impl<'a> Stage<'a> {
+    /// The object tree and the sample spacing; bodies are placed when they are first asked for.
+    pub(crate) fn new(scene: &'a Scene, request: &'a Request) -> Self {
+        let start = Instant::now();
+        let bodies = Bodies::new(scene);
+        let (tree, spacing) = (object_tree(&bodies), spacing(&bodies, request));
+        Self { bodies, request, spacing, tree, seconds: start.elapsed().as_secs_f64() }
+    }
+
+    /// The account to which lights are added.
+    pub(crate) fn effort(&self) -> Effort {
+        Effort { time: Time { coarse: self.seconds, ..Time::default() }, ..Effort::default() }
+    }
+
+    /// Computes the shadows of one light: a report for each receiver.
+    pub(crate) fn bake(
+        &self,
+        light: &LightSource,
+        progress: &dyn Progress,
+        effort: &mut Effort,
+    ) -> Result<Vec<ObjectReport>, Cancelled> {
+        let (start, fallbacks) = (Instant::now(), exact_fallbacks());
+        let influences = coarse_step(&self.tree, &self.request.receivers, light);
+        let counts = influences.counts();
+        effort.work.pairs_tested += counts.tested;
+        effort.work.pairs_registered += counts.registered;
+        effort.work.pairs_excluded += counts.excluded;
+        effort.time.coarse += start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        let objects = self.refine(light, &influences, progress, &mut effort.work)?;
+        effort.time.fine += start.elapsed().as_secs_f64();
+        effort.work.exact_fallbacks += exact_fallbacks() - fallbacks;
+        Ok(objects)
+    }
+
+    /// The fine step; once, or depth by depth until little enough is undecided.
+    fn refine(
+        &self,
+        light: &LightSource,
+        influences: &Influences,
+        progress: &dyn Progress,
+        work: &mut Work,
+    ) -> Result<Vec<ObjectReport>, Cancelled> {
+        let receivers = |detail| Receivers::new(self, light, detail, influences);
+        let Detail::MaxUndecided { share } = self.request.detail else {
+            return run(&receivers(self.request.detail), progress, work);
+        };
+        let mut boundary = 0;
+        loop {
+            boundary += 1;
+            let objects = run(&receivers(Detail::Depth { interior: boundary, boundary }), progress, work)?;
+            let area: f64 = objects.iter().map(|object| object.area).sum();
+            let undecided: f64 = objects.iter().map(ObjectReport::undecided).sum();
+            if undecided <= share * area || boundary == crate::levels::MAX_DEPTH {
+                return Ok(objects);
+            }
         }
     }
-    Ok(Vec::new())
 }
 
 /// Runs all jobs and adds them up per object.

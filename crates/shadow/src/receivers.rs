@@ -9,6 +9,7 @@ use umbriel_geometry::{
 use umbriel_octree::Face;
 
 use crate::{
+    bake::Stage,
     bodies::{Bodies, Body},
     exact::{Own, face_blocks, flat_face_is_turned_to, patch_probe, turned_to},
     fine::{
@@ -60,16 +61,16 @@ pub(crate) struct Receivers<'a> {
 }
 
 impl<'a> Receivers<'a> {
-    /// Builds nothing yet but the sample spacing.
+    /// Builds nothing yet.
     pub(crate) fn new(
-        bodies: &'a Bodies<'a>,
+        stage: &'a Stage<'a>,
         light: &'a LightSource,
-        request: &'a Request,
         detail: Detail,
         influences: &'a Influences,
     ) -> Self {
-        let spacing = spacing(bodies, request);
-        Self { bodies, light, request, detail, influences, occluders: Occluders::new(bodies, light), spacing }
+        let Stage { bodies, request, spacing, .. } = stage;
+        let occluders = Occluders::new(bodies, light);
+        Self { bodies, light, request, detail, influences, occluders, spacing: *spacing }
     }
 
     /// All jobs, in the order of receivers and faces.
