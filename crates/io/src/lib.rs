@@ -2,7 +2,8 @@
 //!
 //! [`load`] reads scene files (`.toml`), Wavefront OBJ and glTF 2.0 (`.gltf`, `.glb`) into a
 //! [`Scene`](umbriel_scene::Scene), strictly: a fault is an error that names its place, and what is taken otherwise
-//! than the file says is a finding. [`surface_findings`] looks at the surfaces themselves. [`mod@write`] holds the writers.
+//! than the file says is a finding. [`surface_findings`] looks at the surfaces themselves. [`read_suns`] reads tables of
+//! suns. [`mod@write`] holds the writers.
 //!
 //! Numbers are read as f64 (32-bit floats become f64 exactly), nothing is welded, rounded or dropped. Files outside the
 //! folder of the scene are refused unless [`Outside::Allowed`] says otherwise. Nothing is fetched from a network.
@@ -24,6 +25,7 @@ mod obj;
 mod options;
 mod scene_file;
 mod sun;
+mod suns;
 mod transform;
 mod triangulate;
 pub mod write;
@@ -34,6 +36,7 @@ pub use lightmap::LightmapLayout;
 pub use load::load;
 pub use options::{DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
 pub use sun::sun_from_angles;
+pub use suns::{SunPlace, SunRow, SunsError, duration_of_hours, read_suns};
 
 /// The examples of the README, compiled.
 #[cfg(doctest)]

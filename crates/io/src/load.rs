@@ -40,7 +40,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedScene, LoadError
     let sides = options.sides.or(stated.sides).unwrap_or_default();
     let lightmaps = model.objects.iter().map(|object| object.lightmap.clone()).collect();
     let scene = model.into_scene(up.turn(), sides, folder.ledger()).map_err(|problem| problem.in_file(path))?;
-    Ok(LoadedScene { scene, detail: stated.detail, north_degrees, lightmaps, files: folder.ledger().files() })
+    Ok(LoadedScene { scene, detail: stated.detail, north_degrees, up, lightmaps, files: folder.ledger().files() })
 }
 
 /// What a scene file says about the scene as a whole.

@@ -87,6 +87,8 @@ pub struct LoadedScene {
     pub detail: Option<DetailSetting>,
     /// Where north lies, degrees clockwise from −Z seen from above.
     pub north_degrees: f64,
+    /// Which axis of the file points up.
+    pub up: UpAxis,
     /// For each object its layout on a light map, if that was asked for and the file has one; instances share it.
     pub lightmaps: Vec<Option<Arc<LightmapLayout>>>,
     /// Every file that was read, absolute and without symbolic links.
@@ -98,5 +100,14 @@ impl LoadedScene {
     /// scene's north) and elevation (degrees above the horizon). See [`sun_from_angles`].
     pub fn sun_from_angles(&self, azimuth: f64, elevation: f64) -> [f64; 3] {
         sun_from_angles(self.north_degrees + azimuth, elevation)
+    }
+
+    /// A direction given in the file's axes, as this scene has it; no digit changes.
+    pub fn direction(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        match self.up {
+            UpAxis::Y => [x, y, z],
+            // Adding 0 turns −0 into 0.
+            UpAxis::Z => [x, z, -y + 0.0],
+        }
     }
 }

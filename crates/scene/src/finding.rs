@@ -30,6 +30,10 @@ pub enum FindingKind {
     LooksZUp,
     /// A polygon whose corners do not lie in a plane; it was triangulated all the same.
     NonPlanarPolygons,
+    /// Suns of a table at or below the horizon; they give no light.
+    SunsBelowHorizon,
+    /// Suns of a table, given by their directions, that do not shine downward; they are taken as they are.
+    SunsFromBelow,
 }
 
 impl FindingKind {
@@ -49,6 +53,8 @@ impl FindingKind {
             Self::MissingMaterials => "missing_materials",
             Self::LooksZUp => "looks_z_up",
             Self::NonPlanarPolygons => "non_planar_polygons",
+            Self::SunsBelowHorizon => "suns_below_horizon",
+            Self::SunsFromBelow => "suns_from_below",
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Lit, shadowed and still undecided surface, with proofs.
 //!
 //! [`bake`] classifies surfaces: which cells of which faces are lit, which are in shadow, how much is undecided.
+//! [`bake_hours`] does so for many lights one after the other, and tells for how long surfaces are lit.
 //! [`Queries`] answers single points exactly. [`doctor`] tells what about a scene limits the answers.
 
 #[cfg(doctest)]
@@ -14,6 +15,7 @@ mod coarse;
 pub mod doctor;
 mod exact;
 mod fine;
+mod hours;
 mod levels;
 mod progress;
 mod query;
@@ -26,6 +28,10 @@ mod sums;
 
 pub use bake::bake;
 pub use cell_octree::CellOctree;
+pub use hours::{
+    HourBounds, HourCell, HourCells, HoursError, HoursReport, LightSummary, ObjectHours, SampledHours, TimedLight,
+    bake_hours, hours,
+};
 pub use progress::{Cancelled, Progress, Silent};
 pub use query::{Answer, Place, Precision, Queries, QueryDefect};
 pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleCount, Time, Verdict, Work};

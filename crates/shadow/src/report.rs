@@ -86,6 +86,8 @@ pub struct ObjectReport {
     pub object: usize,
     /// Surface area, square metres, each face once.
     pub area: f64,
+    /// By how much the true area may differ from `area`, square metres.
+    pub area_error: f64,
     /// How much of it is lit.
     pub lit: LitArea,
     /// The stored cells if they were asked for, in the order of faces and, within a face, of Morton codes.

@@ -6,6 +6,8 @@ use umbriel_geometry::{Approx, Dyadic};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AreaSums {
     pub(crate) area: ExactSum,
+    /// How far `area` may be off.
+    pub(crate) slack: ExactSum,
     /// Proved lit, from below.
     pub(crate) lower: ExactSum,
     /// Not proved shadowed, from above.
@@ -18,6 +20,7 @@ impl AreaSums {
     /// Adds a face: its area, what is proved lit of it, what may be lit, what is lit by the estimate.
     pub(crate) fn add(&mut self, area: Approx, lit: Approx, possible: Approx, likely: Approx) {
         self.area.add(area.value);
+        self.slack.add(area.error);
         self.lower.add(lit.lower().max(0.0));
         self.upper.add(possible.upper());
         self.estimate.add(likely.value);
@@ -26,6 +29,7 @@ impl AreaSums {
     /// Adds other faces.
     pub(crate) fn append(&mut self, other: Self) {
         self.area.append(other.area);
+        self.slack.append(other.slack);
         self.lower.append(other.lower);
         self.upper.append(other.upper);
         self.estimate.append(other.estimate);
@@ -53,6 +57,20 @@ impl ExactSum {
     pub(crate) fn append(&mut self, other: Self) {
         let sum = std::mem::replace(&mut self.0, Dyadic::zero());
         self.0 = sum + other.0;
+    }
+
+    /// Adds the exact product of a finite float and a whole number.
+    pub(crate) fn add_product(&mut self, factor: f64, whole: u64) {
+        let halves = [(whole >> 32) as f64 * 4_294_967_296.0, (whole & 0xffff_ffff) as f64];
+        for half in halves {
+            let sum = std::mem::replace(&mut self.0, Dyadic::zero());
+            self.0 = sum + Dyadic::new(factor) * Dyadic::new(half);
+        }
+    }
+
+    /// A float beside the sum, with a bound.
+    pub(crate) fn bounded(&self) -> Approx {
+        self.0.to_approx()
     }
 
     /// The float nearest to the sum.

@@ -23,6 +23,8 @@ fn meaning(kind: FindingKind) -> &'static str {
         FindingKind::MissingMaterials => "material libraries that are not there",
         FindingKind::LooksZUp => "the model looks z-up; read it with --up z if its +Z is up",
         FindingKind::NonPlanarPolygons => "polygons whose corners lie in no plane, triangulated all the same",
+        FindingKind::SunsBelowHorizon => "suns at or below the horizon, which give no light",
+        FindingKind::SunsFromBelow => "suns whose light does not travel downward, taken as they are",
         _ => "see the documentation of this kind of finding",
     }
 }

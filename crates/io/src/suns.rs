@@ -1,0 +1,214 @@
+//! Tables of suns: the positions of the sun over a day or a year, one a row, as CSV.
+//!
+//! The header holds `azimuth,elevation` (degrees, as everywhere here) or `x,y,z` (the way the light travels), and may hold
+//! `time` and `hours`; the order of the columns does not matter. A row lasts for its `hours`. Where that column is missing, all
+//! rows last equally long: as long as the caller says; else for the step of the times ([`clock`]); else for one hour. A column
+//! of another name is an error: a misspelt `hours` must not become one hour a row. Cost: O(n log n).
+
+mod clock;
+
+use std::{
+    io::{self, Read},
+    time::Duration,
+};
+
+use clock::{Clock, StepDefect};
+
+/// Where a sun stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SunPlace {
+    /// By its angles.
+    Angles {
+        /// Degrees clockwise from north.
+        azimuth: f64,
+        /// Degrees above the horizon; −90 to 90.
+        elevation: f64,
+    },
+    /// By the way its light travels; any length but zero.
+    Direction([f64; 3]),
+}
+
+/// One row of a table of suns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SunRow {
+    /// Line of the file, counted from 1.
+    pub line: usize,
+    /// Where the sun stands.
+    pub place: SunPlace,
+    /// The column `time`, as it was written.
+    pub time: Option<String>,
+    /// For how long it stands there.
+    pub duration: Duration,
+}
+
+/// Why a table of suns is refused.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SunsError {
+    /// The file cannot be read.
+    #[error("cannot read it: {0}")]
+    Unreadable(#[from] io::Error),
+    /// No header, or one that does not say where the suns stand.
+    #[error("line {line}: {message}; expected azimuth,elevation or x,y,z, then if you like time and hours")]
+    Header {
+        /// Line of the file.
+        line: usize,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// A row that is no row of this table.
+    #[error("line {line}: {message}")]
+    Row {
+        /// Line of the file.
+        line: usize,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// A header without rows.
+    #[error("there is no sun in it: no row follows the header")]
+    Empty,
+}
+
+impl SunsError {
+    fn row(line: usize, message: impl Into<String>) -> Self {
+        Self::Row { line, message: message.into() }
+    }
+}
+
+/// Reads a table of suns. `each` is how long a row lasts where there is no column `hours`. Spaces around fields do not count,
+/// blank lines neither.
+///
+/// # Errors
+/// The first [`SunsError`].
+pub fn read_suns(mut input: impl Read, each: Option<Duration>) -> Result<Vec<SunRow>, SunsError> {
+    let mut bytes = Vec::new();
+    input.read_to_end(&mut bytes)?;
+    let text = str::from_utf8(&bytes).map_err(|error| {
+        let before = bytes[..error.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count();
+        SunsError::row(before + 1, "the text is not UTF-8")
+    })?;
+    let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+    let mut lines = lines.map(|(index, line)| (index + 1, line)).filter(|(_, line)| !line.trim().is_empty());
+    let (line, header) = lines.next().unwrap_or((1, ""));
+    let columns = Columns::of(&fields(line, header)?, line)?;
+    let mut rows = lines.map(|(line, text)| columns.row(line, &fields(line, text)?)).collect::<Result<Vec<_>, _>>()?;
+    if rows.is_empty() {
+        return Err(SunsError::Empty);
+    }
+    if columns.hours.is_none() {
+        let duration = each.map_or_else(|| step_of(&rows), Ok)?;
+        rows.iter_mut().for_each(|row| row.duration = duration);
+    }
+    Ok(rows)
+}
+
+/// The fields of one line.
+fn fields(line: usize, text: &str) -> Result<Vec<String>, SunsError> {
+    let mut options = csv::ReaderBuilder::new();
+    let mut reader = options.has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let record = reader.records().next().transpose().map_err(|error| SunsError::row(line, error.to_string()))?;
+    Ok(record.unwrap_or_default().iter().map(str::to_owned).collect())
+}
+
+/// Which columns hold the place.
+#[derive(Clone, Copy, Debug)]
+enum PlaceColumns {
+    Angles([usize; 2]),
+    Direction([usize; 3]),
+}
+
+/// What stands in which column.
+#[derive(Clone, Copy, Debug)]
+struct Columns {
+    count: usize,
+    place: PlaceColumns,
+    time: Option<usize>,
+    hours: Option<usize>,
+}
+
+const KNOWN: [&str; 7] = ["azimuth", "elevation", "x", "y", "z", "time", "hours"];
+
+impl Columns {
+    fn of(header: &[String], line: usize) -> Result<Self, SunsError> {
+        let wrong = |message: String| SunsError::Header { line, message };
+        if let Some(name) = header.iter().find(|name| !KNOWN.contains(&name.as_str())) {
+            return Err(wrong(format!("there is a column \"{}\"", crate::error::excerpt(name))));
+        }
+        let [azimuth, elevation, x, y, z, time, hours] = KNOWN.map(|name| header.iter().position(|have| have == name));
+        if let Some(name) = header.iter().enumerate().find(|(i, name)| header[..*i].contains(name)) {
+            return Err(wrong(format!("there are two columns \"{}\"", name.1)));
+        }
+        let place = match ([azimuth, elevation], [x, y, z]) {
+            ([Some(azimuth), Some(elevation)], [None, None, None]) => PlaceColumns::Angles([azimuth, elevation]),
+            ([None, None], [Some(x), Some(y), Some(z)]) => PlaceColumns::Direction([x, y, z]),
+            _ => return Err(wrong(format!("the header is \"{}\"", header.join(",")))),
+        };
+        Ok(Self { count: header.len(), place, time, hours })
+    }
+
+    fn row(&self, line: usize, fields: &[String]) -> Result<SunRow, SunsError> {
+        if fields.len() != self.count {
+            let message = format!("{} fields where the header has {}", fields.len(), self.count);
+            return Err(SunsError::row(line, message));
+        }
+        let number = |name: &str, column: usize| {
+            let value = fields[column].parse::<f64>().ok().filter(|value| value.is_finite());
+            value.ok_or_else(|| refused(line, name, &fields[column], "a finite number"))
+        };
+        let place = match self.place {
+            PlaceColumns::Angles([azimuth, elevation]) => {
+                let text = &fields[elevation];
+                let (azimuth, elevation) = (number("azimuth", azimuth)?, number("elevation", elevation)?);
+                if !(-90.0..=90.0).contains(&elevation) {
+                    return Err(refused(line, "elevation", text, "between -90 and 90 degrees"));
+                }
+                SunPlace::Angles { azimuth, elevation }
+            }
+            PlaceColumns::Direction([x, y, z]) => {
+                SunPlace::Direction([number("x", x)?, number("y", y)?, number("z", z)?])
+            }
+        };
+        let duration = match self.hours {
+            Some(column) => duration_of_hours(number("hours", column)?)
+                .ok_or_else(|| refused(line, "hours", &fields[column], "between 0 and 1000000"))?,
+            None => Duration::ZERO,
+        };
+        Ok(SunRow { line, place, time: self.time.map(|column| fields[column].clone()), duration })
+    }
+}
+
+fn refused(line: usize, column: &str, found: &str, expected: &str) -> SunsError {
+    SunsError::row(line, format!("{column} is \"{}\", not {expected}", crate::error::excerpt(found)))
+}
+
+/// Hours as a duration, rounded to a nanosecond; `None` below zero and beyond a million.
+pub fn duration_of_hours(hours: f64) -> Option<Duration> {
+    let duration = Duration::try_from_secs_f64(hours * 3600.0).ok()?;
+    (hours <= 1e6).then_some(duration)
+}
+
+/// How long each row lasts where nobody says: the step of the times, or one hour where there are none.
+fn step_of(rows: &[SunRow]) -> Result<Duration, SunsError> {
+    let hour = Duration::from_secs(3600);
+    let clocks: Option<Vec<Clock>> = rows.iter().map(|row| Clock::read(row.time.as_deref()?)).collect();
+    let Some(clocks) = clocks else { return Ok(hour) };
+    let line = |row: usize| rows[row].line;
+    match clock::step(&clocks) {
+        Ok(step) => Ok(step.unwrap_or(hour)),
+        Err(StepDefect::Repeated { row, of }) => Err(SunsError::row(
+            line(row),
+            format!("its time is that of line {} too, so times do not tell how long a row lasts; {ADVICE}", line(of)),
+        )),
+        Err(StepDefect::Uneven { row, seconds }) => Err(SunsError::row(
+            line(row),
+            format!(
+                "its time breaks the step of {seconds} seconds, so times do not tell how long a row lasts; {ADVICE}"
+            ),
+        )),
+    }
+}
+
+const ADVICE: &str = "add a column hours, or say it (--hours-each)";
+
+#[cfg(test)]
+mod tests;
