@@ -10,14 +10,14 @@ use std::{
 use anyhow::{Context, Result};
 
 use crate::{
-    downstream, fixtures, layers, regress, tidy,
+    bench, downstream, fixtures, layers, regress, tidy,
     workspace::{cargo, succeed},
 };
 
 /// A name and what it does.
 type Step = (&'static str, fn() -> Result<()>);
 
-const STEPS: [Step; 9] = [
+const STEPS: [Step; 10] = [
     ("fmt", || succeed(&mut cargo(&["fmt", "--all", "--check"]))),
     ("clippy", || succeed(&mut cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]))),
     ("doc", || succeed(&mut documentation())),
@@ -27,6 +27,7 @@ const STEPS: [Step; 9] = [
     ("layers", layers::run),
     ("tidy", tidy::run),
     ("downstream", downstream::run),
+    ("bench", bench::guard),
 ];
 
 pub(crate) fn run() -> Result<()> {

@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "what a check has to say goes to the terminal")]
 #![allow(clippy::print_stderr, reason = "what a check has to say goes to the terminal")]
 
+mod bench;
 mod ci;
 mod downstream;
 mod fixtures;
@@ -33,6 +34,8 @@ enum Task {
         #[arg(long, value_name = "REASON")]
         bless: Option<String>,
     },
+    /// Measure the whole job against ray engines
+    Bench(bench::Options),
     /// Check which crate uses which, and what the lower layers must not use
     Layers,
     /// Use each layer from a crate outside the workspace, by the example of its README
@@ -48,6 +51,7 @@ fn main() -> ExitCode {
         Task::Fixtures { check: true } => fixtures::check(),
         Task::Regress { bless: None } => regress::compare(),
         Task::Regress { bless: Some(reason) } => regress::bless(&reason),
+        Task::Bench(options) => bench::run(&options),
         Task::Layers => layers::run(),
         Task::Downstream => downstream::run(),
         Task::Tidy => tidy::run(),

@@ -1,0 +1,48 @@
+//! The benchmark as a check: the bake must not collapse.
+//!
+//! It is compared with single rays through the workspace's own tree in the same process, in turn, so the speed of the
+//! machine and the settings of the compiler cancel. The limits are far below what is usual: they catch a lost order of
+//! magnitude, not a bad day.
+
+use anyhow::{Result, ensure};
+use umbriel_scene::Scene;
+
+use super::{
+    duel::{bake_once, request},
+    rays::Soup,
+    rivals::{OWN_TREE, Starts},
+    scenes::{city, knot},
+};
+
+const SAMPLES: u64 = 1 << 17;
+const ROUNDS: usize = 3;
+/// How many times as fast as the rival the bake must be.
+const LEAST_CITY: f64 = 0.05;
+const LEAST_KNOT: f64 = 0.05;
+
+/// Fails if some ratio to the rival is below its limit.
+pub(crate) fn run() -> Result<()> {
+    let cases: [(&str, Scene, f64); 2] = [("city", city(400)?, LEAST_CITY), ("knot", knot(300, 60)?, LEAST_KNOT)];
+    for (name, scene, least) in cases {
+        for light in 0..scene.lights.len() {
+            let ratio = ratio(&scene, light)?;
+            let light = &scene.lights[light].name;
+            println!("{name} under the {light}: {ratio:.2} times as fast as single rays, {least} at least");
+            ensure!(ratio >= least, "{name} under the {light}: the bake has become slow");
+        }
+    }
+    Ok(())
+}
+
+/// How many times as long the rival takes.
+fn ratio(scene: &Scene, light: usize) -> Result<f64> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let (request, soup) = (request(scene, &[light], SAMPLES), Soup::of(scene)?);
+    let starts = Starts::of(&soup, scene, &request);
+    let (mut own, mut rival) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        own = own.min(bake_once(scene, &request, &pool)?.1.cpu);
+        rival = rival.min(starts.run(&OWN_TREE, &soup, &scene.lights[light].source)?.0.cpu);
+    }
+    Ok(rival / own)
+}

@@ -1,0 +1,104 @@
+//! `cargo xtask bench`: the whole job against ray engines, from a loaded scene to stored answers.
+//!
+//! The unit is decisions a second at equal answers: the same surface points, the same light, builds included on both
+//! sides, faces that look away free on both sides. Times are the quickest of several interleaved runs; on one thread
+//! the processor time counts, which other work on the machine disturbs least. Programs are compiled for release.
+
+mod chart;
+mod clock;
+mod contest;
+mod duel;
+mod embree;
+mod guard;
+mod micro;
+mod options;
+mod rays;
+mod rivals;
+mod scaling;
+mod scenes;
+mod table;
+
+use std::fs;
+
+use anyhow::{Context, Result, ensure};
+
+use crate::workspace::{cargo, succeed};
+use contest::{Contest, asked_lights, print_memory};
+use embree::Embree;
+use scenes::{CLASSES, Class};
+use table::{Row, heading, json};
+
+pub(crate) use {guard::run as guard, options::Options};
+
+/// Measures what is asked for.
+pub(crate) fn run(options: &Options) -> Result<()> {
+    if options.micro {
+        return micro::run();
+    }
+    if options.guard {
+        return guard();
+    }
+    if cfg!(debug_assertions) {
+        return again_for_release();
+    }
+    let options = &options.clone().completed();
+    if options.memory {
+        let Some(scene) = classes(options).next().map(|class| (class.make)()).transpose()?.flatten() else {
+            return Ok(());
+        };
+        return print_memory(&scene, options);
+    }
+    let mut embree = match Embree::start() {
+        Ok(embree) => Some(embree),
+        Err(error) => {
+            println!("no Embree: {error:#}");
+            None
+        }
+    };
+    println!("{}", heading());
+    if options.scaling {
+        let series = scaling::run(options, embree.as_mut())?;
+        return store(options, &[], &series);
+    }
+    let mut rows: Vec<Row> = Vec::new();
+    for class in classes(options) {
+        let Some(scene) = (class.make)()? else {
+            println!("{:<8} left out: its data is not there ({})", class.name, class.purpose);
+            continue;
+        };
+        let lights = asked_lights(&scene, options).into_iter().map(|light| vec![light]).collect::<Vec<_>>();
+        ensure!(!lights.is_empty(), "{} has none of the lights", class.name);
+        let (samples, threads) = (&options.samples, &options.threads);
+        let contest = Contest { name: class.name, scene: &scene, lights, samples, threads, options, is_class: true };
+        rows.extend(contest.run(embree.as_mut())?);
+        // Stored as it goes: a long run that is cut off keeps what it has.
+        store(options, &rows, &[])?;
+    }
+    Ok(())
+}
+
+/// The scenes that are asked for.
+fn classes(options: &Options) -> impl Iterator<Item = &'static Class> {
+    let is_asked = |class: &&Class| options.scene.is_empty() || options.scene.iter().any(|scene| scene == class.name);
+    CLASSES.iter().filter(is_asked)
+}
+
+/// The same command, compiled for release.
+fn again_for_release() -> Result<()> {
+    let mut command = cargo(&["run", "--quiet", "--release", "--package", "xtask"]);
+    if cfg!(feature = "rivals") {
+        command.args(["--features", "rivals"]);
+    }
+    succeed(command.arg("--").args(std::env::args_os().skip(1)))
+}
+
+/// Writes the files that are asked for.
+fn store(options: &Options, rows: &[Row], series: &[scaling::Series]) -> Result<()> {
+    if let Some(file) = &options.json {
+        fs::write(file, json(rows, series)?).with_context(|| format!("cannot write {}", file.display()))?;
+    }
+    if let Some(file) = &options.chart {
+        fs::write(file, chart::draw(rows, series)).with_context(|| format!("cannot write {}", file.display()))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,53 @@
+//! Scenes from files beside the workspace, which is where large data lies; absent, they are left out.
+
+use anyhow::{Context, Result};
+use glam::DVec3;
+use umbriel_geometry::Aabb;
+use umbriel_io::{LoadOptions, load};
+use umbriel_scene::{Scene, Shape, Sides};
+
+use super::{object, on_a_plane, scene};
+use crate::{fixtures::meshes::TriangleMesh, workspace::root};
+
+/// The Stanford bunny.
+pub(super) fn bunny() -> Result<Option<Scene>> {
+    alone("bunny/stanford-bunny.obj")
+}
+
+/// A cow.
+pub(super) fn spot() -> Result<Option<Scene>> {
+    alone("spot/spot.obj")
+}
+
+/// Buildings, terrain, water and roads, an object each; a lamp over the middle.
+pub(super) fn delft() -> Result<Option<Scene>> {
+    let Some(meshes) = meshes("delft-city/delft.obj")? else { return Ok(None) };
+    let bounds = Aabb::of(meshes.iter().flat_map(|(_, mesh)| mesh.positions.iter().copied()));
+    let lamp = bounds.center() + DVec3::Y * bounds.size().x.max(bounds.size().z) / 8.0;
+    let objects = meshes.into_iter().map(|(name, mesh)| object(name, &mesh, Sides::One)).collect::<Result<Vec<_>>>()?;
+    scene(objects, lamp).map(Some)
+}
+
+/// All meshes of a file as one, on a plane.
+fn alone(path: &str) -> Result<Option<Scene>> {
+    let Some(meshes) = meshes(path)? else { return Ok(None) };
+    let mut whole = TriangleMesh::default();
+    meshes.iter().for_each(|(_, mesh)| whole.append(mesh));
+    on_a_plane(&whole).map(Some)
+}
+
+/// The placed meshes of a file by the names of their objects.
+fn meshes(path: &str) -> Result<Option<Vec<(String, TriangleMesh)>>> {
+    let path = root().join("../shared/data").join(path);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let loaded = load(&path, &LoadOptions::default()).with_context(|| format!("cannot load {}", path.display()))?;
+    let meshes = loaded.scene.objects.into_iter().filter_map(|object| {
+        let Shape::Mesh(mesh) = object.shape else { return None };
+        let positions = mesh.positions().iter().map(|&position| object.placement.round(position)).collect();
+        let placed = TriangleMesh { positions, triangles: mesh.triangles().to_vec() };
+        Some((object.name, if object.placement.is_mirrored() { placed.flipped() } else { placed }))
+    });
+    Ok(Some(meshes.collect()))
+}
