@@ -55,7 +55,7 @@ impl Soup {
             bounds = bounds.union(facets.bounds());
             positions.extend(facets.positions().iter().map(|position| position.as_vec3().to_array()));
             for facet in facets.iter() {
-                match *facet {
+                match facet {
                     Facet::Triangle(corners) => triangles.push(corners.map(|corner| first + corner)),
                     Facet::Parallelogram(corners) => {
                         let [a, b, c, d] = corners.map(|corner| first + corner);
