@@ -1,55 +1,54 @@
-//! A bounding volume hierarchy over triangles: any hit for proofs, nearest hit for pictures.
+//! A bounding volume hierarchy over triangles, eight children a node, for rays and segments.
 //!
-//! *Any hit* hands candidates to an exact predicate of the caller's; the tree only leaves out triangles whose boxes
-//! the segment misses for certain, so the decision is exactly that of a loop over all triangles.
-//!
-//! *Nearest hit* is the watertight test of Woop, Benthin and Wald, "Watertight ray/triangle intersection", Journal of
-//! Computer Graphics Techniques 2(1), 2013, in f64. The corners are sheared so that the ray becomes the z axis; the
-//! edge functions of two triangles that share an edge are then exact negatives of one another, and zero counts as
-//! inside, so no ray slips between them. What breaks it: a triangle that the ray sees edge-on is not hit, and t is a
-//! rounded number. Nothing is proved by it. Equal t goes to the lower triangle, so the answer does not depend on the
-//! tree.
+//! Boxes and triangles lie in memory as f32, eight side by side ([`layout`]); one ray is tested against eight at once
+//! (Wald, Benthin and Boulos, "Getting rid of packets", IEEE Symposium on Interactive Ray Tracing 2008). Guarantee:
+//! boxes are rounded outward and never miss in vain; the f32 test of a triangle has a derived error bound
+//! ([`pack_test`]), and what it leaves in doubt is decided by exact arithmetic or by the caller. So `any_hit` is
+//! exactly the definition of blocking ([`umbriel_geometry::blocking`]) over all triangles.
 
-use std::{ops::ControlFlow, sync::Arc};
-
-use glam::DVec3;
-use umbriel_geometry::{Aabb, Mesh};
-
-use crate::{box_tree::BoxTree, ray::Ray, shaft::Shaft};
-
+mod any_hit;
+mod bounds;
+mod boxes;
+mod build;
+mod check;
+mod frame;
+mod layout;
+mod nearest;
+mod pack_test;
+mod ray;
 #[cfg(test)]
 mod tests;
 
-/// Where a ray meets a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hit {
-    /// Which triangle.
-    pub triangle: u32,
-    /// Parameter along the ray: the point is `origin + t direction`, rounded.
-    pub t: f64,
-    /// Weight of the triangle's second corner.
-    pub u: f64,
-    /// Weight of its third corner.
-    pub v: f64,
-}
+use std::sync::Arc;
+
+use glam::DVec3;
+use umbriel_geometry::{
+    Dyadic, LightSource, Mesh, Point,
+    blocking::{Probe, polygon_blocks},
+    simd,
+};
+
+use self::{
+    any_hit::AnyHit,
+    build::Parts,
+    nearest::{Nearest, Shear},
+    ray::{LocalRay, Way},
+};
+use crate::{box_tree::TreeDefect, ray::Ray, shaft::Segment};
+
+pub use nearest::Hit;
 
 /// The triangles of a mesh in a tree of boxes. Both sides of a triangle count. The mesh is shared, not copied.
 #[derive(Clone, Debug)]
 pub struct TriangleBvh {
-    tree: BoxTree,
+    parts: Parts,
     mesh: Arc<Mesh>,
 }
 
 impl TriangleBvh {
     /// Builds the tree, in the coordinates of the mesh. O(n log n).
     pub fn build(mesh: Arc<Mesh>) -> Self {
-        let boxes: Vec<Aabb> = mesh.triangles().iter().map(|triangle| Aabb::of(corners(&mesh, triangle))).collect();
-        Self { tree: BoxTree::build(&boxes), mesh }
-    }
-
-    /// The tree over the triangles' boxes.
-    pub fn tree(&self) -> &BoxTree {
-        &self.tree
+        Self { parts: build::build(&mesh), mesh }
     }
 
     /// How many triangles.
@@ -66,84 +65,72 @@ impl TriangleBvh {
     ///
     /// # Panics
     /// When there is no such triangle.
+    #[inline]
     pub fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        corners(&self.mesh, &self.mesh.triangles()[triangle as usize])
+        self.mesh.triangles()[triangle as usize].map(|index| self.mesh.positions()[index as usize])
     }
 
-    /// Whether `blocks` is true for any triangle whose box may meet the segment: a [`Segment`](crate::Segment) from a
-    /// point to a light, or a [`Shaft`] where the point itself is only known to lie in a box.
+    /// Checks the tree against its mesh: boxes nest, every triangle is there once, the depth is bounded. O(n).
     ///
-    /// `blocks` decides about one triangle and is asked until it says yes, in no particular order.
-    pub fn any_hit(&self, segment: impl Into<Shaft>, mut blocks: impl FnMut(u32) -> bool) -> bool {
-        let visit = |triangle| if blocks(triangle) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-        self.tree.for_each_in_shaft(&segment.into(), visit).is_break()
+    /// # Errors
+    /// The first [`TreeDefect`].
+    pub fn check(&self) -> Result<(), TreeDefect> {
+        check::check(self)
+    }
+
+    /// Whether any triangle blocks the open segment: exactly what [`polygon_blocks`] says of all of them. Contact at
+    /// its ends does not block. For many segments to one light, [`TriangleBvh::towards`] is faster.
+    pub fn any_hit(&self, segment: &Segment) -> bool {
+        self.towards(segment.light).any_hit(segment.origin)
+    }
+
+    /// Segments to one light.
+    pub fn towards(&self, light: LightSource) -> Towards<'_> {
+        Towards { bvh: self, light, last: None }
     }
 
     /// The first triangle that the ray `origin + t direction` hits for 0 < t ≤ `t_max`; the lower one of equals.
     ///
     /// `direction` may have any length but zero; t counts in that length. Rounded: for pictures, not for proofs.
     pub fn nearest_hit(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
-        let (ray, shear) = (Ray::new(origin, direction), Shear::new(origin, direction)?);
-        let mut nearest: Option<Hit> = None;
-        self.tree.for_each_near(&ray, t_max, |triangle, span, t_max| {
-            let is_nearer =
-                |hit: &Hit| hit.t < t_max || hit.t == t_max && nearest.is_none_or(|known| known.triangle > triangle);
-            let hit = shear.hit(self.corners(triangle), triangle, span).filter(is_nearer);
-            nearest = hit.or(nearest);
-            hit.map_or(t_max, |hit| hit.t)
-        });
-        nearest
+        let way = Way { origin, direction, end: t_max, slack: 0.0 };
+        let local = LocalRay::new(&self.parts.frame, &way, self.parts.corner_error)?;
+        let shear = Shear::new(origin, direction)?;
+        simd::dispatch(Nearest { bvh: self, ray: Ray::new(origin, direction), local, shear, t_max })
     }
 }
 
-fn corners(mesh: &Mesh, triangle: &[u32; 3]) -> [DVec3; 3] {
-    triangle.map(|index| mesh.positions()[index as usize])
+/// Segments from many points to one light. What the last one met is tried first for the next one, so neighbours should
+/// follow each other; answers do not depend on it.
+#[derive(Clone, Debug)]
+pub struct Towards<'a> {
+    bvh: &'a TriangleBvh,
+    light: LightSource,
+    /// The pack that blocked the last segment.
+    last: Option<u32>,
 }
 
-/// The change of coordinates that turns a ray into the unit z axis.
-struct Shear {
-    origin: DVec3,
-    axes: [usize; 3],
-    /// Factors for x and y, and the scale of z.
-    factors: DVec3,
-}
-
-impl Shear {
-    /// `None` when there is no direction.
-    fn new(origin: DVec3, direction: DVec3) -> Option<Self> {
-        let size = direction.abs();
-        let z = (1..3).fold(0, |best, axis| if size[axis] > size[best] { axis } else { best });
-        if size[z].is_nan() || size[z] == 0.0 {
-            return None;
-        }
-        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-        let factors = DVec3::new(direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]);
-        Some(Self { origin, axes: [x, y, z], factors })
+impl Towards<'_> {
+    /// Whether any triangle blocks the open segment from `origin` to the light: exactly what [`polygon_blocks`] says of
+    /// all of them.
+    #[inline]
+    pub fn any_hit(&mut self, origin: DVec3) -> bool {
+        let (bvh, light) = (self.bvh, self.light);
+        self.any_hit_where(origin, 0.0, |triangle| {
+            let corners = bvh.corners(triangle).map(Point::exact);
+            polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &light)
+        })
     }
 
-    /// A corner in the ray's coordinates. The same corner gets the same coordinates in every triangle.
-    fn apply(&self, corner: DVec3) -> DVec3 {
-        let away = corner - self.origin;
-        let [x, y, z] = self.axes.map(|axis| away[axis]);
-        DVec3::new(x - self.factors.x * z, y - self.factors.y * z, self.factors.z * z)
+    /// As [`Towards::any_hit`] for a point that is not a float: it is within `slack` of `origin` on every axis, and
+    /// `decide` tells whether a triangle blocks its segment. It is asked about triangles in doubt only, until it says yes, in
+    /// no particular order; those that the point lies on are always in doubt.
+    #[inline]
+    pub fn any_hit_where(&mut self, origin: DVec3, slack: f64, decide: impl FnMut(u32) -> bool) -> bool {
+        let parts = &self.bvh.parts;
+        let way = Way::towards(&self.light, origin, slack);
+        let Some(ray) = LocalRay::new(&parts.frame, &way, parts.corner_error) else { return false };
+        self.last = simd::dispatch(AnyHit { parts, ray: &ray, first: self.last, decide });
+        self.last.is_some()
     }
-
-    /// The hit with one triangle. `span` is where the ray is in the triangle's box, and t is kept inside: this undoes
-    /// part of the rounding and makes the order of hits that of the boxes.
-    fn hit(&self, corners: [DVec3; 3], triangle: u32, span: (f64, f64)) -> Option<Hit> {
-        let [a, b, c] = corners.map(|corner| self.apply(corner));
-        let weights = DVec3::new(cross(c, b), cross(a, c), cross(b, a));
-        if weights.min_element() < 0.0 && weights.max_element() > 0.0 {
-            return None;
-        }
-        let sum = weights.x + weights.y + weights.z;
-        let t = weights.dot(DVec3::new(a.z, b.z, c.z)) / sum;
-        // Zero over zero for an edge-on triangle is neither.
-        (t > 0.0).then(|| Hit { triangle, t: t.min(span.1).max(span.0), u: weights.y / sum, v: weights.z / sum })
-    }
-}
-
-/// Twice the area that the origin spans with a and b, seen along z.
-fn cross(a: DVec3, b: DVec3) -> f64 {
-    a.x * b.y - a.y * b.x
 }

@@ -1,11 +1,8 @@
 use proptest::prelude::*;
-use umbriel_geometry::LightSource;
+use umbriel_geometry::{ExactPoint, blocking::exact_polygon_blocks, simd::Level};
 
 use super::*;
-use crate::{
-    Segment,
-    arbitrary::{point, whole_light, whole_point},
-};
+use crate::arbitrary::{light, point, whole_light, whole_point};
 
 fn bvh(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> TriangleBvh {
     let positions = positions.iter().map(DVec3::to_array).collect();
@@ -17,15 +14,63 @@ fn soup(corners: Vec<[DVec3; 3]>) -> TriangleBvh {
     bvh(corners.into_iter().flatten().collect(), triangles)
 }
 
-/// Whether the closed triangle crosses the open segment; exact on whole numbers. In-plane contact is left out.
-fn crosses(corners: [DVec3; 3], segment: &Segment) -> bool {
-    let (light, w) = (segment.light.xyz(), segment.light.w());
-    let [a, b, c] = corners.map(|corner| corner - segment.origin);
-    let way = light - segment.origin * w;
-    let normal = (b - a).cross(c - a);
-    let (start, end) = (-normal.dot(a), normal.dot(way) - w * normal.dot(a));
-    let sides = [way.dot(a.cross(b)), way.dot(b.cross(c)), way.dot(c.cross(a))];
-    start * end < 0.0 && (sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0))
+/// What the definition says, by exact arithmetic alone, of all triangles.
+fn blocked(corners: &[[DVec3; 3]], origin: DVec3, light: &LightSource) -> bool {
+    let (x, light) = (ExactPoint::<Dyadic>::from_position(origin), ExactPoint::from_light(light));
+    corners.iter().any(|corners| exact_polygon_blocks(&corners.map(ExactPoint::from_position), &x, &light))
+}
+
+/// What the tree says, at every level.
+fn any_hits(bvh: &TriangleBvh, origin: DVec3, light: LightSource) -> Vec<bool> {
+    let way = Way::towards(&light, origin, 0.0);
+    let ray = LocalRay::new(&bvh.parts.frame, &way, bvh.parts.corner_error);
+    let decide = |triangle| {
+        let corners = bvh.corners(triangle).map(Point::exact);
+        polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &light)
+    };
+    let at = |level| {
+        let kernel = ray.as_ref().map(|ray| AnyHit { parts: &bvh.parts, ray, first: None, decide });
+        kernel.and_then(|kernel| simd::dispatch_at(level, kernel)).is_some()
+    };
+    Level::ALL.into_iter().map(at).collect()
+}
+
+/// How a scene is put into the world: by a power of two and a shift that keep whole numbers exact, or by ones that do not.
+#[derive(Clone, Copy, Debug)]
+struct World {
+    scale: f64,
+    shift: DVec3,
+}
+
+impl World {
+    fn place(&self, point: DVec3) -> DVec3 {
+        point * self.scale + self.shift
+    }
+
+    fn light(&self, light: LightSource) -> LightSource {
+        let placed = self.place(light.xyz()).to_array();
+        if light.is_sun() { light } else { LightSource::point(placed).expect("in range") }
+    }
+}
+
+fn a_world() -> impl Strategy<Value = World> {
+    let scale = prop_oneof![Just(1.0), Just(1024.0), Just(0.5f64.powi(60)), Just(2f64.powi(100)), 0.1..10.0f64];
+    let shift = prop_oneof![Just(0.0), Just(1000.0), Just(-1e6), -10.0..10.0f64];
+    (scale, shift).prop_map(|(scale, shift)| World { scale, shift: DVec3::new(1.0, -0.5, 2.0) * shift * scale })
+}
+
+/// Points of triangles, of their edges and corners, and points anywhere, near and far.
+fn an_origin(corners: &[[DVec3; 3]], pick: prop::sample::Index, weights: [u8; 3], loose: DVec3, far: f64) -> DVec3 {
+    let sum: f64 = weights.iter().map(|&w| f64::from(w)).sum();
+    match corners {
+        [] => loose,
+        _ if sum == 0.0 => loose * far,
+        _ => {
+            let [a, b, c] = corners[pick.index(corners.len())];
+            let [u, v, w] = weights.map(|w| f64::from(w) / sum);
+            a * u + b * v + c * w
+        }
+    }
 }
 
 fn a_triangle() -> impl Strategy<Value = [DVec3; 3]> {
@@ -37,13 +82,53 @@ proptest! {
 
     #[test]
     fn any_hit_is_that_of_a_loop(
-        corners in proptest::collection::vec(proptest::array::uniform3(whole_point()), 0..40),
-        origin in whole_point(), light in whole_light(),
+        corners in proptest::collection::vec(proptest::array::uniform3(whole_point()), 0..60),
+        pick in any::<prop::sample::Index>(), weights in proptest::array::uniform3(0u8..3), loose in whole_point(),
+        far in prop_oneof![Just(1.0), Just(100.0), Just(1e9)], light in whole_light(), world in a_world(),
     ) {
-        let segment = Segment::new(origin, light);
+        let origin = world.place(an_origin(&corners, pick, weights, loose, far));
+        let (corners, light) = (placed(&corners, &world), world.light(light));
         let bvh = soup(corners.clone());
-        let found = bvh.any_hit(segment, |triangle| crosses(bvh.corners(triangle), &segment));
-        prop_assert_eq!(found, corners.iter().any(|&corners| crosses(corners, &segment)));
+        prop_assert_eq!(bvh.check(), Ok(()));
+        let expected = blocked(&corners, origin, &light);
+        prop_assert_eq!(any_hits(&bvh, origin, light), [expected; 3]);
+        prop_assert_eq!(bvh.any_hit(&Segment::new(origin, light)), expected);
+    }
+
+    #[test]
+    fn a_segment_through_an_edge_or_corner_is_blocked_exactly(
+        corners in proptest::collection::vec(a_triangle(), 1..60), pick in any::<prop::sample::Index>(),
+        weights in proptest::array::uniform3(0u8..3), beyond in 0.25..4.0f64, light in light(), world in a_world(),
+        ulps in -2i32..=2,
+    ) {
+        // From the light through a point of a triangle, corners and edges included, and a few ulps beside.
+        let target = an_origin(&corners, pick, weights, DVec3::ZERO, 1.0);
+        let away = if light.is_sun() { -light.xyz() } else { target - light.xyz() };
+        let origin = world.place(target + away * beyond);
+        let origin = DVec3::new(stepped(origin.x, ulps), origin.y, origin.z);
+        let (corners, light) = (placed(&corners, &world), world.light(light));
+        let bvh = soup(corners.clone());
+        let expected = blocked(&corners, origin, &light);
+        prop_assert_eq!(any_hits(&bvh, origin, light), [expected; 3]);
+        // The answer does not depend on what was asked before.
+        let mut towards = bvh.towards(light);
+        for other in [origin, target, origin] {
+            prop_assert_eq!(towards.any_hit(other), blocked(&corners, other, &light));
+        }
+    }
+
+    #[test]
+    fn a_point_known_roughly_leaves_only_doubts_to_the_caller(
+        corners in proptest::collection::vec(a_triangle(), 0..40), origin in point(), light in light(),
+        slack in prop_oneof![Just(1e-12), Just(1e-6), Just(1e-3), Just(0.1), Just(100.0)],
+        offset in proptest::array::uniform3(-1.0..=1.0f64),
+    ) {
+        let bvh = soup(corners.clone());
+        let truth = origin + DVec3::from_array(offset) * slack * 0.999;
+        let found = bvh.towards(light).any_hit_where(origin, slack, |triangle| {
+            blocked(&[bvh.corners(triangle)], truth, &light)
+        });
+        prop_assert_eq!(found, blocked(&corners, truth, &light));
     }
 
     #[test]
@@ -89,6 +174,15 @@ proptest! {
     }
 }
 
+fn placed(corners: &[[DVec3; 3]], world: &World) -> Vec<[DVec3; 3]> {
+    corners.iter().map(|corners| corners.map(|corner| world.place(corner))).collect()
+}
+
+fn stepped(value: f64, ulps: i32) -> f64 {
+    let step = |value: f64, _| if ulps < 0 { value.next_down() } else { value.next_up() };
+    (0..ulps.abs()).fold(value, step)
+}
+
 /// A closed surface around the origin with 26 corners and 48 triangles.
 fn star(heights: &[f64]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let lattice: Vec<DVec3> = (0..27)
@@ -126,15 +220,18 @@ fn a_ray_without_direction_hits_nothing() {
     let bvh = soup(vec![[DVec3::X, DVec3::Y, DVec3::Z]]);
     assert_eq!(bvh.nearest_hit(DVec3::ZERO, DVec3::ZERO, f64::INFINITY), None);
     assert_eq!(bvh.nearest_hit(DVec3::ZERO, DVec3::ONE, 0.3), None, "the triangle is at 1/3");
-    assert!(!bvh.is_empty() && bvh.len() == 1 && bvh.tree().len() == 1);
+    assert!(!bvh.is_empty() && bvh.len() == 1);
+    assert!(!bvh.any_hit(&Segment::new(DVec3::ONE, LightSource::point([1.0; 3]).expect("a lamp"))), "at the lamp");
 }
 
 #[test]
-fn a_shaft_stands_for_a_point_that_is_known_roughly() {
-    let bvh = soup(vec![[DVec3::new(-1.0, 1.0, -1.0), DVec3::new(1.0, 1.0, -1.0), DVec3::new(0.0, 1.0, 1.0)]]);
-    let sun = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun overhead");
-    let beside = DVec3::new(1.5, 0.0, 0.0);
-    assert!(!bvh.any_hit(Segment::new(beside, sun), |_| true));
-    let rough = Aabb { min: beside, max: beside }.widened(DVec3::splat(0.75));
-    assert!(bvh.any_hit(Shaft::new(&rough, &sun), |_| true));
+fn trees_of_all_sizes_are_sound() {
+    for count in [0, 1, 7, 8, 9, 63, 64, 65, 1000, 20_000] {
+        // Spread out, in one line, and all in one place.
+        for spread in [DVec3::new(1.0, 0.7, 0.3), DVec3::X, DVec3::ZERO] {
+            let at = |n: u32| spread * f64::from(n.wrapping_mul(2_654_435_761) >> 8) * 1e-5;
+            let corners = (0..count).map(|n| [at(n), at(n) + DVec3::X, at(n) + DVec3::Y]).collect();
+            assert_eq!(soup(corners).check(), Ok(()), "{count} along {spread}");
+        }
+    }
 }

@@ -5,10 +5,10 @@
 //! exact, and none is fused with another, so a kernel gives the same bits at every level ([`dispatch_at`] lets tests
 //! compare them); only the payloads of NaNs are left open. Cost: one indirect step a dispatch, so dispatch loops, not
 //! single operations. What breaks the speed (never the result): a helper of a kernel that is not `#[inline(always)]`
-//! is compiled without the features, and each of its operations becomes a call. That includes closures that the
-//! compiler leaves alone.
+//! is compiled without the features, and each of its operations becomes a call. That includes closures, above all those
+//! handed to `array::map` and `from_fn`: use loops and functions where vectors are concerned.
 //!
-//! The values of [`Avx2`] and [`Avx512`] are proofs that the processor has the features: only [`dispatch_at`] makes
+//! The values of [`Avx2`] and [`Avx512`] are proofs that the processor has the features: only the dispatch makes
 //! them, after it has asked. Vectors are made from such a value or from other vectors, so safe code cannot reach an
 //! instruction that the processor lacks.
 //!
@@ -111,27 +111,55 @@ pub trait Kernel {
 /// Runs the kernel at the best level of this processor. Cost: a load and a jump.
 #[inline]
 pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
-    dispatch_at(Level::best(), kernel)
+    static BEST: OnceLock<Proof> = OnceLock::new();
+    BEST.get_or_init(|| Proof::at(Level::best())).run(kernel)
 }
 
 /// Runs the kernel at this level, or at the widest below it that the processor has. The result is the same.
-#[inline]
 pub fn dispatch_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    Proof::at(level).run(kernel)
+}
+
+/// That the processor has a level.
+#[derive(Clone, Copy)]
+enum Proof {
+    Scalar(Scalar),
     #[cfg(target_arch = "x86_64")]
-    {
-        if level == Level::Avx512
-            && let Some(token) = Avx512::new()
+    Avx2(Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(Avx512),
+}
+
+impl Proof {
+    /// Of the widest level that the processor has, up to `level`.
+    fn at(level: Level) -> Self {
+        #[cfg(target_arch = "x86_64")]
         {
-            return token.run(kernel);
+            if level == Level::Avx512
+                && let Some(token) = Avx512::new()
+            {
+                return Self::Avx512(token);
+            }
+            if level >= Level::Avx2
+                && let Some(token) = Avx2::new()
+            {
+                return Self::Avx2(token);
+            }
         }
-        if level >= Level::Avx2
-            && let Some(token) = Avx2::new()
-        {
-            return token.run(kernel);
+        let _ = level;
+        Self::Scalar(Scalar)
+    }
+
+    #[inline]
+    fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        match self {
+            Self::Scalar(token) => kernel.run(token),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(token) => token.run(kernel),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(token) => token.run(kernel),
         }
     }
-    let _ = level;
-    kernel.run(Scalar)
 }
 
 /// A level: makes vectors of 8 and of 16 lanes. The methods here are those of [`Lanes`] with the width in the name,

@@ -1,0 +1,90 @@
+//! Any hit: does some triangle block the way from a point to a light?
+//!
+//! Depth first through the boxes, in the order that the builder gave the children. A level of the stack holds a node
+//! and those of its children that are still to be visited. The pack that blocked last is tried first (the shadow cache
+//! of Haines and Greenberg, "The light buffer", IEEE Computer Graphics and Applications 6(9), 1986): neighbours tend to be
+//! in the same shadow. The answer does not depend on it.
+
+use umbriel_geometry::simd::{Kernel, Simd};
+
+use super::{
+    boxes::boxes_met,
+    build::{MAX_DEPTH, Parts},
+    layout::{Pack, WIDTH},
+    pack_test,
+    ray::LocalRay,
+};
+
+/// Finds a pack with a triangle that blocks the ray.
+pub(super) struct AnyHit<'a, D> {
+    pub(super) parts: &'a Parts,
+    pub(super) ray: &'a LocalRay,
+    /// The pack to try first.
+    pub(super) first: Option<u32>,
+    /// Decides about a triangle in doubt.
+    pub(super) decide: D,
+}
+
+impl<D: FnMut(u32) -> bool> Kernel for AnyHit<'_, D> {
+    type Output = Option<u32>;
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) -> Option<u32> {
+        // Doubts are left to the walk, which comes to the pack if the ray does.
+        if let Some(first) = self.first
+            && pack_test::test(simd, &self.parts.packs[first as usize], self.ray).hits != 0
+        {
+            return Some(first);
+        }
+        let mut stack = [(0u32, 0u32); MAX_DEPTH];
+        let mut depth = 0;
+        let mut index = 0;
+        let mut open = boxes_met(simd, &self.parts.nodes[0], self.ray);
+        loop {
+            while open == 0 {
+                if depth == 0 {
+                    return None;
+                }
+                depth -= 1;
+                (index, open) = stack[depth];
+            }
+            let node = &self.parts.nodes[index as usize];
+            let lane = open.trailing_zeros();
+            open &= open - 1;
+            let child = node.children[lane as usize % WIDTH];
+            if node.leaves >> lane & 1 == 1 {
+                if self.blocks(simd, child) {
+                    return Some(child);
+                }
+            } else {
+                if open != 0 {
+                    stack[depth] = (index, open);
+                    depth += 1;
+                }
+                index = child;
+                open = boxes_met(simd, &self.parts.nodes[index as usize], self.ray);
+            }
+        }
+    }
+}
+
+impl<D: FnMut(u32) -> bool> AnyHit<'_, D> {
+    #[inline(always)]
+    fn blocks<S: Simd>(&mut self, simd: S, index: u32) -> bool {
+        let pack = &self.parts.packs[index as usize];
+        let verdicts = pack_test::test(simd, pack, self.ray);
+        verdicts.hits != 0 || verdicts.doubts != 0 && decide_all(pack, verdicts.doubts, &mut self.decide)
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn decide_all(pack: &Pack, mut doubts: u32, decide: &mut impl FnMut(u32) -> bool) -> bool {
+    while doubts != 0 {
+        if decide(pack.triangles[doubts.trailing_zeros() as usize]) {
+            return true;
+        }
+        doubts &= doubts - 1;
+    }
+    false
+}
