@@ -17,6 +17,8 @@ use obvhs::{
 };
 use parry3d::{math::Vector, query::RayCast, shape::TriMesh};
 
+use umbriel_geometry::LightSource;
+
 use super::{Ray, Rival, Soup, Tree};
 
 pub(super) fn all() -> Vec<Rival> {
@@ -52,9 +54,12 @@ impl Compressed {
 }
 
 impl Tree for Compressed {
-    fn is_blocked(&self, ray: &Ray) -> bool {
-        let single = obvhs::ray::Ray::new(ray.origin.as_vec3a(), ray.direction.as_vec3a(), 0.0, ray.t_max as f32);
-        !self.tree.ray_traverse_miss(single, |ray, index| self.triangles[index].intersect(ray))
+    fn count_free(&self, _: &LightSource, rays: &mut dyn Iterator<Item = Ray>) -> u64 {
+        let is_free = |ray: &Ray| {
+            let single = obvhs::ray::Ray::new(ray.origin.as_vec3a(), ray.direction.as_vec3a(), 0.0, ray.t_max as f32);
+            self.tree.ray_traverse_miss(single, |ray, index| self.triangles[index].intersect(ray))
+        };
+        rays.filter(is_free).count() as u64
     }
 }
 
@@ -95,15 +100,19 @@ impl Binary {
 }
 
 impl Tree for Binary {
-    fn is_blocked(&self, ray: &Ray) -> bool {
-        let direction = Vector3::from(ray.direction.as_vec3().to_array());
-        // Its rays are of unit length.
-        let reach = ray.t_max as f32 * direction.norm();
-        let single = bvh::ray::Ray::new(Point3::from(ray.origin.as_vec3().to_array()), direction);
-        self.tree.traverse_iterator(&single, &self.triangles).any(|triangle| {
-            let [a, b, c] = &triangle.points;
-            single.intersects_triangle(a, b, c).distance < reach || single.intersects_triangle(a, c, b).distance < reach
-        })
+    fn count_free(&self, _: &LightSource, rays: &mut dyn Iterator<Item = Ray>) -> u64 {
+        let is_free = |ray: &Ray| {
+            let direction = Vector3::from(ray.direction.as_vec3().to_array());
+            // Its rays are of unit length.
+            let reach = ray.t_max as f32 * direction.norm();
+            let single = bvh::ray::Ray::new(Point3::from(ray.origin.as_vec3().to_array()), direction);
+            !self.tree.traverse_iterator(&single, &self.triangles).any(|triangle| {
+                let [a, b, c] = &triangle.points;
+                let distances = [[a, b, c], [a, c, b]].map(|[a, b, c]| single.intersects_triangle(a, b, c).distance);
+                distances[0].min(distances[1]) < reach
+            })
+        };
+        rays.filter(is_free).count() as u64
     }
 }
 
@@ -114,8 +123,11 @@ fn parry(soup: &Soup) -> Result<TriMesh> {
 }
 
 impl Tree for TriMesh {
-    fn is_blocked(&self, ray: &Ray) -> bool {
-        let [origin, direction] = [ray.origin, ray.direction].map(|v| v.as_vec3().to_array().into());
-        self.cast_local_ray(&parry3d::query::Ray::new(origin, direction), ray.t_max as f32, true).is_some()
+    fn count_free(&self, _: &LightSource, rays: &mut dyn Iterator<Item = Ray>) -> u64 {
+        let is_free = |ray: &Ray| {
+            let [origin, direction] = [ray.origin, ray.direction].map(|v| v.as_vec3().to_array().into());
+            self.cast_local_ray(&parry3d::query::Ray::new(origin, direction), ray.t_max as f32, true).is_none()
+        };
+        rays.filter(is_free).count() as u64
     }
 }
