@@ -17,6 +17,8 @@ mod exact;
 mod fine;
 mod hours;
 mod levels;
+mod light_space;
+mod loose;
 mod progress;
 mod query;
 mod receivers;
@@ -32,6 +34,7 @@ pub use hours::{
     HourBounds, HourCell, HourCells, HoursError, HoursReport, LightSummary, ObjectHours, SampledHours, TimedLight,
     bake_hours, hours,
 };
+pub use loose::Points;
 pub use progress::{Cancelled, Progress, Silent};
 pub use query::{Answer, Place, Precision, Queries, QueryDefect};
 pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleCount, Time, Verdict, Work};

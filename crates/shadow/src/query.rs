@@ -87,7 +87,7 @@ pub enum QueryDefect {
 /// Exact answers to single points of a scene; builds what it needs on first use, so keep it for many points.
 #[derive(Debug)]
 pub struct Queries<'a> {
-    bodies: Bodies<'a>,
+    pub(crate) bodies: Bodies<'a>,
     objects: BoxTree,
     faces: Vec<OnceLock<BoxTree>>,
 }

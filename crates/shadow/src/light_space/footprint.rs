@@ -1,0 +1,242 @@
+//! What a triangle covers in light space: three edge functions, and its nearness as an affine function.
+//!
+//! Edge functions of homogeneous corners need neither clipping nor division (Olano & Greer, "Triangle scan conversion using
+//! 2D homogeneous coordinates", Graphics Hardware 1997): with corners r_i = (x, y, w)_i the function
+//! E_i(u, v) = (r_i × r_{i+1})·(u, v, 1) has the sign of det(r_0, r_1, r_2) for all i exactly where the ray through (u, v)
+//! meets the triangle in front of the light. This holds for triangles that reach behind a lamp, too.
+//!
+//! Functions are divided by |∂E/∂u| + |∂E/∂v|, so a point that is off by d in u and v moves them by d at most. What cannot
+//! be told (which way the triangle turns, an edge that points at the light) is left vague: such a function is zero, which
+//! says neither inside nor outside. Guarantee: all coefficients hold within the errors that stand beside them.
+
+use super::Homogeneous;
+
+/// Unit roundoff of f64.
+const ROUNDOFF: f64 = f64::EPSILON / 2.0;
+
+/// An affine function of (u, v).
+pub(crate) type Affine = [f64; 3];
+
+/// A triangle as a window sees it; (u, v) counts from the window's middle, so that |u|, |v| ≤ 1 inside.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Footprint {
+    /// Not negative over the triangle, |∂u| + |∂v| = 1; or zero where nothing is known.
+    pub(crate) edges: [Affine; 3],
+    /// No edge function is off by more inside the window.
+    pub(crate) edge_error: f64,
+    /// Nearness over the triangle's plane. Constant, and not below that of any point of the triangle, where it is vague.
+    pub(crate) plane: Affine,
+    /// The plane's value is off by no more inside the window; infinite where it is vague.
+    pub(crate) plane_error: f64,
+    /// No point of the triangle is nearer; infinite when it reaches behind a lamp.
+    pub(crate) nearest: f64,
+    /// Holds the triangle where it is in front of the light: least u, v, greatest u, v; infinite where that is unknown.
+    pub(crate) bounds: [f64; 4],
+}
+
+/// The errors of corners: of x, y and w, and of h.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CornerError {
+    pub(crate) place: f64,
+    pub(crate) height: f64,
+}
+
+impl Footprint {
+    /// The footprint of a triangle of a sun's view (w = 1) or a lamp's (h constant).
+    #[inline]
+    pub(crate) fn of(r: &[Homogeneous; 3], is_sun: bool, error: CornerError) -> Self {
+        let span = Span::of(r, is_sun, error);
+        let sides = [side(&r[0], &r[1], error.place), side(&r[1], &r[2], error.place), side(&r[2], &r[0], error.place)];
+        let mut footprint = Self {
+            edges: [[0.0; 3]; 3],
+            edge_error: 0.0,
+            plane: [0.0, 0.0, span.nearest],
+            plane_error: f64::INFINITY,
+            nearest: span.nearest,
+            bounds: span.bounds,
+        };
+        let (determinant, doubt) = (span.determinant, span.determinant_error);
+        if determinant.abs() > doubt {
+            footprint.turn(&sides, determinant.signum());
+            footprint.lean(&r[0], &span, is_sun, error);
+        } else if span.least_w > 0.0 {
+            footprint.flatten(&sides, (determinant.abs() + doubt) / span.least_w);
+        }
+        footprint
+    }
+
+    /// A body of which nothing is known but that it lies in the hull of `corners`.
+    pub(crate) fn somewhere(corners: &[Homogeneous; 8], is_sun: bool, error: CornerError) -> Self {
+        let mut hull = Self { edges: [[0.0; 3]; 3], edge_error: 0.0, plane: [0.0; 3], plane_error: f64::INFINITY, nearest: f64::NEG_INFINITY, bounds: [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY] };
+        for triple in [[0, 1, 2], [3, 4, 5], [6, 7, 0]] {
+            let r = triple.map(|k: usize| corners[k]);
+            let least_w = if is_sun { 1.0 } else { r[0].w.min(r[1].w).min(r[2].w) - error.place };
+            let (nearest, [u0, v0, u1, v1]) = reach(&r, least_w, is_sun, error);
+            hull.nearest = hull.nearest.max(nearest);
+            let [a, b, c, d] = hull.bounds;
+            hull.bounds = [a.min(u0), b.min(v0), c.max(u1), d.max(v1)];
+        }
+        hull.plane[2] = hull.nearest;
+        hull
+    }
+
+    /// False when no point of the triangle is seen in the window widened by `margin`.
+    #[inline]
+    pub(crate) fn may_meet_window(&self, margin: f64) -> bool {
+        let wide = 1.0 + margin;
+        let [u0, v0, u1, v1] = self.bounds;
+        let apart = u0 > wide || v0 > wide || u1 < -wide || v1 < -wide;
+        // Between the window's corners an edge function differs by at most 1 from its value in the middle.
+        !apart && self.edges.iter().all(|edge| edge[2] >= -wide - self.edge_error)
+    }
+
+    /// Takes the edges as they turn: all positive inside.
+    #[inline]
+    fn turn(&mut self, sides: &[Side; 3], sign: f64) {
+        for (edge, side) in self.edges.iter_mut().zip(sides) {
+            let factor = sign / side.reach;
+            let off = side.error / side.reach;
+            // Not so for NaN: an edge without length is vague.
+            if off < VAGUE {
+                *edge = side.value.map(|coefficient| coefficient * factor);
+                self.edge_error = self.edge_error.max(off + 4.0 * ROUNDOFF * (1.0 + edge[2].abs()));
+            }
+        }
+    }
+
+    /// A triangle that is seen edge-on, or too nearly so: the strip round its longest edge that holds it, turned no way.
+    #[inline]
+    fn flatten(&mut self, sides: &[Side; 3], width: f64) {
+        let longest = sides.iter().fold(&sides[0], |best, side| if side.reach > best.reach { side } else { best });
+        let (factor, off) = (1.0 / longest.reach, longest.error / longest.reach);
+        if off < VAGUE {
+            let [a, b, c] = longest.value.map(|coefficient| coefficient * factor);
+            // The opposite corner lies as far from the edge as the determinant says.
+            let wide = width * factor * (1.0 + 8.0 * ROUNDOFF);
+            self.edges = [[a, b, c + wide], [-a, -b, wide - c], [0.0; 3]];
+            self.edge_error = off + 8.0 * ROUNDOFF * (1.0 + c.abs() + wide);
+        }
+    }
+
+    /// Takes the plane, if its determinant allows.
+    #[inline]
+    fn lean(&mut self, corner: &Homogeneous, span: &Span, is_sun: bool, error: CornerError) {
+        let factor = 1.0 / span.determinant;
+        let [nx, ny, nz] = span.normal;
+        // Each coefficient is (N ± e)/(D ± d): off by (e + |N/D|·d)/(|D| − d), and its rounding.
+        let least = span.determinant.abs() - span.determinant_error;
+        let off = |value: f64| (span.normal_error + value.abs() * span.determinant_error) / least + value.abs() * 4.0 * ROUNDOFF;
+        let (plane, plane_error) = if is_sun {
+            let (p, q) = (-nx * factor, -ny * factor);
+            let at_origin = corner.h - p * corner.x - q * corner.y;
+            let reach = corner.x.abs() + corner.y.abs() + 1.0;
+            let carried = (off(p) + off(q)) * (reach + 1.0) + (p.abs() + q.abs()) * (error.place + 4.0 * ROUNDOFF * reach);
+            ([p, q, at_origin], carried + error.height + 4.0 * ROUNDOFF * corner.h.abs())
+        } else {
+            let plane = [nx, ny, nz].map(|coefficient| coefficient * factor * corner.h);
+            (plane, corner.h * (off(nx * factor) + off(ny * factor) + off(nz * factor)))
+        };
+        if plane_error < f64::INFINITY {
+            self.plane = plane;
+            self.plane_error = 2.0 * plane_error;
+        } else {
+            // Whoever does not know the plane must not be sure to be inside.
+            self.edges[2] = [0.0; 3];
+        }
+    }
+}
+
+/// Edges whose functions are off by more than this, in parts of the window, say nothing.
+const VAGUE: f64 = 1.0 / (1u64 << 24) as f64;
+
+/// The function of one edge before it is scaled.
+struct Side {
+    value: Affine,
+    /// |∂u| + |∂v|.
+    reach: f64,
+    /// Bound on the error of the function's value inside the window.
+    error: f64,
+}
+
+/// r × s as r × (s − r): then the products are as small as the edge is short.
+///
+/// Each coefficient is a difference of two products a·b with a off by d and b by 2d (its rounding is within d's slack):
+/// off by 2d|a| + d|b| + 2d² + 2u|a·b|, and the difference rounds by 2u|a·b| more. With the sums r, e of the magnitudes of
+/// the corner's and the edge's coordinates the three coefficients together are off by less than 2·(2d·r + d·e + 4u·r·e),
+/// twice because each coordinate stands in two of them; inside the window |u|, |v| ≤ 1.
+#[inline(always)]
+fn side(r: &Homogeneous, s: &Homogeneous, d: f64) -> Side {
+    let (ex, ey, ew) = (s.x - r.x, s.y - r.y, s.w - r.w);
+    let value = [r.y * ew - r.w * ey, r.w * ex - r.x * ew, r.x * ey - r.y * ex];
+    let sizes = [r.x.abs() + r.y.abs() + r.w.abs(), ex.abs() + ey.abs() + ew.abs()];
+    let error = 2.0 * (2.0 * d * sizes[0] + d * sizes[1] + 4.0 * ROUNDOFF * sizes[0] * sizes[1] + 2.0 * d * d);
+    Side { value, reach: value[0].abs() + value[1].abs(), error }
+}
+
+/// How a triangle lies: its normal, how far it is turned, what it spans.
+struct Span {
+    normal: [f64; 3],
+    normal_error: f64,
+    /// det(r_0, r_1, r_2).
+    determinant: f64,
+    determinant_error: f64,
+    /// Below every corner's w.
+    least_w: f64,
+    nearest: f64,
+    bounds: [f64; 4],
+}
+
+impl Span {
+    /// A sun's normal is taken in (x, y, h), where the third coordinate is the determinant; a lamp's in (x, y, w).
+    #[inline(always)]
+    fn of(r: &[Homogeneous; 3], is_sun: bool, error: CornerError) -> Self {
+        let third = |corner: &Homogeneous| if is_sun { corner.h } else { corner.w };
+        let edge = |k: usize| [r[k].x - r[0].x, r[k].y - r[0].y, third(&r[k]) - third(&r[0])];
+        let ([ax, ay, az], [bx, by, bz]) = (edge(1), edge(2));
+        let normal = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
+        let d = if is_sun { error.place.max(error.height) } else { error.place };
+        let sizes = [ax.abs() + ay.abs() + az.abs(), bx.abs() + by.abs() + bz.abs()];
+        // As for the edges, both factors off by 2d.
+        let normal_error = 4.0 * (d * (sizes[0] + sizes[1]) + ROUNDOFF * sizes[0] * sizes[1] + 2.0 * d * d);
+        let (determinant, determinant_error) = if is_sun {
+            (normal[2], normal_error)
+        } else {
+            let size = r[0].x.abs() + r[0].y.abs() + r[0].w.abs();
+            let wide = normal[0].abs() + normal[1].abs() + normal[2].abs();
+            let value = normal[0] * r[0].x + normal[1] * r[0].y + normal[2] * r[0].w;
+            (value, normal_error * size + wide * (d + 4.0 * ROUNDOFF * size) + 3.0 * normal_error * d)
+        };
+        let least_w = if is_sun { 1.0 } else { r[0].w.min(r[1].w).min(r[2].w) - error.place };
+        let (nearest, bounds) = reach(r, least_w, is_sun, error);
+        Self { normal, normal_error, determinant, determinant_error, least_w, nearest, bounds }
+    }
+}
+
+/// The nearest that a triangle gets, and its bounds.
+#[inline(always)]
+fn reach(r: &[Homogeneous; 3], least_w: f64, is_sun: bool, error: CornerError) -> (f64, [f64; 4]) {
+    let all = f64::INFINITY;
+    if is_sun {
+        let (u, v) = (r.map(|corner| corner.x), r.map(|corner| corner.y));
+        let d = error.place;
+        let bounds = [least(u) - d, least(v) - d, greatest(u) + d, greatest(v) + d];
+        return (greatest(r.map(|corner| corner.h)) + error.height, bounds);
+    }
+    // A quotient x/w is off by (d + |x/w|·d)/least_w; where that is large, nothing is known.
+    if least_w <= 0.0 || error.place > least_w * 0.0625 {
+        return (all, [-all, -all, all, all]);
+    }
+    let (u, v) = (r.map(|corner| corner.x / corner.w), r.map(|corner| corner.y / corner.w));
+    let d = error.place / least_w * 1.25;
+    let below = |values: [f64; 3]| least(values) - d * (1.0 + least(values).abs());
+    let above = |values: [f64; 3]| greatest(values) + d * (1.0 + greatest(values).abs());
+    (r[0].h / least_w * (1.0 + 4.0 * ROUNDOFF), [below(u), below(v), above(u), above(v)])
+}
+
+fn least([a, b, c]: [f64; 3]) -> f64 {
+    a.min(b).min(c)
+}
+
+fn greatest([a, b, c]: [f64; 3]) -> f64 {
+    a.max(b).max(c)
+}

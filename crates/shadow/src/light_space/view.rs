@@ -1,0 +1,138 @@
+//! One view from a light: a sun's shear onto the coordinate plane most across it, or one of a lamp's six frusta.
+//!
+//! A point is seen at homogeneous (x, y, w): u = x/w, v = y/w. A sun has w = 1, a lamp the distance along the view's axis.
+//! The nearness n = h/w is the height towards a sun (h = n), and a number over the distance to a lamp (h constant): both are
+//! affine functions of (u, v) over a plane, and greater nearer to the light.
+
+use glam::DVec3;
+use umbriel_geometry::{Aabb, LightSource};
+
+/// Unit roundoff of f64.
+const ROUNDOFF: f64 = f64::EPSILON / 2.0;
+
+/// A lamp's view is this wide: |u|, |v| ≤ 1, and room for what points and corners are off by.
+const LAMP_WINDOW: f64 = 1.0 + 1.0 / 16.0;
+
+/// A point as a view sees it: u = x/w, v = y/w, nearness = h/w.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Homogeneous {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) w: f64,
+    pub(crate) h: f64,
+}
+
+/// One view from a light.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View {
+    /// Along the view, then across it.
+    axes: [usize; 3],
+    /// Which way along the first axis: towards a sun, away from a lamp.
+    sign: f64,
+    /// A sun's shear along the axes across.
+    slope: [f64; 2],
+    /// The lamp's place; for a sun the point that is seen at (0, 0) with nearness 0.
+    origin: DVec3,
+    is_sun: bool,
+    /// Scales nearness to about one over the scene; a power of two.
+    scale: f64,
+}
+
+impl View {
+    /// All views of a light: one of a sun, six of a lamp. `bounds` holds the scene, and sets where numbers are best.
+    pub(crate) fn all(light: &LightSource, bounds: &Aabb) -> Vec<Self> {
+        let xyz = light.xyz();
+        let size = power_of_two(bounds.size().max_element());
+        let middle = if bounds.is_empty() { DVec3::ZERO } else { bounds.center() };
+        if !light.is_sun() {
+            let sides = (0..3).flat_map(|axis| [1.0, -1.0].map(|sign| (axis, sign)));
+            let view = |(axis, sign)| Self {
+                axes: [axis, (axis + 1) % 3, (axis + 2) % 3],
+                sign,
+                slope: [0.0; 2],
+                origin: xyz,
+                is_sun: false,
+                scale: size.max(power_of_two((middle - xyz).abs().max_element())),
+            };
+            return sides.map(view).collect();
+        }
+        let axis = xyz.abs().max_position();
+        let axes = [axis, (axis + 1) % 3, (axis + 2) % 3];
+        let slope = [xyz[axes[1]] / xyz[axis], xyz[axes[2]] / xyz[axis]];
+        let sign = xyz[axis].signum();
+        vec![Self { axes, sign, slope, origin: middle, is_sun: true, scale: 1.0 / size }]
+    }
+
+    pub(crate) fn is_sun(&self) -> bool {
+        self.is_sun
+    }
+
+    /// A lamp's place; for a sun the point with u, v and nearness zero.
+    pub(crate) fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// A point of the world, rounded.
+    #[inline(always)]
+    pub(crate) fn see(&self, point: DVec3) -> Homogeneous {
+        let away = point - self.origin;
+        let [along, x, y] = self.axes.map(|axis| away[axis]);
+        if self.is_sun {
+            let [p, q] = self.slope;
+            return Homogeneous { x: x - p * along, y: y - q * along, w: 1.0, h: self.sign * along * self.scale };
+        }
+        Homogeneous { x, y, w: self.sign * along, h: self.scale }
+    }
+
+    /// Bound on the error of x, y and w of [`View::see`] for points whose coordinates are below `size` and known to
+    /// one ulp; that of h is as much times [`View::nearness_scale`].
+    ///
+    /// With m the greater of `size` and the origin's coordinates: an ulp is 2u·m, the difference rounds by u·2m, and its
+    /// part along, 2m(1 + 2u) with an error of 4um, is multiplied by a slope of at most 1 with an error of u: less than
+    /// 4um + 2um + 2um more; the sum, at most 4m, rounds by 4um. All together below 18um, without the second powers of u.
+    pub(crate) fn error(&self, size: f64) -> f64 {
+        20.0 * ROUNDOFF * size.max(self.origin.abs().max_element())
+    }
+
+    /// A rectangle that holds the image of the hull of `corners`, least u, v and greatest u, v; `None` when a lamp's view
+    /// sees nothing of it. `error` bounds that of the corners.
+    pub(crate) fn bounds(&self, corners: &[DVec3], error: f64) -> Option<[f64; 4]> {
+        let mut least_w = f64::INFINITY;
+        let mut beyond = [true; 5];
+        let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for &corner in corners {
+            let Homogeneous { x, y, w, .. } = self.see(corner);
+            least_w = least_w.min(w);
+            let edge = w * LAMP_WINDOW;
+            let inside = [w, edge - x, edge + x, edge - y, edge + y];
+            beyond = std::array::from_fn(|k| beyond[k] && inside[k] < -4.0 * error);
+            let off = error / w;
+            for (axis, place) in [x / w, y / w].into_iter().enumerate() {
+                let off = if self.is_sun { error } else { 2.0 * off * (1.0 + place.abs()) };
+                min[axis] = min[axis].min(place - off);
+                max[axis] = max[axis].max(place + off);
+            }
+        }
+        if self.is_sun {
+            return Some([min[0], min[1], max[0], max[1]]);
+        }
+        if beyond.contains(&true) {
+            return None;
+        }
+        // What reaches behind the lamp can appear anywhere.
+        let is_in_front = least_w > 16.0 * error;
+        let (low, high) = if is_in_front { (min, max) } else { ([-LAMP_WINDOW; 2], [LAMP_WINDOW; 2]) };
+        let [low, high] = [low, high].map(|place| place.map(|x| x.clamp(-LAMP_WINDOW, LAMP_WINDOW)));
+        Some([low[0], low[1], high[0], high[1]])
+    }
+
+    /// How much the nearness of a sun's view changes over one metre of height; of a lamp's view, h.
+    pub(crate) fn nearness_scale(&self) -> f64 {
+        self.scale
+    }
+}
+
+/// A power of two of about this size; 1 for what is no positive number.
+fn power_of_two(size: f64) -> f64 {
+    if size > 0.0 && size.is_finite() { f64::from_bits(size.to_bits() & (0x7ff << 52)) } else { 1.0 }
+}

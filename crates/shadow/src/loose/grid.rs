@@ -1,0 +1,194 @@
+//! One view of a light, cut into tiles; each tile is made when the first point falls into it.
+//!
+//! Cost: about 20 ns a triangle to find its tiles.
+
+use std::sync::OnceLock;
+
+use glam::DVec3;
+use umbriel_geometry::Aabb;
+
+use crate::{
+    light_space::{CornerError, Footprint, Homogeneous, View},
+    loose::{
+        pieces::{Piece, Pieces},
+        tile::Tile,
+    },
+};
+
+/// About as many pieces share a tile.
+const PIECES_A_TILE: f64 = 256.0;
+/// At most so many tiles along a side.
+const MAX_TILES: f64 = 256.0;
+/// Pieces are given to tiles that they come this near, in tiles: more than cells are widened by, and than corners are off.
+const TILE_MARGIN: f64 = 1.0 / 32.0;
+
+/// One view, cut into tiles.
+pub(super) struct Grid<'a> {
+    pieces: &'a Pieces<'a>,
+    pub(super) view: View,
+    /// Place of the first tile's corner.
+    corner: [f64; 2],
+    /// Tiles over a unit of u and v.
+    pub(super) density: f64,
+    /// Tiles along u and v.
+    size: [u32; 2],
+    /// Errors of corners in units of half a tile.
+    error: CornerError,
+    /// The first entry of each tile in `listed`, and the end.
+    starts: Vec<u32>,
+    listed: Vec<u32>,
+    tiles: Vec<OnceLock<Tile>>,
+}
+
+/// A piece and its rectangle in the view: least u, v, greatest u, v.
+struct Placed {
+    piece: u32,
+    bounds: [f64; 4],
+}
+
+impl<'a> Grid<'a> {
+    /// Finds the tiles of all pieces.
+    pub(super) fn of(pieces: &'a Pieces<'a>, view: View) -> Self {
+        let size = pieces.bounds.min.abs().max(pieces.bounds.max.abs()).max_element().max(0.0);
+        let error = view.error(size);
+        let seen = see_all(pieces, &view, error);
+        let bounds = seen.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |all, placed| {
+            let [a, b, c, d] = placed.bounds;
+            [all[0].min(a), all[1].min(b), all[2].max(c), all[3].max(d)]
+        });
+        let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
+        let tiles = (seen.len() as f64 / super::tile::tune("T", PIECES_A_TILE)).clamp(1.0, MAX_TILES * MAX_TILES);
+        let largest = width.max(height);
+        // One tile's side; when the view is a line, its length is cut.
+        let side = (width * height / tiles).sqrt().max(largest / tiles.min(MAX_TILES));
+        let side = if side > 0.0 { side } else { 1.0 };
+        let density = 1.0 / side;
+        let along = |length: f64| (length * density + 1.0).floor() as u32 + 1;
+        let grid_size = if seen.is_empty() { [0; 2] } else { [along(width), along(height)] };
+        // Half a tile of nothing all round.
+        let corner = [bounds[0] - 0.5 * side, bounds[1] - 0.5 * side];
+        // x' = 2d(x − u₀w) − (2i + 1)w: view.rs bounds x and w; with |u₀w| at most that of x, roundings add less than as much again.
+        let error = CornerError { place: 8.0 * density.max(1.0) * error, height: error * view.nearness_scale() };
+        let mut grid = Self {
+            pieces,
+            view,
+            corner,
+            density,
+            size: grid_size,
+            error,
+            starts: Vec::new(),
+            listed: Vec::new(),
+            tiles: Vec::new(),
+        };
+        grid.list(&seen);
+        grid
+    }
+
+    /// The tile at (u, v), tiles from the corner, and where in it, from 0 to 1; `None` beside all tiles, where there is nothing.
+    #[inline(always)]
+    pub(super) fn tile(&self, u: f64, v: f64) -> Option<(&Tile, [f64; 2])> {
+        // Casts saturate: what is negative, or below one, is in the first column or beside it.
+        if u < 0.0 || v < 0.0 {
+            return None;
+        }
+        let (column, row) = (u as u32, v as u32);
+        if column >= self.size[0] || row >= self.size[1] {
+            return None;
+        }
+        let index = (row * self.size[0] + column) as usize;
+        let tile = self.tiles[index].get_or_init(|| self.make(index));
+        Some((tile, [u - f64::from(column), v - f64::from(row)]))
+    }
+
+    /// Where a point is seen, in tiles from the corner; `inverse` is 1/w.
+    #[inline(always)]
+    pub(super) fn locate(&self, point: &Homogeneous, inverse: f64) -> [f64; 2] {
+        let place = |x: f64, corner: f64| (x * inverse - corner) * self.density;
+        [place(point.x, self.corner[0]), place(point.y, self.corner[1])]
+    }
+
+    fn columns(&self, bounds: &[f64; 4], axis: usize) -> (u32, u32) {
+        let last = f64::from(self.size[axis]) - 1.0;
+        let index = |bound: f64, wide: f64| ((bound - self.corner[axis]) * self.density + wide).clamp(0.0, last) as u32;
+        (index(bounds[axis], -TILE_MARGIN), index(bounds[axis + 2], TILE_MARGIN))
+    }
+
+    /// Which pieces each tile has, by counting.
+    fn list(&mut self, seen: &[Placed]) {
+        let count = self.size[0] as usize * self.size[1] as usize;
+        let mut starts = vec![0u32; count + 1];
+        self.for_each_tile(seen, |_, tile| starts[tile + 1] += 1);
+        for tile in 0..count {
+            starts[tile + 1] += starts[tile];
+        }
+        let (mut next, mut listed) = (starts.clone(), vec![0; starts[count] as usize]);
+        self.for_each_tile(seen, |piece, tile| {
+            listed[next[tile] as usize] = piece;
+            next[tile] += 1;
+        });
+        (self.starts, self.listed) = (starts, listed);
+        self.tiles = (0..count).map(|_| OnceLock::new()).collect();
+    }
+
+    fn for_each_tile(&self, seen: &[Placed], mut visit: impl FnMut(u32, usize)) {
+        for placed in seen {
+            let (columns, rows) = (self.columns(&placed.bounds, 0), self.columns(&placed.bounds, 1));
+            for row in rows.0..=rows.1 {
+                for column in columns.0..=columns.1 {
+                    visit(placed.piece, (row * self.size[0] + column) as usize);
+                }
+            }
+        }
+    }
+
+    /// Cells of one tile.
+    fn make(&self, index: usize) -> Tile {
+        let (column, row) = (index as u32 % self.size[0], index as u32 / self.size[0]);
+        let listed = &self.listed[self.starts[index] as usize..self.starts[index + 1] as usize];
+        let mut hint = 0;
+        let footprint = |&piece: &u32| {
+            let footprint = self.footprint(piece, &mut hint, [column, row].map(|index| f64::from(2 * index + 1)));
+            footprint.may_meet_window(2.0 * TILE_MARGIN).then_some((piece, footprint))
+        };
+        let mut footprints: Vec<(u32, Footprint)> = listed.iter().filter_map(footprint).collect();
+        Tile::of(&mut footprints, if self.view.is_sun() { 1.0 } else { 0.0 })
+    }
+
+    fn footprint(&self, piece: u32, hint: &mut usize, middle: [f64; 2]) -> Footprint {
+        let place = |seen: Homogeneous| Homogeneous {
+            x: 2.0 * self.density * (seen.x - self.corner[0] * seen.w) - middle[0] * seen.w,
+            y: 2.0 * self.density * (seen.y - self.corner[1] * seen.w) - middle[1] * seen.w,
+            ..seen
+        };
+        match self.pieces.get(piece, hint) {
+            Piece::Triangle(corners) => {
+                let corners = corners.map(|corner| place(self.view.see(corner)));
+                Footprint::of(&corners, self.view.is_sun(), self.error)
+            }
+            Piece::Box(bounds) => {
+                let corners = box_corners(&bounds).map(|corner| place(self.view.see(corner)));
+                Footprint::somewhere(&corners, self.view.is_sun(), self.error)
+            }
+        }
+    }
+}
+
+fn box_corners(bounds: &Aabb) -> [DVec3; 8] {
+    std::array::from_fn(|i| {
+        let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+        DVec3::new(pick(0), pick(1), pick(2))
+    })
+}
+
+/// The rectangles of all pieces that the view sees.
+fn see_all(pieces: &Pieces, view: &View, error: f64) -> Vec<Placed> {
+    let mut hint = 0;
+    let rectangle = |piece: u32| {
+        let bounds = match pieces.get(piece, &mut hint) {
+            Piece::Triangle(corners) => view.bounds(&corners, error),
+            Piece::Box(bounds) => view.bounds(&box_corners(&bounds), error),
+        };
+        Some(Placed { piece, bounds: bounds? })
+    };
+    (0..pieces.len()).filter_map(rectangle).collect()
+}

@@ -1,0 +1,95 @@
+//! What can stand in the way, numbered through: triangles, halves of parallelograms, analytic bodies as wholes.
+
+use glam::DVec3;
+use umbriel_geometry::{Aabb, Facet, Facets};
+
+use crate::bodies::{Bodies, Body};
+
+/// All pieces of a scene.
+pub(super) struct Pieces<'a> {
+    objects: Vec<Numbered<'a>>,
+    count: u32,
+    /// Holds them all.
+    pub(super) bounds: Aabb,
+}
+
+/// The pieces of one object.
+struct Numbered<'a> {
+    /// Number of its first piece.
+    first: u32,
+    object: usize,
+    body: &'a Body,
+    /// Two pieces a face.
+    is_halved: bool,
+    bounds: Aabb,
+}
+
+/// One piece.
+pub(super) enum Piece {
+    /// Corners, each known to one ulp.
+    Triangle([DVec3; 3]),
+    /// A curved body may be anywhere inside its box.
+    Box(Aabb),
+}
+
+impl<'a> Pieces<'a> {
+    /// Places every object of the scene. `None` when 32 bits cannot number the pieces.
+    pub(super) fn of(bodies: &'a Bodies) -> Option<Self> {
+        let mut pieces = Self { objects: Vec::new(), count: 0, bounds: Aabb::EMPTY };
+        for (object, &bounds) in bodies.boxes.iter().enumerate() {
+            let body = bodies.get(object);
+            let (faces, is_halved) = match body {
+                Body::Flat(facets) => (facets.len(), facets.iter().any(|face| face.corners().len() == 4)),
+                Body::Analytic(_) => (1, false),
+            };
+            let count = u32::try_from(faces << u32::from(is_halved)).ok()?;
+            if count > 0 {
+                pieces.objects.push(Numbered { first: pieces.count, object, body, is_halved, bounds });
+                pieces.count = pieces.count.checked_add(count)?;
+                pieces.bounds = pieces.bounds.union(bounds);
+            }
+        }
+        Some(pieces)
+    }
+
+    pub(super) fn len(&self) -> u32 {
+        self.count
+    }
+
+    /// Object and face of a piece.
+    pub(super) fn face(&self, piece: u32) -> (usize, usize) {
+        let numbered = &self.objects[self.place_of(piece)];
+        let index = (piece - numbered.first) as usize;
+        (numbered.object, index >> u32::from(numbered.is_halved))
+    }
+
+    /// A piece. `hint` remembers where the last one was found: neighbours in number are found at once.
+    #[inline]
+    pub(super) fn get(&self, piece: u32, hint: &mut usize) -> Piece {
+        let is_here = |numbered: &Numbered, next: Option<&Numbered>| {
+            numbered.first <= piece && next.is_none_or(|next| piece < next.first)
+        };
+        if !self.objects.get(*hint).is_some_and(|numbered| is_here(numbered, self.objects.get(*hint + 1))) {
+            *hint = self.place_of(piece);
+        }
+        let numbered = &self.objects[*hint];
+        match numbered.body {
+            Body::Analytic(_) => Piece::Box(numbered.bounds),
+            Body::Flat(facets) => Piece::Triangle(corners(facets, (piece - numbered.first) as usize, numbered.is_halved)),
+        }
+    }
+
+    fn place_of(&self, piece: u32) -> usize {
+        self.objects.partition_point(|numbered| numbered.first <= piece) - 1
+    }
+}
+
+#[inline]
+fn corners(facets: &Facets, index: usize, is_halved: bool) -> [DVec3; 3] {
+    let corners = match *facets.facet(index >> u32::from(is_halved)) {
+        Facet::Triangle(corners) => corners,
+        Facet::Parallelogram([a, b, c, _]) if index % 2 == 0 => [a, b, c],
+        Facet::Parallelogram([a, _, c, d]) => [a, c, d],
+    };
+    corners.map(|corner| facets.positions()[corner as usize])
+}
