@@ -63,7 +63,7 @@ impl SlackBox {
     }
 
     /// The box as a filter sees any point inside it.
-    fn whole(&self) -> Point<'static> {
+    pub(crate) fn whole(&self) -> Point<'static> {
         Point { position: self.position, slack: self.half, exact: None }
     }
 

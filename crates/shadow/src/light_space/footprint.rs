@@ -32,6 +32,8 @@ pub(crate) struct Footprint {
     pub(crate) nearest: f64,
     /// Holds the triangle where it is in front of the light: least u, v, greatest u, v; infinite where that is unknown.
     pub(crate) bounds: [f64; 4],
+    /// Seen the other way round than by its winding in (u, v); a hint for what belongs together.
+    pub(crate) is_reversed: bool,
 }
 
 /// The errors of corners: of x, y and w, and of h.
@@ -54,6 +56,7 @@ impl Footprint {
             plane_error: f64::INFINITY,
             nearest: span.nearest,
             bounds: span.bounds,
+            is_reversed: span.determinant < 0.0,
         };
         let (determinant, doubt) = (span.determinant, span.determinant_error);
         if determinant.abs() > doubt {
@@ -67,7 +70,15 @@ impl Footprint {
 
     /// A body of which nothing is known but that it lies in the hull of `corners`.
     pub(crate) fn somewhere(corners: &[Homogeneous; 8], is_sun: bool, error: CornerError) -> Self {
-        let mut hull = Self { edges: [[0.0; 3]; 3], edge_error: 0.0, plane: [0.0; 3], plane_error: f64::INFINITY, nearest: f64::NEG_INFINITY, bounds: [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY] };
+        let mut hull = Self {
+            edges: [[0.0; 3]; 3],
+            edge_error: 0.0,
+            plane: [0.0; 3],
+            plane_error: f64::INFINITY,
+            nearest: f64::NEG_INFINITY,
+            bounds: [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
+            is_reversed: false,
+        };
         for triple in [[0, 1, 2], [3, 4, 5], [6, 7, 0]] {
             let r = triple.map(|k: usize| corners[k]);
             let least_w = if is_sun { 1.0 } else { r[0].w.min(r[1].w).min(r[2].w) - error.place };
@@ -125,12 +136,15 @@ impl Footprint {
         let [nx, ny, nz] = span.normal;
         // Each coefficient is (N ± e)/(D ± d): off by (e + |N/D|·d)/(|D| − d), and its rounding.
         let least = span.determinant.abs() - span.determinant_error;
-        let off = |value: f64| (span.normal_error + value.abs() * span.determinant_error) / least + value.abs() * 4.0 * ROUNDOFF;
+        let off = |value: f64| {
+            (span.normal_error + value.abs() * span.determinant_error) / least + value.abs() * 4.0 * ROUNDOFF
+        };
         let (plane, plane_error) = if is_sun {
             let (p, q) = (-nx * factor, -ny * factor);
             let at_origin = corner.h - p * corner.x - q * corner.y;
             let reach = corner.x.abs() + corner.y.abs() + 1.0;
-            let carried = (off(p) + off(q)) * (reach + 1.0) + (p.abs() + q.abs()) * (error.place + 4.0 * ROUNDOFF * reach);
+            let carried =
+                (off(p) + off(q)) * (reach + 1.0) + (p.abs() + q.abs()) * (error.place + 4.0 * ROUNDOFF * reach);
             ([p, q, at_origin], carried + error.height + 4.0 * ROUNDOFF * corner.h.abs())
         } else {
             let plane = [nx, ny, nz].map(|coefficient| coefficient * factor * corner.h);

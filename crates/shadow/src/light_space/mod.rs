@@ -9,5 +9,5 @@
 mod footprint;
 mod view;
 
-pub(crate) use footprint::{Affine, CornerError, Footprint};
+pub(crate) use footprint::{CornerError, Footprint};
 pub(crate) use view::{Homogeneous, View};

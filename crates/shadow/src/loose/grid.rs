@@ -31,7 +31,7 @@ pub(super) struct Grid<'a> {
     /// Tiles over a unit of u and v.
     pub(super) density: f64,
     /// Tiles along u and v.
-    size: [u32; 2],
+    size: [usize; 2],
     /// Errors of corners in units of half a tile.
     error: CornerError,
     /// The first entry of each tile in `listed`, and the end.
@@ -52,18 +52,19 @@ impl<'a> Grid<'a> {
         let size = pieces.bounds.min.abs().max(pieces.bounds.max.abs()).max_element().max(0.0);
         let error = view.error(size);
         let seen = see_all(pieces, &view, error);
-        let bounds = seen.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |all, placed| {
-            let [a, b, c, d] = placed.bounds;
-            [all[0].min(a), all[1].min(b), all[2].max(c), all[3].max(d)]
-        });
+        let bounds =
+            seen.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |all, placed| {
+                let [a, b, c, d] = placed.bounds;
+                [all[0].min(a), all[1].min(b), all[2].max(c), all[3].max(d)]
+            });
         let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
-        let tiles = (seen.len() as f64 / super::tile::tune("T", PIECES_A_TILE)).clamp(1.0, MAX_TILES * MAX_TILES);
+        let tiles = (seen.len() as f64 / PIECES_A_TILE).clamp(1.0, MAX_TILES * MAX_TILES);
         let largest = width.max(height);
         // One tile's side; when the view is a line, its length is cut.
         let side = (width * height / tiles).sqrt().max(largest / tiles.min(MAX_TILES));
         let side = if side > 0.0 { side } else { 1.0 };
         let density = 1.0 / side;
-        let along = |length: f64| (length * density + 1.0).floor() as u32 + 1;
+        let along = |length: f64| (length * density + 1.0).floor() as usize + 1;
         let grid_size = if seen.is_empty() { [0; 2] } else { [along(width), along(height)] };
         // Half a tile of nothing all round.
         let corner = [bounds[0] - 0.5 * side, bounds[1] - 0.5 * side];
@@ -84,38 +85,46 @@ impl<'a> Grid<'a> {
         grid
     }
 
-    /// The tile at (u, v), tiles from the corner, and where in it, from 0 to 1; `None` beside all tiles, where there is nothing.
+    /// The tile at (u, v) and where in it, from 0 to 1; `None` beside all tiles, where there is nothing.
     #[inline(always)]
     pub(super) fn tile(&self, u: f64, v: f64) -> Option<(&Tile, [f64; 2])> {
-        // Casts saturate: what is negative, or below one, is in the first column or beside it.
+        let (tile, origin) = self.tile_of(u, v)?;
+        Some((tile, self.place(u, v, origin)))
+    }
+
+    /// The tile at (u, v) and its number along both sides.
+    #[inline(always)]
+    pub(super) fn tile_of(&self, u: f64, v: f64) -> Option<(&Tile, [f64; 2])> {
+        let [u, v] = self.place(u, v, [0.0; 2]);
         if u < 0.0 || v < 0.0 {
             return None;
         }
-        let (column, row) = (u as u32, v as u32);
+        let (column, row) = (u as usize, v as usize);
         if column >= self.size[0] || row >= self.size[1] {
             return None;
         }
-        let index = (row * self.size[0] + column) as usize;
+        let index = row * self.size[0] + column;
         let tile = self.tiles[index].get_or_init(|| self.make(index));
-        Some((tile, [u - f64::from(column), v - f64::from(row)]))
+        Some((tile, [column as f64, row as f64]))
     }
 
-    /// Where a point is seen, in tiles from the corner; `inverse` is 1/w.
+    /// (u, v) in tiles from the corner of the tile with these numbers.
     #[inline(always)]
-    pub(super) fn locate(&self, point: &Homogeneous, inverse: f64) -> [f64; 2] {
-        let place = |x: f64, corner: f64| (x * inverse - corner) * self.density;
-        [place(point.x, self.corner[0]), place(point.y, self.corner[1])]
+    pub(super) fn place(&self, u: f64, v: f64, origin: [f64; 2]) -> [f64; 2] {
+        let place = |x: f64, axis: usize| (x - self.corner[axis]) * self.density - origin[axis];
+        [place(u, 0), place(v, 1)]
     }
 
-    fn columns(&self, bounds: &[f64; 4], axis: usize) -> (u32, u32) {
-        let last = f64::from(self.size[axis]) - 1.0;
-        let index = |bound: f64, wide: f64| ((bound - self.corner[axis]) * self.density + wide).clamp(0.0, last) as u32;
+    fn columns(&self, bounds: &[f64; 4], axis: usize) -> (usize, usize) {
+        let last = self.size[axis] as f64 - 1.0;
+        let index =
+            |bound: f64, wide: f64| ((bound - self.corner[axis]) * self.density + wide).clamp(0.0, last) as usize;
         (index(bounds[axis], -TILE_MARGIN), index(bounds[axis + 2], TILE_MARGIN))
     }
 
     /// Which pieces each tile has, by counting.
     fn list(&mut self, seen: &[Placed]) {
-        let count = self.size[0] as usize * self.size[1] as usize;
+        let count = self.size[0] * self.size[1];
         let mut starts = vec![0u32; count + 1];
         self.for_each_tile(seen, |_, tile| starts[tile + 1] += 1);
         for tile in 0..count {
@@ -135,7 +144,7 @@ impl<'a> Grid<'a> {
             let (columns, rows) = (self.columns(&placed.bounds, 0), self.columns(&placed.bounds, 1));
             for row in rows.0..=rows.1 {
                 for column in columns.0..=columns.1 {
-                    visit(placed.piece, (row * self.size[0] + column) as usize);
+                    visit(placed.piece, row * self.size[0] + column);
                 }
             }
         }
@@ -143,15 +152,15 @@ impl<'a> Grid<'a> {
 
     /// Cells of one tile.
     fn make(&self, index: usize) -> Tile {
-        let (column, row) = (index as u32 % self.size[0], index as u32 / self.size[0]);
+        let middle = [index % self.size[0], index / self.size[0]].map(|index| (2 * index + 1) as f64);
         let listed = &self.listed[self.starts[index] as usize..self.starts[index + 1] as usize];
         let mut hint = 0;
         let footprint = |&piece: &u32| {
-            let footprint = self.footprint(piece, &mut hint, [column, row].map(|index| f64::from(2 * index + 1)));
+            let footprint = self.footprint(piece, &mut hint, middle);
             footprint.may_meet_window(2.0 * TILE_MARGIN).then_some((piece, footprint))
         };
-        let mut footprints: Vec<(u32, Footprint)> = listed.iter().filter_map(footprint).collect();
-        Tile::of(&mut footprints, if self.view.is_sun() { 1.0 } else { 0.0 })
+        let footprints: Vec<(u32, Footprint)> = listed.iter().filter_map(footprint).collect();
+        Tile::of(&footprints, if self.view.is_sun() { 1.0 } else { 0.0 })
     }
 
     fn footprint(&self, piece: u32, hint: &mut usize, middle: [f64; 2]) -> Footprint {

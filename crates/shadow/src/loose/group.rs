@@ -1,53 +1,51 @@
-//! Eight triangles against one point, in the coordinates of a cell.
+//! Eight triangles against one point, in the coordinates of a tile.
 //!
-//! All is in units of half a cell, from its middle: |s|, |t| ≤ 1 inside. Comparisons leave a margin on both sides, so each
+//! All is in units of half a tile, from its middle: |s|, |t| ≤ 1 inside. Comparisons leave a margin on both sides, so each
 //! triangle is certainly in the way, certainly not, or in doubt.
 //!
 //! **Margins.** With |a| + |b| ≤ 1, |s|, |t| ≤ 1 and c cut to at most 4, the value (a·s + b·t) + c is rounded five times in
 //! f32 (unit roundoff v = 2^-24): products together by v, sums by 2v and by at most 6v, and the coefficients are rounded
 //! by v·(1 + |c|) ≤ 5v; s and t by v/2. Where the decision is near, |value| < 1, |c| ≤ 2 and all of it is below 8v. Where
 //! |value| ≥ 1 the error is below 16v, so the sign stands with every margin below 1/2. [`EDGE_MARGIN`] is 16v = 2^-20,
-//! which leaves 8v for the error of the f64 edge function (checked when the group is made).
+//! which leaves 8v for the error of the f64 edge function.
 //!
 //! The plane's value (p·s + q·t) + r is off by at most 8v·(|p| + |q| + |r|), and by |p| + |q| times what s and t are off. Near
-//! the decision r is as large as the point's nearness n, give or take |p| + |q| and the margin itself. So the margin
-//! slope·(place + 2^-19) + |n|·2^-19 + height holds, where `place` and `height` are what the point's (s, t) and n are off by, and
-//! `slope` is |p| + |q| and 2^19 times the error of the f64 plane.
+//! the decision r is as large as the point's nearness n, give or take |p| + |q| and the margin itself. The margin
+//! (|p| + |q|)·(place + 2^-19) + height, where `place` is what s and t are off by and `height` what n is off by and
+//! 2^-19·(|n| + unit), is 32v times these sizes; what remains is for the error of the f64 plane.
 
-use umbriel_geometry::simd::{Float, Lanes, Mask, Simd};
+use umbriel_geometry::simd::{F8, F16, Float, Mask, Simd};
 
-/// How far inside or outside an edge counts as certain, beside what the point is off by; units of half a cell.
+use crate::light_space::Footprint;
+
+/// How far inside or outside an edge counts as certain, beside what the point is off by; units of half a tile.
 pub(super) const EDGE_MARGIN: f32 = 1.0 / (1u32 << 20) as f32;
-/// The same for nearness, in parts of it.
+/// The same for nearness, in parts of it, a sun's in parts of its unit.
 pub(super) const NEARNESS_MARGIN: f32 = 1.0 / (1u32 << 19) as f32;
-/// Edge functions that are greater all over the cell are cut to this.
-pub(super) const EDGE_LIMIT: f64 = 4.0;
+/// Edge functions that are greater all over the tile are cut to this.
+const EDGE_LIMIT: f64 = 4.0;
 
 /// Eight triangles; lanes that are not used have an edge that is −4 everywhere.
 ///
-/// | edges: a, b, c, 3 × 96 | p, q, r 96 | slope 32 | pieces 32 | nearest, padding 32 |   bytes
-#[repr(C, align(32))]
+/// | edges: a, b, c of the first 96 | of the second 96 | of the third 96 | plane: p, q, r 96 |   384 bytes, six cache lines
+#[repr(C, align(64))]
 #[derive(Clone, Debug)]
 pub(super) struct Group {
-    pub(super) edges: [[[f32; 8]; 3]; 3],
-    pub(super) plane: [[f32; 8]; 3],
-    pub(super) slope: [f32; 8],
-    pub(super) pieces: [u32; 8],
-    /// No point of these triangles, or of those of later groups of the cell, is nearer inside the cell.
-    pub(super) nearest: f32,
+    edges: [[[f32; 8]; 3]; 3],
+    plane: [[f32; 8]; 3],
 }
 
-const _: () = assert!(size_of::<Group>() == 480 && align_of::<Group>() == 32);
+const _: () = assert!(size_of::<Group>() == 384 && align_of::<Group>() == 64);
 
-/// A point in the coordinates of a cell.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CellPoint {
+/// A point in the coordinates of a tile.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TilePoint {
     pub(super) s: f32,
     pub(super) t: f32,
     pub(super) nearness: f32,
-    /// What s and t are off by, and a bound for them as parts of the point's slack box.
+    /// What s and t are off by, the slack box included.
     pub(super) place: f32,
-    /// What the nearness is off by, with its share of [`NEARNESS_MARGIN`].
+    /// What the nearness is off by, with its [`NEARNESS_MARGIN`].
     pub(super) height: f32,
 }
 
@@ -60,27 +58,164 @@ pub(super) enum Said {
     Doubt(u32),
 }
 
+/// Sixteen points in the coordinates of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sixteen {
+    pub(super) s: [f32; 16],
+    pub(super) t: [f32; 16],
+    pub(super) nearness: [f32; 16],
+}
+
+/// What holds some points of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    pub(super) middle: [f32; 2],
+    /// Half the rectangle's edges, not below what rounding made of them.
+    pub(super) half: [f32; 2],
+    /// Least and greatest.
+    pub(super) nearness: [f32; 2],
+    /// As for [`TilePoint`], for all of the points.
+    pub(super) place: f32,
+    pub(super) height: f32,
+}
+
+/// A square of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Square {
+    pub(super) middle: [f32; 2],
+    /// Half its edge, widened: what matters to points of the square lies within.
+    pub(super) half: f32,
+}
+
+/// What a group is to a square.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Over {
+    /// No point of its triangles is nearer over the square.
+    pub(super) nearest: f32,
+    /// One of them covers the square and is nowhere less near; minus infinity if none does.
+    pub(super) covered: f32,
+}
+
 impl Group {
     /// A group without triangles.
-    pub(super) const EMPTY: Self = Self {
-        edges: [[[0.0; 8], [0.0; 8], [-4.0; 8]]; 3],
-        plane: [[0.0; 8]; 3],
-        slope: [0.0; 8],
-        pieces: [0; 8],
-        nearest: f32::NEG_INFINITY,
-    };
+    pub(super) const EMPTY: Self = Self { edges: [[[0.0; 8], [0.0; 8], [-4.0; 8]]; 3], plane: [[0.0; 8]; 3] };
+
+    /// Puts a triangle into a lane. What is too far off is made vague: `unit` is 1 for a sun, 0 for a lamp.
+    #[inline]
+    pub(super) fn set(&mut self, lane: usize, footprint: &Footprint, unit: f32) {
+        let [p, q, r] = footprint.plane;
+        let sizes = p.abs() + q.abs() + r.abs() + f64::from(unit);
+        let is_plane = footprint.plane_error <= sizes * f64::from(NEARNESS_MARGIN) * 0.25;
+        let is_sharp = footprint.edge_error <= f64::from(EDGE_MARGIN) * 0.5;
+        for (number, (edge, to)) in footprint.edges.iter().zip(&mut self.edges).enumerate() {
+            let is_known = is_sharp && (is_plane || number < 2);
+            let [a, b, c] = if is_known { *edge } else { [0.0; 3] };
+            [to[0][lane], to[1][lane], to[2][lane]] = [a as f32, b as f32, c.min(EDGE_LIMIT) as f32];
+        }
+        let [p, q, r] = if is_plane { [p, q, r] } else { [0.0, 0.0, footprint.nearest] };
+        [self.plane[0][lane], self.plane[1][lane], self.plane[2][lane]] = [p as f32, q as f32, r as f32];
+    }
 
     /// Tests all eight.
     #[inline(always)]
-    pub(super) fn test<S: Simd>(&self, simd: S, point: &CellPoint) -> Said {
+    pub(super) fn test<S: Simd>(&self, simd: S, point: &TilePoint) -> Said {
         let (s, t) = (simd.splat8(point.s), simd.splat8(point.t));
-        let affine = |[a, b, c]: &[[f32; 8]; 3]| (simd.load(a) * s + simd.load(b) * t) + simd.load(c);
-        let inside = affine(&self.edges[0]).min(affine(&self.edges[1])).min(affine(&self.edges[2]));
+        let inside = affine(simd, &self.edges[0], s, t).min(affine(simd, &self.edges[1], s, t)).min(affine(
+            simd,
+            &self.edges[2],
+            s,
+            t,
+        ));
         let margin = EDGE_MARGIN + point.place;
-        let ahead = affine(&self.plane) - simd.splat8(point.nearness);
-        let slack = simd.load(&self.slope) * simd.splat8(point.place + NEARNESS_MARGIN) + simd.splat8(point.height);
+        let ahead = affine(simd, &self.plane, s, t) - simd.splat8(point.nearness);
+        let slope = simd.load(&self.plane[0]).abs() + simd.load(&self.plane[1]).abs();
+        let slack = slope * simd.splat8(point.place + NEARNESS_MARGIN) + simd.splat8(point.height);
         let is_blocked = inside.gt(simd.splat8(margin)) & ahead.gt(slack);
         let is_clear = inside.lt(simd.splat8(-margin)) | ahead.lt(-slack);
         if is_blocked.any() { Said::Blocked } else { Said::Doubt((!is_clear).bits()) }
     }
+
+    /// Tests all eight against all points that lie in a rectangle and between two nearnesses.
+    #[inline(always)]
+    pub(super) fn test_block<S: Simd>(&self, simd: S, block: &Bounds) -> Said {
+        let (s, t) = (simd.splat8(block.middle[0]), simd.splat8(block.middle[1]));
+        let (wide, high) = (simd.splat8(block.half[0]), simd.splat8(block.half[1]));
+        let margin = simd.splat8(EDGE_MARGIN + block.place);
+        let never = simd.splat8(-f32::INFINITY);
+        let (mut least, mut is_clear) = (-never, simd.mask8(0));
+        for [a, b, c] in &self.edges {
+            let (a, b) = (simd.load(a), simd.load(b));
+            let value = (a * s + b * t) + simd.load(c);
+            let reach = a.abs() * wide + b.abs() * high + margin;
+            least = least.min(value - reach);
+            is_clear = is_clear | (value + reach).lt(simd.splat8(0.0));
+        }
+        let (p, q) = (simd.load(&self.plane[0]), simd.load(&self.plane[1]));
+        let value = (p * s + q * t) + simd.load(&self.plane[2]);
+        let reach = (p.abs() * wide + q.abs() * high)
+            + ((p.abs() + q.abs()) * simd.splat8(block.place + NEARNESS_MARGIN) + simd.splat8(block.height));
+        let is_blocked = least.gt(simd.splat8(0.0)) & (value - reach).gt(simd.splat8(block.nearness[1]));
+        let is_clear = is_clear | (value + reach).lt(simd.splat8(block.nearness[0]));
+        if is_blocked.any() { Said::Blocked } else { Said::Doubt((!is_clear).bits()) }
+    }
+
+    /// Tests one triangle against sixteen points: which are blocked, and which are in doubt.
+    #[inline(always)]
+    pub(super) fn test_points<S: Simd>(&self, simd: S, lane: usize, points: &Sixteen, block: &Bounds) -> (u32, u32) {
+        let (s, t): (F16<S>, F16<S>) = (simd.load(&points.s), simd.load(&points.t));
+        let inside = affine_lane(simd, &self.edges[0], lane, s, t)
+            .min(affine_lane(simd, &self.edges[1], lane, s, t))
+            .min(affine_lane(simd, &self.edges[2], lane, s, t));
+        let margin = EDGE_MARGIN + block.place;
+        let ahead = affine_lane(simd, &self.plane, lane, s, t) - simd.load(&points.nearness);
+        let slope = self.plane[0][lane].abs() + self.plane[1][lane].abs();
+        let slack = slope * (block.place + NEARNESS_MARGIN) + block.height;
+        let is_blocked = inside.gt(simd.splat16(margin)) & ahead.gt(simd.splat16(slack));
+        let is_clear = inside.lt(simd.splat16(-margin)) | ahead.lt(simd.splat16(-slack));
+        (is_blocked.bits(), (!(is_blocked | is_clear)).bits())
+    }
+
+    /// Which of the eight may meet a square, and how near. `nearest` bounds each lane's nearness.
+    #[inline(always)]
+    pub(super) fn over<S: Simd>(&self, simd: S, square: &Square, nearest: &[f32; 8], unit: f32) -> Option<Over> {
+        let (s, t, half) = (simd.splat8(square.middle[0]), simd.splat8(square.middle[1]), simd.splat8(square.half));
+        let inside = affine(simd, &self.edges[0], s, t).min(affine(simd, &self.edges[1], s, t)).min(affine(
+            simd,
+            &self.edges[2],
+            s,
+            t,
+        ));
+        let margin = simd.splat8(EDGE_MARGIN);
+        let meets = !inside.lt(-(half + margin));
+        if !meets.any() {
+            return None;
+        }
+        let here = affine(simd, &self.plane, s, t);
+        let slope = simd.load(&self.plane[0]).abs() + simd.load(&self.plane[1]).abs();
+        let band = (here.abs() + slope + simd.splat8(unit)) * simd.splat8(NEARNESS_MARGIN);
+        let reach = slope * half + band;
+        let never = simd.splat8(f32::NEG_INFINITY);
+        let near = (here + reach).min(simd.load(nearest)).select(meets, never).to_array();
+        let covers = inside.gt(half + margin);
+        let far = (here - reach).select(covers, never).to_array();
+
+        Some(Over { nearest: greatest(near), covered: greatest(far) })
+    }
+}
+
+/// a·s + b·t + c of all lanes at one place.
+#[inline(always)]
+fn affine<S: Simd>(simd: S, [a, b, c]: &[[f32; 8]; 3], s: F8<S>, t: F8<S>) -> F8<S> {
+    (simd.load(a) * s + simd.load(b) * t) + simd.load(c)
+}
+
+/// a·s + b·t + c of one lane at sixteen places.
+#[inline(always)]
+fn affine_lane<S: Simd>(simd: S, [a, b, c]: &[[f32; 8]; 3], lane: usize, s: F16<S>, t: F16<S>) -> F16<S> {
+    (simd.splat16(a[lane]) * s + simd.splat16(b[lane]) * t) + simd.splat16(c[lane])
+}
+
+#[inline(always)]
+fn greatest([a, b, c, d, e, f, g, h]: [f32; 8]) -> f32 {
+    a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)))
 }

@@ -15,6 +15,7 @@
 //! with a surface some microseconds. Where u, v of many points cannot be told from each other (scenes that are far from the
 //! origin, in f32) every point is doubtful.
 
+mod decide;
 mod filter;
 mod grid;
 mod group;
@@ -25,16 +26,14 @@ mod tile;
 mod tests;
 
 use filter::{Doubtful, Filter, Grids};
-use glam::DVec3;
 use grid::Grid;
 use pieces::Pieces;
 use rayon::prelude::*;
-use umbriel_geometry::{LightSource, blocking::Probe, predicates::exact_fallbacks, simd::dispatch};
+use umbriel_geometry::{LightSource, accept_point, simd::dispatch};
 
 use crate::{
-    exact::{Own, face_blocks},
     light_space::View,
-    query::{Place, Precision, Queries, QueryDefect},
+    query::{Place, Precision, Queries, QueryDefect, direction},
 };
 
 /// Points by coordinates; world, metres. A normal may have any length but zero.
@@ -88,6 +87,19 @@ impl Points<'_> {
         }
     }
 
+    /// The first point that a single query would refuse.
+    fn check(&self) -> Result<(), PointsDefect> {
+        let is_bad = |index: &usize| match self.place(*index) {
+            Place::Free { position } => accept_point(position).is_err(),
+            Place::Oriented { position, normal, .. } => accept_point(position).is_err() || direction(normal).is_none(),
+            Place::Surface { .. } => false,
+        };
+        match (0..self.len()).into_par_iter().by_uniform_blocks(CHUNK).find_first(is_bad) {
+            Some(point) => Err(PointsDefect { point, defect: QueryDefect::BadNumber }),
+            None => Ok(()),
+        }
+    }
+
     fn part(&self, from: usize, to: usize) -> Self {
         match self {
             Self::FreeSingle(rows) => Self::FreeSingle(&rows[from..to]),
@@ -115,49 +127,57 @@ impl Points<'_> {
     }
 }
 
+/// Why many points are refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("point {point}: {defect}")]
+pub struct PointsDefect {
+    /// The first point that is refused, counted from 0.
+    pub point: usize,
+    /// What is wrong with it.
+    pub defect: QueryDefect,
+}
+
 impl Queries<'_> {
-    /// Whether each point is lit by `light`: the answers of [`Queries::lit`], point by point.
+    /// Whether each point is lit by `light`: the answers of [`Queries::lit`], point by point, exact.
+    ///
+    /// Cost: about 150 ns a triangle and 20 to 40 ns a point, less where neighbours in the list are neighbours in space.
+    /// Points in contact with a surface cost some microseconds each.
     ///
     /// # Errors
-    /// The first point that is refused, by its index, and why.
-    pub fn lit_many(&self, points: Points, light: &LightSource) -> Result<Vec<bool>, (usize, QueryDefect)> {
+    /// [`PointsDefect`] for a coordinate that is not accepted or a normal of length zero.
+    pub fn lit_many(&self, points: Points, light: &LightSource) -> Result<Vec<bool>, PointsDefect> {
+        points.check()?;
         let mut lit = vec![false; points.len()];
-        let Some(pieces) = Pieces::of(&self.bodies) else { todo!() };
+        let Some(pieces) = Pieces::of(&self.bodies) else {
+            lit.par_iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&points.place(index), light));
+            return Ok(lit);
+        };
         let views = View::all(light, &pieces.bounds);
         let grids = Grids { grids: views.into_iter().map(|view| Grid::of(&pieces, view)).collect() };
-        let jobs = lit.par_chunks_mut(CHUNK).enumerate();
-        jobs.for_each(|(job, lit)| {
-            let from = job * CHUNK;
-            let part = points.part(from, from + lit.len());
-            let doubtful = filter(&grids, part, lit);
-            for doubt in doubtful {
-                let place = part.place(doubt.index as usize);
-                lit[doubt.index as usize] = self.decide(&pieces, &place, &doubt, light);
+        lit.par_chunks_mut(CHUNK).enumerate().for_each(|(job, lit)| {
+            let part = points.part(job * CHUNK, job * CHUNK + lit.len());
+            for doubt in filter(&grids, part, lit) {
+                let index = doubt.index as usize;
+                lit[index] = self.decide(&pieces, &part.place(index), &doubt, light);
             }
         });
         Ok(lit)
     }
 
-    fn decide(&self, pieces: &Pieces, place: &Place, doubt: &Doubtful, light: &LightSource) -> bool {
-        self.lit(place, light).unwrap().lit
+    /// One point on its own; the points were checked.
+    fn ask(&self, place: &Place, light: &LightSource) -> bool {
+        self.lit(place, light).is_ok_and(|answer| answer.lit)
     }
 }
 
+/// Fills in what is certain; what is left is returned.
 fn filter(grids: &Grids, part: Points, lit: &mut [bool]) -> Vec<Doubtful> {
     let size = part.size();
-    fn run<const N: usize>(grids: &Grids, rows: &[[f32; N]], slack: f64, size: f64, lit: &mut [bool]) -> Vec<Doubtful> {
-        let points = rows.iter().map(|row| DVec3::new(f64::from(row[0]), f64::from(row[1]), f64::from(row[2])));
-        dispatch(Filter { grids, points, slack, size, lit })
-    }
-    fn run_double<const N: usize>(grids: &Grids, rows: &[[f64; N]], slack: f64, size: f64, lit: &mut [bool]) -> Vec<Doubtful> {
-        let points = rows.iter().map(|row| DVec3::new(row[0], row[1], row[2]));
-        dispatch(Filter { grids, points, slack, size, lit })
-    }
     let (single, double) = (size * 2f64.powi(-24) + 2f64.powi(-150), size * f64::EPSILON * 0.5);
     match part {
-        Points::FreeSingle(rows) => run(grids, rows, 0.0, size, lit),
-        Points::FreeDouble(rows) => run_double(grids, rows, 0.0, size, lit),
-        Points::OrientedSingle(rows) => run(grids, rows, single, size, lit),
-        Points::OrientedDouble(rows) => run_double(grids, rows, double, size, lit),
+        Points::FreeSingle(rows) => dispatch(Filter { grids, rows, slack: 0.0, size, lit }),
+        Points::FreeDouble(rows) => dispatch(Filter { grids, rows, slack: 0.0, size, lit }),
+        Points::OrientedSingle(rows) => dispatch(Filter { grids, rows, slack: single, size, lit }),
+        Points::OrientedDouble(rows) => dispatch(Filter { grids, rows, slack: double, size, lit }),
     }
 }

@@ -42,6 +42,8 @@ impl<'a> Pieces<'a> {
                 Body::Flat(facets) => (facets.len(), facets.iter().any(|face| face.corners().len() == 4)),
                 Body::Analytic(_) => (1, false),
             };
+            // A body may be cut away as a whole.
+            let faces = if bounds.is_empty() { 0 } else { faces };
             let count = u32::try_from(faces << u32::from(is_halved)).ok()?;
             if count > 0 {
                 pieces.objects.push(Numbered { first: pieces.count, object, body, is_halved, bounds });
@@ -75,7 +77,9 @@ impl<'a> Pieces<'a> {
         let numbered = &self.objects[*hint];
         match numbered.body {
             Body::Analytic(_) => Piece::Box(numbered.bounds),
-            Body::Flat(facets) => Piece::Triangle(corners(facets, (piece - numbered.first) as usize, numbered.is_halved)),
+            Body::Flat(facets) => {
+                Piece::Triangle(corners(facets, (piece - numbered.first) as usize, numbered.is_halved))
+            }
         }
     }
 
@@ -86,9 +90,9 @@ impl<'a> Pieces<'a> {
 
 #[inline]
 fn corners(facets: &Facets, index: usize, is_halved: bool) -> [DVec3; 3] {
-    let corners = match *facets.facet(index >> u32::from(is_halved)) {
+    let corners = match facets.facet(index >> u32::from(is_halved)) {
         Facet::Triangle(corners) => corners,
-        Facet::Parallelogram([a, b, c, _]) if index % 2 == 0 => [a, b, c],
+        Facet::Parallelogram([a, b, c, _]) if index.is_multiple_of(2) => [a, b, c],
         Facet::Parallelogram([a, _, c, d]) => [a, c, d],
     };
     corners.map(|corner| facets.positions()[corner as usize])

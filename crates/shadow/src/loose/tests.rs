@@ -1,0 +1,95 @@
+//! The filter against the exact predicate, and at every level of instructions.
+
+use glam::DVec3;
+use umbriel_geometry::{
+    LightSource, Mesh, Placement, Point,
+    blocking::{Probe, polygon_blocks},
+    simd::{Level, dispatch_at},
+};
+use umbriel_scene::{Object, Scene, Shape, Sides};
+
+use super::*;
+
+/// A ball of triangles over a floor of two, in numbers that no grid has.
+fn scene() -> Scene {
+    let (rings, sectors) = (12u32, 24u32);
+    let mut positions: Vec<[f64; 3]> = Vec::new();
+    for ring in 0..=rings {
+        for sector in 0..sectors {
+            let (a, b) = (f64::from(ring) / f64::from(rings) * 3.1, f64::from(sector) / f64::from(sectors) * 6.25);
+            positions.push([libm::sin(a) * libm::cos(b), 1.3 + libm::cos(a), libm::sin(a) * libm::sin(b)]);
+        }
+    }
+    let at = |ring: u32, sector: u32| ring * sectors + sector % sectors;
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    for (ring, sector) in (0..rings).flat_map(|ring| (0..sectors).map(move |sector| (ring, sector))) {
+        let [a, b, c, d] = [at(ring, sector), at(ring, sector + 1), at(ring + 1, sector + 1), at(ring + 1, sector)];
+        triangles.extend([[a, b, c], [a, c, d]]);
+    }
+    let floor = positions.len() as u32;
+    positions.extend([[-4.1, 0.0, -4.2], [4.3, 0.0, -4.1], [4.2, 0.01, 4.4], [-4.0, -0.02, 4.1]]);
+    triangles.extend([[floor, floor + 1, floor + 2], [floor, floor + 2, floor + 3]]);
+    let mesh = Mesh::new(positions, triangles).expect("a mesh");
+    let object = Object::new("scene".into(), Shape::Mesh(mesh.into()), Placement::IDENTITY, Sides::Auto);
+    Scene { objects: vec![object.expect("an object")], ..Scene::default() }
+}
+
+fn lights() -> Vec<LightSource> {
+    let sun = |x, y, z| LightSource::sun([x, y, z]).expect("a sun");
+    let lamp = |x, y, z| LightSource::point([x, y, z]).expect("a lamp");
+    vec![sun(0.3, -1.0, 0.2), sun(1.0, -0.01, 0.3), lamp(2.0, 4.0, 1.0), lamp(0.1, 1.2, 0.2), lamp(3.0, 0.5, -11.0)]
+}
+
+/// Points in rows, so that some lie together: on the floor, in the ball, in the air.
+fn points() -> Vec<[f32; 3]> {
+    let along = |k: u32, n: u32| f64::from(k) / f64::from(n) * 7.8 - 3.9;
+    let rows = (0..40).flat_map(|row| (0..64).map(move |column| (row, column)));
+    let place = |(row, column): (u32, u32)| {
+        let height = [0.001, 0.7, 1.9, 3.0][(row % 4) as usize];
+        [along(column, 64), height, along(row, 40)].map(|x| x as f32)
+    };
+    rows.map(place).collect()
+}
+
+#[test]
+fn all_levels_say_the_same_and_what_is_certain_is_true() {
+    let (scene, points) = (scene(), points());
+    let queries = Queries::new(&scene);
+    let pieces = Pieces::of(&queries.bodies).expect("few pieces");
+    let size = Points::FreeSingle(&points).size();
+    for light in lights() {
+        let views = View::all(&light, &pieces.bounds);
+        let grids = Grids { grids: views.into_iter().map(|view| Grid::of(&pieces, view)).collect() };
+        let run = |level| {
+            let mut lit = vec![false; points.len()];
+            let rows: &[[f32; 3]] = &points;
+            let doubtful = dispatch_at(level, Filter { grids: &grids, rows, slack: 0.0, size, lit: &mut lit });
+            (lit, doubtful.iter().map(|doubt| doubt.index).collect::<Vec<_>>())
+        };
+        let (lit, doubtful) = run(Level::Scalar);
+        for level in Level::ALL {
+            assert_eq!(run(level), (lit.clone(), doubtful.clone()), "{level:?} under {light:?}");
+        }
+        assert!(doubtful.len() < points.len() / 100, "{} doubtful under {light:?}", doubtful.len());
+        for (index, point) in points.iter().enumerate().filter(|(index, _)| !doubtful.contains(&(*index as u32))) {
+            let probe: Probe = Probe::at(DVec3::from_array(point.map(f64::from)));
+            let mut hint = 0;
+            let is_blocked = (0..pieces.len()).any(|piece| match pieces.get(piece, &mut hint) {
+                pieces::Piece::Triangle(corners) => polygon_blocks(&corners.map(Point::exact), &probe, &light),
+                pieces::Piece::Box(_) => false,
+            });
+            assert_eq!(lit[index], !is_blocked, "{point:?} under {light:?}");
+        }
+    }
+}
+
+#[test]
+fn points_that_are_roughly_known_are_left_to_single_queries() {
+    let scene = scene();
+    let queries = Queries::new(&scene);
+    let light = LightSource::point([0.5, 3.0, 0.25]).expect("a lamp");
+    let far: Vec<[f32; 6]> = vec![[1e7, 0.0, 0.0, 0.0, 1.0, 0.0], [0.5, 3.0, 0.25, 0.0, 1.0, 0.0]];
+    let lit = queries.lit_many(Points::OrientedSingle(&far), &light).expect("points");
+    let alone = |index| queries.lit(&Points::OrientedSingle(&far).place(index), &light).expect("a point").lit;
+    assert_eq!(lit, [alone(0), alone(1)]);
+}

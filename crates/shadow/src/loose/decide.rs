@@ -1,0 +1,57 @@
+//! The points that the filter leaves in doubt.
+//!
+//! What is named in doubt is all that may hide the point or meet its slack box. If none of it meets the box, which f64
+//! tells nearly always, the point lies in space, and only what is named is asked exactly. Otherwise it is a single query.
+
+use glam::DVec3;
+use umbriel_geometry::{
+    LightSource, Sign, accept_point,
+    blocking::Probe,
+    predicates::{Target, side_filter},
+};
+
+use crate::{
+    bodies::Body,
+    exact::{Own, face_blocks},
+    loose::{filter::Doubtful, pieces::Pieces},
+    query::{Place, Queries},
+    slack::SlackBox,
+};
+
+impl Queries<'_> {
+    /// The answer for a doubtful point.
+    pub(super) fn decide(&self, pieces: &Pieces, place: &Place, doubt: &Doubtful, light: &LightSource) -> bool {
+        let faces = doubt.pieces.iter().flatten().map(|&piece| pieces.face(piece));
+        let (position, slack) = match *place {
+            Place::Free { position } => (accepted(position), None),
+            Place::Oriented { position, precision, .. } => {
+                (accepted(position), Some(SlackBox::new(accepted(position), precision)))
+            }
+            Place::Surface { .. } => return self.ask(place, light),
+        };
+        let may_touch = |slack: &SlackBox| faces.clone().any(|face| self.may_touch(face, slack));
+        if doubt.pieces.is_none() || slack.as_ref().is_some_and(may_touch) {
+            return self.ask(place, light);
+        }
+        let probe: Probe = Probe::at(position);
+        !faces.clone().any(|face| face_blocks(&self.bodies, face, &probe, Own::Nothing, light))
+    }
+
+    /// False when the face certainly has no point in the slack box.
+    fn may_touch(&self, (object, face): (usize, usize), slack: &SlackBox) -> bool {
+        match self.bodies.get(object) {
+            Body::Analytic(_) => self.bodies.boxes[object].meets(&slack.bounds),
+            Body::Flat(facets) => {
+                let corners = facets.facet(face).corners();
+                let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| facets.point(corner));
+                let side = side_filter(&a, &b, &c, Target::Point(&slack.whole()));
+                side.sign().is_none_or(|sign| sign == Sign::Zero) && facets.facet_bounds(face).meets(&slack.bounds)
+            }
+        }
+    }
+}
+
+/// The coordinates with one zero; they were checked.
+fn accepted(position: [f64; 3]) -> DVec3 {
+    accept_point(position).unwrap_or_default()
+}
