@@ -15,5 +15,7 @@ mod info;
 mod query;
 #[path = "cli/render.rs"]
 mod render;
+#[path = "cli/suns.rs"]
+mod suns;
 #[path = "cli/workspace.rs"]
 mod workspace;

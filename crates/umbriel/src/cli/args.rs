@@ -1,8 +1,9 @@
 //! What was typed; nothing here opens a file.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use umbriel_io::duration_of_hours;
 
 use crate::output::{csv::Rows, glb::Coloring};
 
@@ -76,6 +77,18 @@ pub(crate) struct LightArgs {
     pub(crate) light: Vec<String>,
 }
 
+/// Many suns one after the other.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct SunsArgs {
+    /// Hours of sun under a table of suns instead of single lights: CSV with a header azimuth,elevation (degrees; none
+    /// shines from the horizon or below) or x,y,z (the way the light travels), and if you like time and hours
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sun", "point", "light"])]
+    pub(crate) suns: Option<PathBuf>,
+    /// Hours that each row of the table lasts, if it has no column hours [default: the step of its times, else 1]
+    #[arg(long, value_name = "HOURS", requires = "suns", value_parser = hours, conflicts_with_all = ["sun", "point", "light"])]
+    pub(crate) hours_each: Option<Duration>,
+}
+
 /// How fine.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct DetailArgs {
@@ -105,6 +118,8 @@ pub(crate) struct BakeArgs {
     pub(crate) scene: SceneArgs,
     #[command(flatten)]
     pub(crate) lights: LightArgs,
+    #[command(flatten)]
+    pub(crate) suns: SunsArgs,
     #[command(flatten)]
     pub(crate) detail: DetailArgs,
     /// Also sample about this many points, spread by area
@@ -217,6 +232,10 @@ fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("not above zero".to_owned()) })
 }
 
+fn hours(text: &str) -> Result<Duration, String> {
+    finite(text).and_then(|value| duration_of_hours(value).ok_or_else(|| "not between 0 and 1000000".to_owned()))
+}
+
 fn share(text: &str) -> Result<f64, String> {
     let inside =
         |value: f64| if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("not between 0 and 1".to_owned()) };
@@ -293,6 +312,10 @@ mod tests {
             "--threads 0",
             "--threads 1025",
             "--up x",
+            "--hours-each 1",
+            "--suns a.csv --hours-each -1",
+            "--suns a.csv --sun 1,2",
+            "--suns a.csv --light noon",
         ] {
             let args = ["umbriel", "bake", "a.obj"].into_iter().chain(wrong.split(' '));
             assert_eq!(Args::try_parse_from(args).expect_err(wrong).exit_code(), 2);

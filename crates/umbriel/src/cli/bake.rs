@@ -14,6 +14,7 @@ use crate::{
         Failure,
         args::{BakeArgs, FormArgs},
         plan::{self, CellUse},
+        suns,
     },
     output::{
         self, Format, Target,
@@ -27,8 +28,11 @@ use crate::{
 };
 
 pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
+    if let Some(table) = &args.suns.suns {
+        return suns::run(args, table);
+    }
     let begun = Instant::now();
-    let mut outputs = Outputs::new(args)?;
+    let mut outputs = Outputs::new(args, &[&args.scene.scene])?;
     let layouts = outputs.has(Format::Png).then_some(args.forms.lightmap_texcoord);
     let mut loaded = plan::load_with_layouts(&args.scene, layouts)?;
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
@@ -60,7 +64,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
 }
 
 /// What was found while reading, and on the surfaces themselves.
-fn all_findings(scene: &Scene) -> Vec<Finding> {
+pub(super) fn all_findings(scene: &Scene) -> Vec<Finding> {
     let mut findings = scene.findings.clone();
     findings.extend(surface_findings(scene));
     findings
@@ -75,10 +79,10 @@ struct Results<'a> {
 }
 
 /// Where the results go.
-struct Outputs<'a> {
+pub(super) struct Outputs<'a> {
     /// All files but light maps.
-    files: Vec<Target>,
-    json_to_stdout: bool,
+    pub(super) files: Vec<Target>,
+    pub(super) json_to_stdout: bool,
     forms: &'a FormArgs,
     /// The light maps as typed.
     lightmaps: Vec<Target>,
@@ -89,13 +93,13 @@ struct Outputs<'a> {
 }
 
 impl<'a> Outputs<'a> {
-    fn new(args: &'a BakeArgs) -> Result<Self, Failure> {
+    /// Checks the files that were typed; `inputs` are read.
+    pub(super) fn new(args: &'a BakeArgs, inputs: &[&Path]) -> Result<Self, Failure> {
         let json_to_stdout = args.json.as_deref() == Some(Path::new("-"));
-        let inputs = [args.scene.scene.as_path()];
         let known = [Format::Json, Format::Csv, Format::Vtu, Format::Glb, Format::Png];
-        let mut files = output::targets(&args.output, &known, &inputs)?;
+        let mut files = output::targets(&args.output, &known, inputs)?;
         if let Some(path) = args.json.clone().filter(|_| !json_to_stdout) {
-            output::check_file(&path, &inputs)?;
+            output::check_file(&path, inputs)?;
             output::add_target(&mut files, Target { path, format: Format::Json })?;
         }
         let (lightmaps, files) = files.into_iter().partition(|file| file.format == Format::Png);
@@ -103,13 +107,13 @@ impl<'a> Outputs<'a> {
         Ok(Self { files, json_to_stdout, forms: &args.forms, lightmaps, mapped, map_files })
     }
 
-    fn has(&self, format: Format) -> bool {
+    pub(super) fn has(&self, format: Format) -> bool {
         (self.json_to_stdout && format == Format::Json)
             || self.files.iter().chain(&self.lightmaps).any(|file| file.format == format)
     }
 
     /// Whether some file shows single cells, or speeds up with them.
-    fn cell_use(&self) -> CellUse {
+    pub(super) fn cell_use(&self) -> CellUse {
         let in_csv = self.has(Format::Csv) && self.forms.csv == Rows::Cells;
         let shown = [Format::Glb, Format::Vtu, Format::Png].into_iter().any(|format| self.has(format));
         if in_csv || shown { CellUse::Cells } else { CellUse::Sums }
@@ -153,7 +157,7 @@ impl<'a> Outputs<'a> {
         Ok(())
     }
 
-    fn check_unread(&self, loaded: &LoadedScene) -> Result<(), Failure> {
+    pub(super) fn check_unread(&self, loaded: &LoadedScene) -> Result<(), Failure> {
         output::check_unread(&self.files, &loaded.files)?;
         output::check_unread(&self.map_files, &loaded.files)
     }

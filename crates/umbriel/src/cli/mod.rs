@@ -9,6 +9,7 @@ mod info;
 mod plan;
 mod query;
 mod render;
+mod suns;
 
 use std::{
     io::{self, Write},

@@ -6,9 +6,12 @@ use clap::ValueEnum;
 use glam::DVec3;
 use umbriel_io::write::ColoredMesh;
 use umbriel_scene::{Object, Scene};
-use umbriel_shadow::{Cell, LightReport, Verdict};
+use umbriel_shadow::{Cell, HourCell, LightReport, ObjectHours, ObjectReport, Verdict};
 
-use crate::output::surface::Surface;
+use crate::output::{
+    hours::{self, Day},
+    surface::Surface,
+};
 
 /// What has one colour in a baked .glb.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -33,17 +36,47 @@ const SMOOTH_COSINE: f64 = 0.5;
 /// The objects that have stored cells, each a mesh.
 pub(crate) fn meshes(scene: &Scene, light: &LightReport, coloring: Coloring) -> Vec<ColoredMesh> {
     let with_cells = light.objects.iter().filter(|object| !object.cells.is_empty());
-    with_cells.map(|report| mesh(&scene.objects[report.object], &report.cells, coloring)).collect()
+    let mesh_of = |report: &ObjectReport| {
+        let cells: Vec<Shaded> = report.cells.iter().map(Shaded::of).collect();
+        mesh(&scene.objects[report.object], &cells, coloring)
+    };
+    with_cells.map(mesh_of).collect()
 }
 
-fn mesh(object: &Object, cells: &[Cell], coloring: Coloring) -> ColoredMesh {
+/// The same by the share of all hours in which a cell is lit.
+pub(crate) fn hours_meshes(day: &Day, coloring: Coloring) -> Vec<ColoredMesh> {
+    let shaded = |cell: HourCell| {
+        let share = day.share(&cell);
+        Shaded { cell: hours::place(&cell), share, color: mixture(share) }
+    };
+    let mesh_of = |report: &ObjectHours| {
+        let cells: Vec<Shaded> = report.cells.iter().map(shaded).collect();
+        mesh(&day.scene.objects[report.object], &cells, coloring)
+    };
+    day.report.objects.iter().filter(|object| !object.cells.is_empty()).map(mesh_of).collect()
+}
+
+/// A cell, how much of it is lit (or for how much of the time), and its own colour.
+struct Shaded {
+    cell: Cell,
+    share: f64,
+    color: [u8; 4],
+}
+
+impl Shaded {
+    fn of(cell: &Cell) -> Self {
+        Self { cell: *cell, share: share_of(cell.verdict), color: color(cell.verdict) }
+    }
+}
+
+fn mesh(object: &Object, cells: &[Shaded], coloring: Coloring) -> ColoredMesh {
     let surface = Surface::of(object);
     let mut mesh = ColoredMesh { name: object.name.clone(), ..Default::default() };
     match coloring {
-        Coloring::Cell => cells.iter().for_each(|cell| add_polygons(&mut mesh, &surface, cell, color(cell.verdict))),
+        Coloring::Cell => cells.iter().for_each(|one| add_polygons(&mut mesh, &surface, &one.cell, one.color)),
         Coloring::Face => {
-            for cells in cells.chunk_by(|one, next| one.face == next.face) {
-                let face = Cell { level: 0, i: 0, j: 0, ..cells[0] };
+            for cells in cells.chunk_by(|one, next| one.cell.face == next.cell.face) {
+                let face = Cell { level: 0, i: 0, j: 0, ..cells[0].cell };
                 add_polygons(&mut mesh, &surface, &face, mixture(lit_share(&surface, cells)));
             }
         }
@@ -78,14 +111,14 @@ fn share_of(verdict: Verdict) -> f64 {
 }
 
 /// The lit share of some cells by area, undecided ones counted half. Cells of no area count alike.
-fn lit_share(surface: &Surface, cells: &[Cell]) -> f64 {
+fn lit_share(surface: &Surface, cells: &[Shaded]) -> f64 {
     let (mut lit, mut all) = (0.0, 0.0);
-    for cell in cells {
-        let area = surface.area(cell).value;
-        lit += area * share_of(cell.verdict);
+    for one in cells {
+        let area = surface.area(&one.cell).value;
+        lit += area * one.share;
         all += area;
     }
-    if all > 0.0 { lit / all } else { share_of(cells[0].verdict) }
+    if all > 0.0 { lit / all } else { cells[0].share }
 }
 
 fn add_polygons(mesh: &mut ColoredMesh, surface: &Surface, cell: &Cell, color: [u8; 4]) {
@@ -102,15 +135,15 @@ fn point(surface: &Surface, face: u32, corner: [f64; 2]) -> DVec3 {
     surface.point(face, corner).unwrap_or_default()
 }
 
-fn add_smooth(mesh: &mut ColoredMesh, surface: &Surface, cells: &[Cell]) {
+fn add_smooth(mesh: &mut ColoredMesh, surface: &Surface, cells: &[Shaded]) {
     let mut vertices = SharedVertices::default();
-    for part in cells.iter().flat_map(|cell| surface.parts(cell)) {
+    let parts = cells.iter().flat_map(|one| surface.parts(&one.cell).into_iter().map(|part| (part, one.share)));
+    for (part, share) in parts {
         let corners: Vec<DVec3> =
             surface.polygon(&part).into_iter().map(|corner| point(surface, part.face, corner)).collect();
         // The cross product of the diagonals, in a triangle of two edges: as long as twice the area.
         let normal = (corners[2] - corners[0]).cross(corners[corners.len() - 1] - corners[1]);
-        let places: Vec<u32> =
-            corners.iter().map(|&corner| vertices.place(corner, normal, share_of(part.verdict))).collect();
+        let places: Vec<u32> = corners.iter().map(|&corner| vertices.place(corner, normal, share)).collect();
         mesh.triangles.extend((2..places.len()).map(|i| [places[0], places[i - 1], places[i]]));
     }
     mesh.positions = vertices.list.iter().map(|vertex| vertex.position.to_array()).collect();
@@ -185,6 +218,10 @@ mod tests {
 
     fn quarters(verdicts: [Verdict; 4]) -> Vec<Cell> {
         (0..4).map(|k| cell(1, k % 2, k / 2, verdicts[k as usize])).collect()
+    }
+
+    fn mesh(object: &Object, cells: &[Cell], coloring: Coloring) -> ColoredMesh {
+        super::mesh(object, &cells.iter().map(Shaded::of).collect::<Vec<_>>(), coloring)
     }
 
     /// Twice the area of the triangles.

@@ -4,7 +4,9 @@ use std::{fs, time::Instant};
 
 use serde::Serialize;
 use umbriel_scene::{Finding, Scene, Shape};
-use umbriel_shadow::{Detail, ObjectReport, Report};
+use umbriel_shadow::{Detail, HourBounds, LitArea, ObjectReport, Report, hours};
+
+use crate::output::hours::{Day, Row};
 
 const SCHEMA: u32 = 1;
 
@@ -16,6 +18,8 @@ pub(crate) struct Document<'a> {
     scene: SceneCounts,
     detail: DetailUsed,
     lights: Vec<LightResult<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    suns: Option<SunsResult<'a>>,
     findings: Vec<FindingEntry<'a>>,
     work: Work,
     time: Time,
@@ -50,18 +54,51 @@ struct ObjectResult<'a> {
     name: &'a str,
     area: f64,
     undecided: f64,
-    lit_area: LitArea,
+    lit_area: Bounds,
     #[serde(skip_serializing_if = "Option::is_none")]
     samples: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     lit_samples: Option<u64>,
 }
 
-#[derive(Debug, Serialize)]
-struct LitArea {
+#[derive(Debug, Default, Serialize)]
+struct Bounds {
     lower: f64,
     upper: f64,
     estimate: f64,
+}
+
+/// The answer to a table of suns.
+#[derive(Debug, Serialize)]
+struct SunsResult<'a> {
+    /// Rows of the table, night included.
+    count: usize,
+    below_horizon: usize,
+    hours: f64,
+    objects: Vec<HoursResult<'a>>,
+    rows: Vec<SunResult<'a>>,
+}
+
+#[derive(Debug, Serialize)]
+struct HoursResult<'a> {
+    name: &'a str,
+    area: f64,
+    lit_hours: Bounds,
+    lit_area_hours: Bounds,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    samples: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sampled_hours: Option<f64>,
+}
+
+/// One row of the table.
+#[derive(Debug, Serialize)]
+struct SunResult<'a> {
+    line: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time: Option<&'a str>,
+    hours: f64,
+    lit_area: Bounds,
 }
 
 #[derive(Debug, Serialize)]
@@ -87,6 +124,11 @@ struct Time {
     load: f64,
     coarse: f64,
     fine: f64,
+    /// Of the first sun of a table, and of a further one in the mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    first_sun: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    further_sun: Option<f64>,
     total: f64,
 }
 
@@ -98,6 +140,7 @@ pub(crate) struct Clock {
 }
 
 impl<'a> Document<'a> {
+    /// Of a bake, light by light.
     pub(crate) fn new(
         scene: &'a Scene,
         detail: Detail,
@@ -109,34 +152,39 @@ impl<'a> Document<'a> {
             name: &scene.lights[light.light].name,
             objects: light.objects.iter().map(|object| ObjectResult::new(scene, object)).collect(),
         });
+        let (work, time) = (Work::of(&report.work), Time::of(&report.time, clock));
+        Self { lights: lights.collect(), ..Self::frame(scene, detail, findings, (work, time)) }
+    }
+
+    /// Of a day of suns.
+    pub(crate) fn of_day(day: &'a Day, detail: Detail, findings: &'a [Finding], clock: Clock) -> Self {
+        let (work, mut time) = (Work::of(&day.report.work), Time::of(&day.report.time, clock));
+        if let Some((first, further)) = day.report.lights.split_first() {
+            time.first_sun = Some(first.seconds);
+            let seconds: f64 = further.iter().map(|light| light.seconds).sum();
+            time.further_sun = (!further.is_empty()).then(|| seconds / further.len() as f64);
+        }
+        let suns = Some(SunsResult::new(day));
+        Self { suns, ..Self::frame(day.scene, detail, findings, (work, time)) }
+    }
+
+    /// Everything but the answer.
+    fn frame(scene: &Scene, detail: Detail, findings: &'a [Finding], (work, time): (Work, Time)) -> Self {
         let findings = findings.iter().map(|finding| FindingEntry {
             kind: finding.kind.name(),
             object: &finding.subject,
             count: finding.count,
         });
-        let (work, time) = (report.work, report.time);
         Self {
             schema: SCHEMA,
             umbriel: env!("CARGO_PKG_VERSION"),
             scene: SceneCounts::of(scene),
             detail: DetailUsed::of(detail),
-            lights: lights.collect(),
+            lights: Vec::new(),
+            suns: None,
             findings: findings.collect(),
-            work: Work {
-                pairs_tested: work.pairs_tested,
-                pairs_registered: work.pairs_registered,
-                pairs_excluded: work.pairs_excluded,
-                octrees_built: work.octrees_built,
-                cells: work.cells,
-                rays: work.rays,
-                exact_fallbacks: work.exact_fallbacks,
-            },
-            time: Time {
-                load: clock.load,
-                coarse: time.coarse,
-                fine: time.fine,
-                total: clock.begun.elapsed().as_secs_f64(),
-            },
+            work,
+            time,
             peak_memory_bytes: peak_memory_bytes(),
         }
     }
@@ -144,6 +192,71 @@ impl<'a> Document<'a> {
     pub(crate) fn to_text(&self) -> String {
         // Plain structs with string keys: serialising them has no way to fail.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}
+
+impl Work {
+    fn of(work: &umbriel_shadow::Work) -> Self {
+        Self {
+            pairs_tested: work.pairs_tested,
+            pairs_registered: work.pairs_registered,
+            pairs_excluded: work.pairs_excluded,
+            octrees_built: work.octrees_built,
+            cells: work.cells,
+            rays: work.rays,
+            exact_fallbacks: work.exact_fallbacks,
+        }
+    }
+}
+
+impl Time {
+    fn of(time: &umbriel_shadow::Time, clock: Clock) -> Self {
+        Self {
+            load: clock.load,
+            coarse: time.coarse,
+            fine: time.fine,
+            first_sun: None,
+            further_sun: None,
+            total: clock.begun.elapsed().as_secs_f64(),
+        }
+    }
+}
+
+impl From<HourBounds> for Bounds {
+    fn from(HourBounds { lower, upper, estimate }: HourBounds) -> Self {
+        Self { lower, upper, estimate }
+    }
+}
+
+impl From<LitArea> for Bounds {
+    fn from(LitArea { lower, upper, estimate }: LitArea) -> Self {
+        Self { lower, upper, estimate }
+    }
+}
+
+impl<'a> SunsResult<'a> {
+    fn new(day: &'a Day) -> Self {
+        let objects = day.report.objects.iter().map(|object| HoursResult {
+            name: day.name(object),
+            area: object.area,
+            lit_hours: object.lit_hours.into(),
+            lit_area_hours: object.lit_area_hours.into(),
+            samples: object.samples.map(|samples| samples.samples),
+            sampled_hours: object.samples.map(|samples| samples.mean),
+        });
+        let rows = day.rows.iter().map(|Row { row, light }| SunResult {
+            line: row.line,
+            time: row.time.as_deref(),
+            hours: hours(row.duration),
+            lit_area: light.map(|light| day.report.lights[light].lit.into()).unwrap_or_default(),
+        });
+        Self {
+            count: day.rows.len(),
+            below_horizon: day.below_horizon(),
+            hours: day.hours(),
+            objects: objects.collect(),
+            rows: rows.collect(),
+        }
     }
 }
 
@@ -176,12 +289,11 @@ impl DetailUsed {
 
 impl<'a> ObjectResult<'a> {
     fn new(scene: &'a Scene, object: &ObjectReport) -> Self {
-        let lit = &object.lit;
         Self {
             name: &scene.objects[object.object].name,
             area: object.area,
             undecided: object.undecided(),
-            lit_area: LitArea { lower: lit.lower, upper: lit.upper, estimate: lit.estimate },
+            lit_area: object.lit.into(),
             samples: object.samples.map(|count| count.samples),
             lit_samples: object.samples.map(|count| count.lit),
         }

@@ -5,6 +5,7 @@ pub(crate) mod csv;
 pub(crate) mod doctor;
 pub(crate) mod findings;
 pub(crate) mod glb;
+pub(crate) mod hours;
 pub(crate) mod json;
 pub(crate) mod lightmap;
 mod overlay;

@@ -3,7 +3,9 @@
 use std::fmt::Write;
 
 use umbriel_scene::Scene;
-use umbriel_shadow::{LightReport, ObjectReport, Report};
+use umbriel_shadow::{HourBounds, LightReport, ObjectHours, ObjectReport, Report};
+
+use crate::output::hours::Day;
 
 /// The readable table.
 pub(crate) fn text(scene: &Scene, report: &Report) -> String {
@@ -49,6 +51,35 @@ fn total(objects: &[ObjectReport]) -> ObjectReport {
         total.lit.estimate += object.lit.estimate;
     }
     total
+}
+
+/// The readable table of a day of suns.
+pub(crate) fn day_text(day: &Day) -> String {
+    let (shining, night) = (day.report.lights.len(), day.below_horizon());
+    let mut text = format!("{shining} suns, {} hours", number(day.hours()));
+    if night > 0 {
+        let _ = write!(text, "; {night} more at or below the horizon");
+    }
+    text.push('\n');
+    let header = ["object", "area m²", "lit h", "between h", "undecided h"].map(str::to_owned);
+    let mut rows = vec![header];
+    let row = |name: &str, area: f64, hours: &HourBounds| {
+        let between = format!("{} to {}", number(hours.lower), number(hours.upper));
+        [name.to_owned(), number(area), number(hours.estimate), between, number(hours.upper - hours.lower)]
+    };
+    rows.extend(day.report.objects.iter().map(|object| row(day.name(object), object.area, &object.lit_hours)));
+    if day.report.objects.len() > 1 {
+        let sum = |value: fn(&ObjectHours) -> f64| day.report.objects.iter().map(value).sum::<f64>();
+        let area = sum(|object| object.area);
+        let mean = |hours: f64| if area > 0.0 { hours / area } else { 0.0 };
+        let total = HourBounds {
+            lower: mean(sum(|object| object.lit_area_hours.lower)),
+            upper: mean(sum(|object| object.lit_area_hours.upper)),
+            estimate: mean(sum(|object| object.lit_area_hours.estimate)),
+        };
+        rows.push(row("total", area, &total));
+    }
+    text + &aligned(&rows)
 }
 
 /// Five significant digits; scenes may be millimetres or kilometres across.

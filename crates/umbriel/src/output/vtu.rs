@@ -9,7 +9,12 @@ use umbriel_io::write::{GridArray, GridValues, PolygonGrid};
 use umbriel_scene::{Object, Scene};
 use umbriel_shadow::{Cell, Report, Verdict};
 
-use crate::output::{csv::lit_bounds, overlay::overlay, surface::Surface};
+use crate::output::{
+    csv::lit_bounds,
+    hours::{self, Day},
+    overlay::overlay,
+    surface::Surface,
+};
 
 /// The number of a verdict; 3 where a light has no stored cell.
 fn number(verdict: Option<Verdict>) -> i8 {
@@ -34,15 +39,59 @@ pub(crate) fn grid(scene: &Scene, report: &Report) -> PolygonGrid {
     sheet.into_grid(scene, report)
 }
 
+/// The grid of a day of suns: every cell with its hours. O(cells).
+pub(crate) fn hours_grid(day: &Day) -> PolygonGrid {
+    let mut sheet = Sheet::default();
+    let (mut lower, mut upper) = (Vec::new(), Vec::new());
+    for report in &day.report.objects {
+        let surface = Surface::of(&day.scene.objects[report.object]);
+        let mut corners = SharedCorners::default();
+        for cell in report.cells.iter() {
+            for part in surface.parts(&hours::place(&cell)) {
+                sheet.add_polygon(report.object as u32, &surface, &part, &mut corners);
+                let [least, most] = hours::bounds(&cell);
+                lower.push(least);
+                upper.push(most);
+            }
+        }
+    }
+    let mut grid = sheet.grid;
+    grid.cell_data = vec![
+        GridArray::new("hours_lower", GridValues::F64(lower)),
+        GridArray::new("hours_upper", GridValues::F64(upper)),
+    ];
+    grid.cell_data.extend(sheet.columns.into_arrays());
+    let objects = day.scene.objects.iter().map(|object| object.name.as_str());
+    grid.field_data = vec![GridArray::new("object_names", lines(objects))];
+    grid
+}
+
 /// The grid as it grows, column by column.
 #[derive(Default)]
 struct Sheet {
     grid: PolygonGrid,
+    columns: PlaceColumns,
+    lights: Vec<LightColumns>,
+}
+
+/// Where every polygon lies.
+#[derive(Default)]
+struct PlaceColumns {
     object: Vec<u32>,
     face: Vec<u32>,
     level: Vec<i8>,
     area: Vec<f64>,
-    lights: Vec<LightColumns>,
+}
+
+impl PlaceColumns {
+    fn into_arrays(self) -> [GridArray; 4] {
+        [
+            GridArray::new("area", GridValues::F64(self.area)),
+            GridArray::new("object", GridValues::U32(self.object)),
+            GridArray::new("face", GridValues::U32(self.face)),
+            GridArray::new("level", GridValues::I8(self.level)),
+        ]
+    }
 }
 
 /// What one light says of every polygon.
@@ -69,15 +118,21 @@ impl Sheet {
         let mut corners = SharedCorners::default();
         overlay(lists, |cell, verdicts| {
             for part in surface.parts(cell) {
-                corners.add_polygon(&surface, &part, &mut self.grid);
-                let area = surface.area(&part);
-                self.object.push(index);
-                self.face.push(part.face);
-                self.level.push(part.level as i8);
-                self.area.push(area.value);
+                let area = self.add_polygon(index, &surface, &part, &mut corners);
                 self.lights.iter_mut().zip(verdicts).for_each(|(light, &verdict)| light.add(verdict, area));
             }
         });
+    }
+
+    /// Adds a part of an object; its area.
+    fn add_polygon(&mut self, index: u32, surface: &Surface, part: &Cell, corners: &mut SharedCorners) -> Approx {
+        corners.add_polygon(surface, part, &mut self.grid);
+        let area = surface.area(part);
+        self.columns.object.push(index);
+        self.columns.face.push(part.face);
+        self.columns.level.push(part.level as i8);
+        self.columns.area.push(area.value);
+        area
     }
 
     fn into_grid(self, scene: &Scene, report: &Report) -> PolygonGrid {
@@ -90,12 +145,7 @@ impl Sheet {
             add("lit_lower", GridValues::F64(columns.lower));
             add("lit_upper", GridValues::F64(columns.upper));
         }
-        grid.cell_data.extend([
-            GridArray::new("area", GridValues::F64(self.area)),
-            GridArray::new("object", GridValues::U32(self.object)),
-            GridArray::new("face", GridValues::U32(self.face)),
-            GridArray::new("level", GridValues::I8(self.level)),
-        ]);
+        grid.cell_data.extend(self.columns.into_arrays());
         let objects = scene.objects.iter().map(|object| object.name.as_str());
         grid.field_data = vec![
             GridArray::new("object_names", lines(objects)),
