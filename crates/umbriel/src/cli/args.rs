@@ -179,12 +179,14 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) lights: LightArgs,
     #[command(flatten)]
+    pub(crate) suns: SunsArgs,
+    #[command(flatten)]
     pub(crate) detail: DetailArgs,
     /// Width and height of the picture in pixels
     #[arg(long, value_name = "WxH", default_value = "1200x800", value_parser = size)]
     pub(crate) size: [u32; 2],
     /// Show undecided cells in this colour instead of deciding their pixels exactly
-    #[arg(long, value_name = "RRGGBB", num_args = 0..=1, require_equals = true, default_missing_value = "ff8c1a", value_parser = color)]
+    #[arg(long, value_name = "RRGGBB", num_args = 0..=1, require_equals = true, default_missing_value = "ff8c1a", value_parser = color, conflicts_with = "suns")]
     pub(crate) undecided: Option<[u8; 3]>,
     /// Write the picture to a .png file (repeatable)
     #[arg(short, long = "output", value_name = "FILE", required = true)]

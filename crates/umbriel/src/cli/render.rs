@@ -1,8 +1,10 @@
 //! `umbriel render`: the scene with its computed shadows, as a picture.
 
-use umbriel_io::write::{Staged, write_png};
+use std::path::Path;
+
+use umbriel_io::write::{Picture, Staged, write_png};
 use umbriel_scene::Scene;
-use umbriel_shadow::{Progress, Request};
+use umbriel_shadow::{Progress, Request, bake_hours};
 use umbriel_visibility::RayCaster;
 
 use crate::{
@@ -10,9 +12,10 @@ use crate::{
         Failure,
         args::RenderArgs,
         plan::{self, CellUse},
+        suns,
     },
     output::{
-        self, Format,
+        self, Format, hours_picture,
         picture::{SUBPIXELS, Studio, Undecided},
         viewpoint,
     },
@@ -20,6 +23,9 @@ use crate::{
 };
 
 pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
+    if let Some(table) = &args.suns.suns {
+        return run_hours(args, table);
+    }
     let files = output::targets(&args.output, &[Format::Png], &[&args.scene.scene])?;
     let mut loaded = plan::load(&args.scene)?;
     output::check_unread(&files, &loaded.file.files)?;
@@ -38,7 +44,36 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let request = Request { detail, sampling: None, lights, receivers, keep_cells: true };
     let report = umbriel_shadow::bake(scene, &request, &bar)?;
     let picture = Studio::new(scene, &caster, &report, undecided).picture(&view, &bar)?;
-    let stage = |file: &output::Target| Staged::new(&file.path, |out| write_png(&picture, out));
+    write(&picture, &files, &bar)
+}
+
+/// The picture of a day of suns. Its cells are all that is known: every object that is seen is baked.
+fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
+    let files = output::targets(&args.output, &[Format::Png], &[&args.scene.scene, table])?;
+    let rows = suns::read(table, &args.suns)?;
+    let mut loaded = plan::load(&args.scene)?;
+    output::check_unread(&files, &loaded.file.files)?;
+    let interrupt = &Interrupt::install();
+    let lights: Vec<_> = suns::place(&rows, &mut loaded.file, table)?.into_iter().flatten().collect();
+    let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
+    let scene = &loaded.file.scene;
+    plan::tell_findings(scene, args.scene.quiet);
+    let caster = RayCaster::new(scene);
+    let [width, height] = args.size;
+    let view = viewpoint::choose(scene, &caster, &[], width, height);
+    interrupt.check()?;
+    let coverage = caster.coverage(&view);
+    let receivers = (0..scene.objects.len()).filter(|&object| coverage[object] > 0).collect();
+    let bar = Bar::new(interrupt, args.scene.quiet);
+    let request = Request { detail, sampling: None, lights: Vec::new(), receivers, keep_cells: true };
+    let report = bake_hours(scene, &request, &lights, &bar).map_err(|error| suns::failure(error, table))?;
+    let picture = hours_picture::picture(scene, &caster, &report, &view, &bar)?;
+    write(&picture, &files, &bar)
+}
+
+/// Writes all files or none.
+fn write(picture: &Picture, files: &[output::Target], bar: &Bar) -> Result<(), Failure> {
+    let stage = |file: &output::Target| Staged::new(&file.path, |out| write_png(picture, out));
     let staged = files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;
     if bar.is_cancelled() {
         return Err(Failure::Interrupted);

@@ -1,4 +1,4 @@
-//! `umbriel bake --suns`: for how long every object is in the sun, with bounds.
+//! Tables of suns, and `umbriel bake --suns`: for how long every object is in the sun, with bounds.
 
 use std::{fs, io, path::Path, time::Instant};
 
@@ -13,7 +13,7 @@ use umbriel_shadow::{HoursError, Request, Sampling, TimedLight, bake_hours};
 use crate::{
     cli::{
         Failure,
-        args::BakeArgs,
+        args::{BakeArgs, SunsArgs},
         bake::{Outputs, all_findings},
         plan::{self, CellUse},
     },
@@ -34,11 +34,10 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
         let text = "a .png holds light maps of single lights; with --suns write a .glb, .vtu or .csv";
         return Err(Failure::Unusable(text.to_owned()));
     }
-    let rows = read(path, args)?;
+    let rows = read(path, &args.suns)?;
     let mut loaded = plan::load(&args.scene)?;
     outputs.check_unread(&loaded.file)?;
-    let lights = place(&rows, &loaded.file).map_err(|refusal| refusal.in_file(path))?;
-    loaded.file.scene.findings.extend(findings(&rows, &lights));
+    let lights = place(&rows, &mut loaded.file, path)?;
     let cells = outputs.cell_use();
     let scene = &loaded.file.scene;
     let request = Request {
@@ -52,10 +51,7 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
     plan::tell_findings(scene, args.scene.quiet);
     let bar = Bar::new(interrupt, args.scene.quiet);
     let shining: Vec<TimedLight> = lights.iter().flatten().copied().collect();
-    let report = bake_hours(scene, &request, &shining, &bar).map_err(|error| match error {
-        HoursError::Cancelled(cancelled) => Failure::from(cancelled),
-        error => Failure::Refused(format!("{}: {error}", path.display())),
-    })?;
+    let report = bake_hours(scene, &request, &shining, &bar).map_err(|error| failure(error, path))?;
     drop(bar);
     let day = Day { scene, report: &report, rows: days_rows(&rows, &lights) };
     let findings = if outputs.has(Format::Json) { all_findings(scene) } else { Vec::new() };
@@ -75,44 +71,43 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
     if outputs.json_to_stdout { output::print(&json) } else { output::print(&table::day_text(&day)) }
 }
 
-fn read(path: &Path, args: &BakeArgs) -> Result<Vec<SunRow>, Failure> {
+/// Reads a table.
+pub(super) fn read(path: &Path, args: &SunsArgs) -> Result<Vec<SunRow>, Failure> {
     let unreadable = |error| Failure::Unusable(format!("{} cannot be read: {error}", path.display()));
     // A pipe or a device may never end.
     if !fs::metadata(path).map_err(unreadable)?.is_file() {
         return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")));
     }
     let file = fs::File::open(path).map_err(unreadable)?;
-    read_suns(file, args.suns.hours_each).map_err(|error| match error {
+    read_suns(file, args.hours_each).map_err(|error| match error {
         SunsError::Unreadable(error) => unreadable(error),
         defect => Failure::Refused(format!("{}: {defect}", path.display())),
     })
 }
 
-/// A row whose direction is none.
-struct Refusal {
-    line: usize,
-    message: String,
-}
-
-impl Refusal {
-    fn in_file(self, path: &Path) -> Failure {
-        Failure::Refused(format!("{}: line {}: {}", path.display(), self.line, self.message))
-    }
-}
-
-/// The light of every row; `None` where its angles say that it is night.
-fn place(rows: &[SunRow], file: &LoadedScene) -> Result<Vec<Option<TimedLight>>, Refusal> {
+/// The light of every row; `None` where its angles say that it is night. What a user should know of that joins the findings.
+pub(super) fn place(rows: &[SunRow], file: &mut LoadedScene, path: &Path) -> Result<Vec<Option<TimedLight>>, Failure> {
     let light = |row: &SunRow| {
         let direction = match row.place {
             SunPlace::Angles { elevation, .. } if elevation <= 0.0 => return Ok(None),
             SunPlace::Angles { azimuth, elevation } => file.sun_from_angles(azimuth, elevation),
             SunPlace::Direction(direction) => file.direction(direction),
         };
-        let source = LightSource::sun(direction);
-        let source = source.map_err(|defect| Refusal { line: row.line, message: defect.to_string() })?;
+        let source = LightSource::sun(direction)
+            .map_err(|defect| Failure::Refused(format!("{}: line {}: {defect}", path.display(), row.line)))?;
         Ok(Some(TimedLight { source, duration: row.duration }))
     };
-    rows.iter().map(light).collect()
+    let lights = rows.iter().map(light).collect::<Result<Vec<_>, Failure>>()?;
+    file.scene.findings.extend(findings(rows, &lights));
+    Ok(lights)
+}
+
+/// Why there are no hours.
+pub(super) fn failure(error: HoursError, path: &Path) -> Failure {
+    match error {
+        HoursError::Cancelled(cancelled) => cancelled.into(),
+        error => Failure::Refused(format!("{}: {error}", path.display())),
+    }
 }
 
 /// What a user should know of the table.

@@ -6,37 +6,50 @@ use umbriel_shadow::{Cell, Verdict};
 /// Depth of the grid on which cells are compared; cells finer than that cannot be told apart.
 const DEPTH: u8 = 31;
 
-/// The stored cells of one object under one light.
-#[derive(Debug, Default)]
-pub(crate) struct CellMap {
-    cells: Vec<Entry>,
+/// The stored cells of one object, and what is known of each: its verdict under one light, or something else.
+#[derive(Debug)]
+pub(crate) struct CellMap<V = Verdict> {
+    cells: Vec<Entry<V>>,
+}
+
+impl<V> Default for CellMap<V> {
+    fn default() -> Self {
+        Self { cells: Vec::new() }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct Entry<V> {
     face: u32,
     corner: u8,
     level: u8,
-    verdict: Verdict,
+    value: V,
     /// Morton code of the cell's first corner on the finest grid.
     code: u64,
 }
 
 impl CellMap {
-    /// Cells must not overlap. O(n) for cells in Morton order, else O(n log n).
+    /// Cells with their verdicts.
     pub(crate) fn new(cells: &[Cell]) -> Self {
-        let entry = |cell: &Cell| {
+        Self::with(cells.iter().map(|cell| (*cell, cell.verdict)))
+    }
+}
+
+impl<V: Copy> CellMap<V> {
+    /// Cells must not overlap. O(n) for cells in Morton order, else O(n log n).
+    pub(crate) fn with(cells: impl Iterator<Item = (Cell, V)>) -> Self {
+        let entry = |(cell, value): (Cell, V)| {
             let shift = DEPTH.saturating_sub(cell.level);
             let code = encode2([cell.i << shift, cell.j << shift]);
-            Entry { face: cell.face, corner: cell.corner, level: cell.level.min(DEPTH), verdict: cell.verdict, code }
+            Entry { face: cell.face, corner: cell.corner, level: cell.level.min(DEPTH), value, code }
         };
-        let mut cells: Vec<Entry> = cells.iter().map(entry).collect();
+        let mut cells: Vec<Entry<V>> = cells.map(entry).collect();
         cells.sort_by_key(|entry| (entry.face, entry.code));
         Self { cells }
     }
 
-    /// The verdict of the stored cell that holds (u, v), if one does. O(log n).
-    pub(crate) fn verdict(&self, face: u32, u: f64, v: f64) -> Option<Verdict> {
+    /// What is known of the stored cell that holds (u, v), if one does. O(log n).
+    pub(crate) fn at(&self, face: u32, u: f64, v: f64) -> Option<V> {
         let grid = f64::from(1u32 << DEPTH);
         // Casting saturates, and the far edge belongs to the last cell.
         let index = |t: f64| ((t * grid) as u32).min((1 << DEPTH) - 1);
@@ -50,7 +63,7 @@ impl CellMap {
         let after = self.cells.partition_point(|entry| (entry.face, entry.code) <= (face, code));
         let entry = self.cells[..after].last().filter(|entry| entry.face == face)?;
         let covers = (code - entry.code) >> (2 * (DEPTH - entry.level)) == 0;
-        covers.then_some(entry.verdict)
+        covers.then_some(entry.value)
     }
 }
 
@@ -85,7 +98,7 @@ mod tests {
             (0, 0.5, 0.5, None),
             (3, 0.5, 0.5, None),
         ] {
-            assert_eq!(map.verdict(face, u, v), expected, "face {face} at ({u}, {v})");
+            assert_eq!(map.at(face, u, v), expected, "face {face} at ({u}, {v})");
         }
     }
 }

@@ -33,11 +33,16 @@ impl Day<'_> {
         self.rows.iter().filter(|row| row.light.is_none()).count()
     }
 
-    /// The middle of a cell's bounds, as a share of all hours.
+    /// See [`share`].
     pub(crate) fn share(&self, cell: &HourCell) -> f64 {
-        let [lower, upper] = bounds(cell);
-        if self.hours() > 0.0 { (0.5 * (lower + upper) / self.hours()).min(1.0) } else { 0.0 }
+        share(cell, self.report)
     }
+}
+
+/// The middle of a cell's bounds, as a share of all hours.
+pub(crate) fn share(cell: &HourCell, report: &HoursReport) -> f64 {
+    let ([lower, upper], all) = (bounds(cell), hours(report.duration));
+    if all > 0.0 { (0.5 * (lower + upper) / all).min(1.0) } else { 0.0 }
 }
 
 /// For how many hours every point of a cell is lit, at least and at most.

@@ -89,7 +89,7 @@ impl<'a> Lightmaps<'a> {
     }
 
     fn is_lit(&self, lamp: &Lamp, object: usize, face: u32, [u, v]: [f64; 2]) -> bool {
-        match lamp.cells.verdict(face, u, v) {
+        match lamp.cells.at(face, u, v) {
             Some(Verdict::Lit) => true,
             Some(Verdict::Shadowed) => false,
             Some(Verdict::Undecided) | None => {

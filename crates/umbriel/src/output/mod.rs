@@ -6,6 +6,7 @@ pub(crate) mod doctor;
 pub(crate) mod findings;
 pub(crate) mod glb;
 pub(crate) mod hours;
+pub(crate) mod hours_picture;
 pub(crate) mod json;
 pub(crate) mod lightmap;
 mod overlay;

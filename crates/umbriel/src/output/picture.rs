@@ -75,35 +75,9 @@ impl<'a> Studio<'a> {
         Self { caster, queries: Queries::new(scene), lamps: lamps.collect(), undecided }
     }
 
-    /// Takes the picture, rows in parallel.
+    /// Takes the picture.
     pub(crate) fn picture(&self, view: &View, progress: &dyn Progress) -> Result<Picture, Cancelled> {
-        let done = std::sync::atomic::AtomicU64::new(0);
-        let row = |y: u32| {
-            if progress.is_cancelled() {
-                return Err(Cancelled);
-            }
-            let pixels: Vec<[u8; 3]> = (0..view.width).map(|x| to_srgb(self.pixel(view, x, y))).collect();
-            let rows = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-            progress.advance("picture", rows, u64::from(view.height));
-            Ok(pixels)
-        };
-        let rows = (0..view.height).into_par_iter().map(row).collect::<Result<Vec<_>, Cancelled>>()?;
-        Ok(Picture { width: view.width, height: view.height, pixels: rows.concat() })
-    }
-
-    /// The mean over the pixel's rays, linear light.
-    fn pixel(&self, view: &View, x: u32, y: u32) -> DVec3 {
-        let at = |pixel: u32, part: u32| f64::from(pixel) + (f64::from(part) + 0.5) / f64::from(SUBPIXELS);
-        let parts = (0..SUBPIXELS).flat_map(|i| (0..SUBPIXELS).map(move |j| (i, j)));
-        let colors = parts.map(|(i, j)| {
-            let (x, y) = (at(x, i), at(y, j));
-            let ray = view.ray(x, y);
-            match self.caster.nearest(&ray) {
-                Some(hit) => self.surface(&hit, &ray),
-                None => BACKGROUND[0].lerp(BACKGROUND[1], y / f64::from(view.height)),
-            }
-        });
-        colors.sum::<DVec3>() / f64::from(SUBPIXELS * SUBPIXELS)
+        take(self.caster, view, progress, &|hit, ray| self.surface(hit, ray))
     }
 
     fn surface(&self, hit: &SurfaceHit, ray: &Ray) -> DVec3 {
@@ -128,7 +102,7 @@ impl<'a> Studio<'a> {
     }
 
     fn exposure(&self, lamp: &Lamp, hit: &SurfaceHit) -> Exposure {
-        match lamp.cells[hit.object].verdict(hit.face as u32, hit.u, hit.v) {
+        match lamp.cells[hit.object].at(hit.face as u32, hit.u, hit.v) {
             Some(Verdict::Lit) => Exposure::Known(true),
             Some(Verdict::Shadowed) => Exposure::Known(false),
             Some(Verdict::Undecided) if self.undecided != Undecided::Decide => Exposure::Undecided,
@@ -141,6 +115,42 @@ impl<'a> Studio<'a> {
         // A place that is refused lies, by rounding, just outside its face; it stays dark.
         self.queries.lit(&place, &lamp.source).is_ok_and(|answer| answer.lit)
     }
+}
+
+/// A picture of surfaces in the colours that `surface` gives them, linear light; rows in parallel.
+pub(crate) fn take(
+    caster: &RayCaster,
+    view: &View,
+    progress: &dyn Progress,
+    surface: &(dyn Fn(&SurfaceHit, &Ray) -> DVec3 + Sync),
+) -> Result<Picture, Cancelled> {
+    let done = std::sync::atomic::AtomicU64::new(0);
+    let row = |y: u32| {
+        if progress.is_cancelled() {
+            return Err(Cancelled);
+        }
+        let pixels: Vec<[u8; 3]> = (0..view.width).map(|x| to_srgb(pixel(caster, view, [x, y], surface))).collect();
+        let rows = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
+        progress.advance("picture", rows, u64::from(view.height));
+        Ok(pixels)
+    };
+    let rows = (0..view.height).into_par_iter().map(row).collect::<Result<Vec<_>, Cancelled>>()?;
+    Ok(Picture { width: view.width, height: view.height, pixels: rows.concat() })
+}
+
+/// The mean over the pixel's rays, linear light.
+fn pixel(caster: &RayCaster, view: &View, [x, y]: [u32; 2], surface: &dyn Fn(&SurfaceHit, &Ray) -> DVec3) -> DVec3 {
+    let at = |pixel: u32, part: u32| f64::from(pixel) + (f64::from(part) + 0.5) / f64::from(SUBPIXELS);
+    let parts = (0..SUBPIXELS).flat_map(|i| (0..SUBPIXELS).map(move |j| (i, j)));
+    let colors = parts.map(|(i, j)| {
+        let (x, y) = (at(x, i), at(y, j));
+        let ray = view.ray(x, y);
+        match caster.nearest(&ray) {
+            Some(hit) => surface(&hit, &ray),
+            None => BACKGROUND[0].lerp(BACKGROUND[1], y / f64::from(view.height)),
+        }
+    });
+    colors.sum::<DVec3>() / f64::from(SUBPIXELS * SUBPIXELS)
 }
 
 /// The unit vector from a point towards a light.
@@ -158,7 +168,7 @@ fn to_srgb(linear: DVec3) -> [u8; 3] {
     })
 }
 
-fn from_srgb(color: [u8; 3]) -> DVec3 {
+pub(crate) fn from_srgb(color: [u8; 3]) -> DVec3 {
     DVec3::from_array(color.map(|byte| {
         let value = f64::from(byte) / 255.0;
         if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }

@@ -29,7 +29,7 @@ pub(crate) fn choose(scene: &Scene, caster: &RayCaster, lights: &[usize], width:
     let default = View::of(scene, width, height);
     let lamps: Vec<DVec3> = lights.iter().map(|&light| scene.lights[light].source).map(|lamp| lamp.xyz()).collect();
     let has_sun = lights.iter().any(|&light| scene.lights[light].source.is_sun());
-    if scene.camera.is_some() || has_sun {
+    if scene.camera.is_some() || has_sun || lights.is_empty() {
         return default;
     }
     let around = ELEVATIONS.into_iter().flat_map(|elevation| TURNS.map(|turn| (turn, elevation)));

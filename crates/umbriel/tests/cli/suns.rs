@@ -177,3 +177,30 @@ fn wrong_usage() {
     #[cfg(unix)]
     workspace.run("bake plate.toml --suns /dev/zero").fails(2, &["/dev/zero", "not a regular file"]);
 }
+
+#[test]
+fn a_picture_shows_hours() {
+    let camera = "[camera]\neye = [0.0, 20.0, 0.0]\ntarget = [0.0, 0.0, 0.0]\nup = [0.0, 0.0, -1.0]\nheight = 8.0\n";
+    let scene = format!("{PLATE}\n{camera}");
+    let workspace =
+        Workspace::with(&[("plate.toml", &scene), ("day.csv", DAY), ("night.csv", "x,y,z,hours\n1,1,1,0\n")]);
+    for table in ["day", "night"] {
+        let render = format!("render plate.toml --suns {table}.csv --boundary-depth 6 --size 32x32 -o {table}.png");
+        workspace.run(&render).succeeds();
+    }
+    let pixel = |file: &str, x: u32, y: u32| {
+        image::open(workspace.path(file))
+            .expect("a picture")
+            .into_rgb8()
+            .get_pixel(x, y)
+            .0
+            .map(u32::from)
+            .iter()
+            .sum::<u32>()
+    };
+    // Lit all day; in the plate's shadow from the east, two metres to the west; the plate itself.
+    let (open, shadow, plate) = (pixel("day.png", 8, 4), pixel("day.png", 7, 16), pixel("day.png", 16, 16));
+    assert!(open > shadow + 50 && plate > shadow + 50, "{open}, {shadow}, {plate}");
+    assert!(pixel("night.png", 8, 4) < shadow);
+    workspace.run("render plate.toml --suns day.csv --undecided -o a.png").fails(2, &["--undecided", "--suns"]);
+}
