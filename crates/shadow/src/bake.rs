@@ -168,14 +168,13 @@ impl ObjectSums {
 
     fn report(self, object: usize, request: &Request, work: &mut Work) -> ObjectReport {
         work.octrees_built += u64::from(self.divided);
-        let AreaSums { area, slack, lower, upper, estimate } = self.areas;
+        let area_error = self.areas.area_error();
+        let AreaSums { area, lower, upper, estimate, .. } = self.areas;
         let (lower, upper) = (lower.rounded_down(), upper.rounded_up());
-        let (area, rounding) = (area.nearest(), area.bounded().error);
-        let slack = slack.rounded_up();
         ObjectReport {
             object,
-            area,
-            area_error: if rounding > 0.0 { (slack + area * f64::EPSILON).next_up() } else { slack },
+            area: area.nearest(),
+            area_error,
             lit: crate::report::LitArea { lower, upper, estimate: estimate.nearest().clamp(lower, upper) },
             cells: self.cells,
             samples: request.sampling.map(|_| self.samples),

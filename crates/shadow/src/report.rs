@@ -86,7 +86,7 @@ pub struct ObjectReport {
     pub object: usize,
     /// Surface area, square metres, each face once.
     pub area: f64,
-    /// By how much the true area may differ from `area`, square metres.
+    /// By how much the true area may differ from `area`, square metres; infinite where nothing is known of some face.
     pub area_error: f64,
     /// How much of it is lit.
     pub lit: LitArea,

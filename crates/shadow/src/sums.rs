@@ -6,8 +6,10 @@ use umbriel_geometry::{Approx, Dyadic};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AreaSums {
     pub(crate) area: ExactSum,
-    /// How far `area` may be off.
+    /// How far `area` may be off; of faces whose areas are bounded.
     pub(crate) slack: ExactSum,
+    /// Whether the area of some face has no bound: its numbers left the range of floats.
+    pub(crate) is_unbounded: bool,
     /// Proved lit, from below.
     pub(crate) lower: ExactSum,
     /// Not proved shadowed, from above.
@@ -20,16 +22,31 @@ impl AreaSums {
     /// Adds a face: its area, what is proved lit of it, what may be lit, what is lit by the estimate.
     pub(crate) fn add(&mut self, area: Approx, lit: Approx, possible: Approx, likely: Approx) {
         self.area.add(area.value);
-        self.slack.add(area.error);
+        let is_bounded = area.error.is_finite();
+        self.slack.add(if is_bounded { area.error } else { 0.0 });
+        self.is_unbounded |= !is_bounded;
         self.lower.add(lit.lower().max(0.0));
         self.upper.add(possible.upper());
         self.estimate.add(likely.value);
+    }
+
+    /// How far the float nearest to the area may be off: what the faces may be, and half an ulp where it is rounded.
+    pub(crate) fn area_error(&self) -> f64 {
+        let slack = self.slack.rounded_up();
+        if self.is_unbounded {
+            f64::INFINITY
+        } else if self.area.bounded().error > 0.0 {
+            (slack + self.area.nearest() * f64::EPSILON).next_up()
+        } else {
+            slack
+        }
     }
 
     /// Adds other faces.
     pub(crate) fn append(&mut self, other: Self) {
         self.area.append(other.area);
         self.slack.append(other.slack);
+        self.is_unbounded |= other.is_unbounded;
         self.lower.append(other.lower);
         self.upper.append(other.upper);
         self.estimate.append(other.estimate);

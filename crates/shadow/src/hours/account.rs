@@ -14,7 +14,8 @@ pub(super) const NANOSECONDS_AN_HOUR: f64 = 3.6e12;
 /// What the lights so far did to an object.
 pub(super) struct Account {
     object: usize,
-    area: Approx,
+    /// `None` before the first light.
+    area: Option<Approx>,
     /// Lit area by time, square metres times nanoseconds.
     lower: ExactSum,
     upper: ExactSum,
@@ -30,7 +31,7 @@ impl Account {
         let request = stage.request;
         let open = |&object: &usize| Self {
             object,
-            area: Approx::UNKNOWN,
+            area: None,
             lower: ExactSum::default(),
             upper: ExactSum::default(),
             estimate: ExactSum::default(),
@@ -43,9 +44,10 @@ impl Account {
     /// Adds a light that shines for so many nanoseconds.
     pub(super) fn add(&mut self, bodies: &Bodies, report: &ObjectReport, nanoseconds: u64) {
         // Lights divide a curved face differently; the sharpest of their sums, whatever the order of the lights.
-        let (error, area) = (report.area_error, report.area);
-        if (error, area) < (self.area.error, self.area.value) {
-            self.area = Approx { value: area, error };
+        let area = Approx { value: report.area, error: report.area_error };
+        let is_sharper = |known: Approx| (area.error, area.value) < (known.error, known.value);
+        if self.area.is_none_or(is_sharper) {
+            self.area = Some(area);
         }
         self.lower.add_product(report.lit.lower, nanoseconds);
         self.upper.add_product(report.lit.upper, nanoseconds);
@@ -65,15 +67,17 @@ impl Account {
         let [lower, upper, estimate] = [&self.lower, &self.upper, &self.estimate].map(in_hours);
         let lit_area_hours = bounds(lower.lower(), upper.upper(), estimate.value);
         let most = total as f64 / NANOSECONDS_AN_HOUR;
-        let has_area = self.area.lower() > 0.0;
-        let mean = |sum: Approx| if has_area { sum.divided_by(self.area) } else { Approx::exact(0.0) };
-        let lit_hours = bounds(mean(lower).lower(), mean(upper).upper().min(most), mean(estimate).value);
+        let area = self.area.unwrap_or_default();
+        // Unknown where the area may be nothing: between none of the hours and all of them.
+        let mean = |sum: Approx| if area.value > 0.0 { sum.divided_by(area) } else { Approx::exact(0.0) };
+        let likely = if area.value > 0.0 { estimate.value / area.value } else { 0.0 };
+        let lit_hours = bounds(mean(lower).lower(), mean(upper).upper().min(most), likely);
         let samples = self.samples.map(|(samples, lit)| SampledHours {
             samples,
             mean: if samples > 0 { lit as f64 / samples as f64 / NANOSECONDS_AN_HOUR } else { 0.0 },
         });
         let cells = self.grid.map(HourCells::new).unwrap_or_default();
-        ObjectHours { object: self.object, area: self.area.value, lit_hours, lit_area_hours, samples, cells }
+        ObjectHours { object: self.object, area: area.value, lit_hours, lit_area_hours, samples, cells }
     }
 }
 
