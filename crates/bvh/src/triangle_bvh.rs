@@ -7,14 +7,17 @@
 //! exactly the definition of blocking ([`umbriel_geometry::blocking`]) over all triangles.
 
 mod any_hit;
+mod any_hits;
 mod bounds;
 mod boxes;
 mod build;
 mod check;
 mod frame;
 mod layout;
+mod morton_order;
 mod nearest;
 mod pack_test;
+mod packet;
 mod ray;
 #[cfg(test)]
 mod tests;
@@ -30,7 +33,9 @@ use umbriel_geometry::{
 
 use self::{
     any_hit::AnyHit,
+    any_hits::{AnyHits, Segments},
     build::Parts,
+    morton_order::morton_order,
     nearest::{Nearest, Shear},
     ray::{LocalRay, Way},
 };
@@ -120,6 +125,23 @@ impl Towards<'_> {
             let corners = bvh.corners(triangle).map(Point::exact);
             polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &light)
         })
+    }
+
+    /// [`Towards::any_hit`] of many points, neighbours next to each other in the list: sixteen of them share one walk.
+    pub fn any_hits(&self, origins: &[DVec3]) -> Vec<bool> {
+        self.any_hits_along(origins, &[])
+    }
+
+    /// [`Towards::any_hit`] of many points in no order, at most 2^32: they are sorted, then as [`Towards::any_hits`].
+    pub fn any_hits_unordered(&self, origins: &[DVec3]) -> Vec<bool> {
+        self.any_hits_along(origins, &morton_order(origins))
+    }
+
+    fn any_hits_along(&self, origins: &[DVec3], order: &[u32]) -> Vec<bool> {
+        let mut blocked = vec![false; origins.len()];
+        let segments = Segments { bvh: self.bvh, light: self.light };
+        simd::dispatch(AnyHits { segments, origins, order, blocked: &mut blocked });
+        blocked
     }
 
     /// As [`Towards::any_hit`] for a point that is not a float: it is within `slack` of `origin` on every axis, and

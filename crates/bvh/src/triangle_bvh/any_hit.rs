@@ -10,7 +10,7 @@ use umbriel_geometry::simd::{Kernel, Simd};
 use super::{
     boxes::boxes_met,
     build::{MAX_DEPTH, Parts},
-    layout::{Pack, WIDTH},
+    layout::WIDTH,
     pack_test,
     ray::LocalRay,
 };
@@ -73,18 +73,6 @@ impl<D: FnMut(u32) -> bool> AnyHit<'_, D> {
     fn blocks<S: Simd>(&mut self, simd: S, index: u32) -> bool {
         let pack = &self.parts.packs[index as usize];
         let verdicts = pack_test::test(simd, pack, self.ray);
-        verdicts.hits != 0 || verdicts.doubts != 0 && decide_all(pack, verdicts.doubts, &mut self.decide)
+        verdicts.hits != 0 || verdicts.any_doubt(pack, &mut self.decide)
     }
-}
-
-#[cold]
-#[inline(never)]
-fn decide_all(pack: &Pack, mut doubts: u32, decide: &mut impl FnMut(u32) -> bool) -> bool {
-    while doubts != 0 {
-        if decide(pack.triangles[doubts.trailing_zeros() as usize]) {
-            return true;
-        }
-        doubts &= doubts - 1;
-    }
-    false
 }

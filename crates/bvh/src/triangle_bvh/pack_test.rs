@@ -32,6 +32,21 @@ pub(super) struct Verdicts {
     pub(super) doubts: u32,
 }
 
+impl Verdicts {
+    /// Whether `decide` says yes to a triangle in doubt.
+    #[inline(always)]
+    pub(super) fn any_doubt(&self, pack: &Pack, mut decide: impl FnMut(u32) -> bool) -> bool {
+        let mut doubts = self.doubts;
+        while doubts != 0 {
+            if decide(pack.triangles[doubts.trailing_zeros() as usize % WIDTH]) {
+                return true;
+            }
+            doubts &= doubts - 1;
+        }
+        false
+    }
+}
+
 /// A pack's corners as the ray sees them: two sheared coordinates, and the depth.
 struct Seen<V> {
     x: [V; 3],

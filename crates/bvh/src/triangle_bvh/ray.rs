@@ -27,14 +27,14 @@ pub(super) const U: f32 = f32::EPSILON / 2.0;
 pub(super) const OUTWARD: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// Least size of a component of the direction where boxes are concerned.
-const LEAST_SLOPE: f32 = 1.0 / (1u64 << 40) as f32;
+pub(super) const LEAST_SLOPE: f32 = 1.0 / (1u64 << 40) as f32;
 /// What replacing smaller ones moves the ray by, at most; see the header.
-const SLOPE_SLACK: f32 = 8.0 * LEAST_SLOPE;
+pub(super) const SLOPE_SLACK: f32 = 8.0 * LEAST_SLOPE;
 
 /// How far from the frame's centre an origin may lie before it is moved to the border.
-const FAR: f64 = 2.0;
+pub(super) const FAR: f64 = 2.0;
 /// More than the way along the main axis from an origin that is not far to any point of the frame.
-const BEYOND: f64 = 8.0;
+pub(super) const BEYOND: f32 = 8.0;
 
 /// An error that leaves everything in the frame in doubt, and overflows nowhere. Larger ones count as this.
 const UNKNOWN: f64 = (1u64 << 20) as f64;
@@ -122,7 +122,7 @@ impl LocalRay {
         let reach = start.abs().max_element();
         let (mut end, mut error, mut advance) = (way.end * step, frame.error(reach), 0.0);
         if way.slack > 0.0 {
-            error += way.slack * frame.scale() * (2.0 + BEYOND / end);
+            error += way.slack * frame.scale() * (2.0 + f64::from(BEYOND) / end);
         }
         if reach > FAR {
             let (way_in, slack) = way_to_frame(start, slope)?;
@@ -140,7 +140,7 @@ impl LocalRay {
         let slope = slope.as_vec3();
         let forward = if way.direction[main] < 0.0 { -1.0 } else { 1.0 };
         let (end, end_error) =
-            if end < BEYOND { (end as f32, error + end.abs() as f32 * 2.0 * U) } else { (BEYOND as f32, 1.0) };
+            if end < f64::from(BEYOND) { (end as f32, error + end.abs() as f32 * 2.0 * U) } else { (BEYOND, 1.0) };
         Some(Self {
             axes,
             origin: [rounded[axes[0]], rounded[axes[1]], rounded[axes[2]]],
@@ -166,7 +166,7 @@ impl LocalRay {
 }
 
 /// For each main axis the three axes, in an order that keeps right hands right.
-const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+pub(super) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
 impl Slab {
     #[inline(always)]

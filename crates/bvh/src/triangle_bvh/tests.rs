@@ -118,6 +118,40 @@ proptest! {
     }
 
     #[test]
+    fn many_segments_are_answered_as_single_ones(
+        corners in proptest::collection::vec(a_triangle(), 0..60), light in light(), world in a_world(),
+        picks in proptest::collection::vec((any::<prop::sample::Index>(), proptest::array::uniform3(0u8..3)), 0..50),
+        loose in point(), thickness in prop_oneof![Just(0.0), Just(1e-9), Just(0.01), Just(0.3)],
+        far in prop_oneof![9 => Just(1.0), 1 => Just(1e4)],
+    ) {
+        // Behind points of triangles as the light sees them, and on them.
+        let behind = |(n, &(pick, weights)): (usize, &(prop::sample::Index, [u8; 3]))| {
+            let target = an_origin(&corners, pick, weights, loose, far);
+            let away = if light.is_sun() { -light.xyz() } else { target - light.xyz() };
+            world.place(target + away * (thickness * (n % 3) as f64))
+        };
+        let origins: Vec<DVec3> = picks.iter().enumerate().map(behind).collect();
+        let (corners, light) = (placed(&corners, &world), world.light(light));
+        let bvh = soup(corners.clone());
+        let expected: Vec<bool> = origins.iter().map(|&origin| blocked(&corners, origin, &light)).collect();
+        for level in Level::ALL {
+            for order in [vec![], morton_order(&origins)] {
+                let mut found = vec![false; origins.len()];
+                let segments = Segments { bvh: &bvh, light };
+                simd::dispatch_at(level, AnyHits { segments, origins: &origins, order: &order, blocked: &mut found });
+                prop_assert_eq!(&found, &expected, "{:?}", level);
+            }
+        }
+    }
+
+    #[test]
+    fn the_order_of_points_is_a_permutation(points in proptest::collection::vec(point(), 0..300)) {
+        let mut order = morton_order(&points);
+        order.sort_unstable();
+        prop_assert!(order.into_iter().eq(0..points.len() as u32));
+    }
+
+    #[test]
     fn a_point_known_roughly_leaves_only_doubts_to_the_caller(
         corners in proptest::collection::vec(a_triangle(), 0..40), origin in point(), light in light(),
         slack in prop_oneof![Just(1e-12), Just(1e-6), Just(1e-3), Just(0.1), Just(100.0)],
@@ -233,5 +267,31 @@ fn trees_of_all_sizes_are_sound() {
             let corners = (0..count).map(|n| [at(n), at(n) + DVec3::X, at(n) + DVec3::Y]).collect();
             assert_eq!(soup(corners).check(), Ok(()), "{count} along {spread}");
         }
+    }
+}
+
+#[test]
+fn packets_over_a_fine_surface_agree_with_single_segments() {
+    // A bumpy sheet, fine enough for deep trees, and points on it in rows.
+    let height = |i: u32, j: u32| 0.03 * f64::from((i * i + 3 * j) % 17) + 0.02 * f64::from((i + j * j) % 11);
+    let side = 120;
+    let positions =
+        (0..side * side).map(|n| DVec3::new(f64::from(n % side), height(n % side, n / side), f64::from(n / side)));
+    let quads = (0..side * side).filter(|n| n % side + 1 < side && n / side + 1 < side);
+    let triangles = quads.flat_map(|n| [[n, n + side, n + 1], [n + 1, n + side, n + side + 1]]).collect();
+    let bvh = bvh(positions.collect(), triangles);
+    assert_eq!(bvh.check(), Ok(()));
+    let point = |n: u32| {
+        let [a, b, c] = bvh.corners(n % bvh.len() as u32);
+        a * 0.25 + b * 0.25 + c * 0.5
+    };
+    for light in [LightSource::sun([0.9, -0.4, 0.3]), LightSource::point([60.0, 9.0, 61.0])] {
+        let light = light.expect("in range");
+        let origins: Vec<DVec3> = (0..5000).map(point).chain((0..5000).map(|n| point(n * 7919))).collect();
+        let single: Vec<bool> = origins.iter().map(|&origin| bvh.any_hit(&Segment::new(origin, light))).collect();
+        assert_eq!(bvh.towards(light).any_hits(&origins), single);
+        assert_eq!(bvh.towards(light).any_hits_unordered(&origins), single);
+        let (hits, all) = (single.iter().filter(|&&hit| hit).count(), single.len());
+        assert!(hits > all / 10 && hits < all * 9 / 10, "{hits} of {all}");
     }
 }
