@@ -95,6 +95,8 @@ impl Contest<'_> {
     fn memory(&self, light: &str, samples: u64, threads: usize) -> Option<u64> {
         let mut own = Command::new(std::env::current_exe().ok()?);
         own.args(["bench", "--memory", "--scene", self.name, "--light", light]);
+        // With glibc: what is freed goes back to the system, so that making the scene leaves nothing behind.
+        own.env("MALLOC_MMAP_THRESHOLD_", "65536").env("MALLOC_TRIM_THRESHOLD_", "65536");
         own.args(["--samples", &samples.to_string(), "--threads", &threads.to_string()]);
         String::from_utf8(own.output().ok()?.stdout).ok()?.trim().parse().ok()
     }
