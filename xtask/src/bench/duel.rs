@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow};
 use rayon::ThreadPool;
 use umbriel_scene::Scene;
-use umbriel_shadow::{Detail, Report, Request, Sampling, Silent, bake};
+use umbriel_shadow::{Detail, Points, Queries, Request, Sampling, Silent, bake};
 
 use super::{
     clock::{Seconds, timed},
@@ -20,13 +20,15 @@ const FINALISTS: usize = 3;
 /// After this time no further round begins.
 const PATIENCE: Duration = Duration::from_secs(90);
 
-/// What the bake took and found.
-#[derive(Clone, Copy, Debug)]
+/// What the own side took and found.
+#[derive(Clone, Debug)]
 pub(super) struct Own {
     pub(super) seconds: Seconds,
     /// Over all lights.
     pub(super) samples: u64,
     pub(super) lit: u64,
+    /// Whether each is lit, in the order of the surface, where that is known.
+    pub(super) answers: Option<Vec<bool>>,
 }
 
 /// What Embree took and found.
@@ -52,9 +54,22 @@ pub(super) fn request(scene: &Scene, lights: &[usize], samples: u64) -> Request 
 }
 
 /// One bake, on the threads of `pool`.
-pub(super) fn bake_once(scene: &Scene, request: &Request, pool: &ThreadPool) -> Result<(Report, Seconds)> {
+pub(super) fn bake_once(scene: &Scene, request: &Request, pool: &ThreadPool) -> Result<Own> {
     let (report, seconds) = timed(|| pool.install(|| bake(scene, request, &Silent)));
-    Ok((report.map_err(|_| anyhow!("the bake was cancelled"))?, seconds))
+    let report = report.map_err(|_| anyhow!("the bake was cancelled"))?;
+    let objects = report.lights.iter().flat_map(|light| &light.objects);
+    let counts = objects.filter_map(|object| object.samples);
+    let (samples, lit) = counts.fold((0, 0), |sum, count| (sum.0 + count.samples, sum.1 + count.lit));
+    Ok(Own { seconds, samples, lit, answers: None })
+}
+
+/// All points at once, on the threads of `pool`; what queries need is built again every time.
+pub(super) fn ask_once(scene: &Scene, points: &[[f32; 6]], light: usize, pool: &ThreadPool) -> Result<Own> {
+    let ask = || Queries::new(scene).lit_many(Points::OrientedSingle(points), &scene.lights[light].source);
+    let (answers, seconds) = timed(|| pool.install(ask));
+    let answers = answers?;
+    let lit = answers.iter().filter(|&&lit| lit).count() as u64;
+    Ok(Own { seconds, samples: answers.len() as u64, lit, answers: Some(answers) })
 }
 
 /// What a configuration takes for its build, and for the rays to one light.
@@ -113,20 +128,24 @@ impl FirstLook {
 /// A duel of so many rounds.
 pub(super) struct Duel<'a> {
     pub(super) scene: &'a Scene,
-    pub(super) request: Request,
+    pub(super) lights: &'a [usize],
+    /// What competes: runs once.
+    pub(super) own: &'a dyn Fn(&ThreadPool) -> Result<Own>,
     pub(super) threads: usize,
     pub(super) rounds: usize,
     pub(super) order: Order,
 }
 
 impl Duel<'_> {
-    /// The bake, and the best configuration of Embree if there is one.
+    /// The own side, and the best configuration of Embree if there is one.
     pub(super) fn run(&self, mut embree: Option<&mut Embree>, finalists: &[Setup]) -> Result<(Own, Option<Peer>)> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build()?;
         let (mut own, mut peers): (Option<Own>, Vec<Peer>) = (None, Vec::new());
         let begun = Instant::now();
         for round in 0..self.rounds {
-            own = Some(self.own_round(&pool, own)?);
+            let next = (self.own)(&pool)?;
+            let seconds = own.as_ref().map_or(next.seconds, |own| own.seconds.min(next.seconds));
+            own = Some(Own { seconds, ..next });
             if let Some(embree) = embree.as_deref_mut() {
                 self.peer_round(embree, finalists, &mut peers)?;
             }
@@ -139,19 +158,11 @@ impl Duel<'_> {
         Ok((own.context("a duel has one round at least")?, best))
     }
 
-    fn own_round(&self, pool: &ThreadPool, before: Option<Own>) -> Result<Own> {
-        let (report, seconds) = bake_once(self.scene, &self.request, pool)?;
-        let objects = report.lights.iter().flat_map(|light| &light.objects);
-        let counts = objects.filter_map(|object| object.samples);
-        let (samples, lit) = counts.fold((0, 0), |sum, count| (sum.0 + count.samples, sum.1 + count.lit));
-        Ok(Own { seconds: before.map_or(seconds, |own| own.seconds.min(seconds)), samples, lit })
-    }
-
     fn peer_round(&self, embree: &mut Embree, finalists: &[Setup], peers: &mut Vec<Peer>) -> Result<()> {
         for (number, &setup) in finalists.iter().enumerate() {
             let build = embree.build(setup.build, self.threads)?;
             let (mut rays, mut lit) = (Seconds::default(), 0);
-            for &light in &self.request.lights {
+            for &light in self.lights {
                 embree.set_light(&self.scene.lights[light].source)?;
                 let (seconds, count) = embree.trace(setup.rays, self.order, self.threads)?;
                 (rays, lit) = (rays + seconds, lit + count);

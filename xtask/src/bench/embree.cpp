@@ -164,7 +164,7 @@ private:
 
     std::vector<Vec3> vertices_;
     std::vector<uint32_t> indices_;
-    std::vector<Sample> samples_, shuffled_;
+    std::vector<Sample> surface_, samples_, shuffled_;  // as read; off the surface; in a random order
     std::vector<std::pair<uint64_t, uint64_t>> two_sided_;
     std::vector<uint32_t> order_;
     std::vector<uint8_t> lit_;
@@ -194,42 +194,34 @@ private:
         offset_ = offset[0];
         read_values(file, vertices_, sizes[0], 2);  // Embree reads 16 bytes for the last vertex.
         read_values(file, indices_, 3 * size_t(sizes[1]));
-        read_values(file, samples_, counts[0]);
+        read_values(file, surface_, counts[0]);
         read_values(file, two_sided_, counts[1]);
-        for (Sample& sample : samples_) move(sample, offset_);
-        lit_.assign(samples_.size(), 0);
-        shuffled_.clear(), order_.clear();
+        lit_.assign(surface_.size(), 0);
+        samples_.clear(), shuffled_.clear(), order_.clear();
         release();
         return "";
     }
 
-    static void move(Sample& sample, float distance) {
-        sample.position.x += distance * sample.normal.x;
-        sample.position.y += distance * sample.normal.y;
-        sample.position.z += distance * sample.normal.z;
-    }
-
-    // Two-sided samples are turned to the light beforehand, so that this costs the rays nothing.
+    // Two-sided samples are turned to the light, and all moved off the surface, beforehand: this costs the rays nothing.
     std::string set_light(std::istringstream& words) {
         std::string kind;
         words >> kind >> light_.place.x >> light_.place.y >> light_.place.z;
         light_.is_sun = kind == "sun";
+        samples_ = surface_;
         for (const auto& [first, end] : two_sided_) {
-            for (uint64_t k = first; k < end; ++k) turn(samples_[k]);
+            for (uint64_t k = first; k < end; ++k) {
+                Vec3 direction, &normal = samples_[k].normal;
+                float distance;
+                if (!light_.towards(samples_[k], direction, distance)) normal = {-normal.x, -normal.y, -normal.z};
+            }
+        }
+        for (Sample& sample : samples_) {
+            sample.position.x += offset_ * sample.normal.x;
+            sample.position.y += offset_ * sample.normal.y;
+            sample.position.z += offset_ * sample.normal.z;
         }
         shuffled_.clear();
         return "";
-    }
-
-    void turn(Sample& sample) const {
-        Sample surface = sample;
-        move(surface, -offset_);
-        Vec3 direction;
-        float distance;
-        if (light_.towards(surface, direction, distance)) return;
-        surface.normal = {-surface.normal.x, -surface.normal.y, -surface.normal.z};
-        move(surface, offset_);
-        sample = surface;
     }
 
     std::string build(std::istringstream& words) {

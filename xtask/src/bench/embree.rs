@@ -49,7 +49,7 @@ impl fmt::Display for Setup {
 }
 
 /// The order in which samples are asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Order {
     /// That of the surface.
     Coherent,
@@ -99,6 +99,14 @@ impl Embree {
         Ok((seconds(&numbers)?, *lit as u64))
     }
 
+    /// The last answers in the order of the surface: whether each sample is lit.
+    pub(super) fn answers(&mut self) -> Result<Vec<bool>> {
+        let file = scratch()?.join("answers.bin");
+        self.ask(&format!("answers {}", file.display()))?;
+        let bytes = std::fs::read(file)?;
+        Ok(bytes.into_iter().map(|byte| byte == 1).collect())
+    }
+
     /// Bytes that Embree held at most for the last build, and the answers; without triangles and samples.
     pub(super) fn memory(&mut self) -> Result<u64> {
         let numbers = self.ask("memory")?;
@@ -146,7 +154,7 @@ fn compiled() -> Result<PathBuf> {
     std::fs::write(&made_of, PROGRAM)?;
     let mut compiler = Command::new("g++");
     compiler
-        .args(["-std=c++17", "-O3", "-march=native", "-pthread", "-o"])
+        .args(["-std=c++17", "-O3", "-march=native", "-ffp-contract=off", "-pthread", "-o"])
         .arg(&program)
         .arg(&made_of)
         .arg("-lembree3");

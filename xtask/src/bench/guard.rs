@@ -41,7 +41,7 @@ fn ratio(scene: &Scene, light: usize) -> Result<f64> {
     let starts = Starts::of(&soup, scene, &request);
     let (mut own, mut rival) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..ROUNDS {
-        own = own.min(bake_once(scene, &request, &pool)?.1.cpu);
+        own = own.min(bake_once(scene, &request, &pool)?.seconds.cpu);
         rival = rival.min(starts.run(&OWN_TREE, &soup, &scene.lights[light].source)?.0.cpu);
     }
     Ok(rival / own)

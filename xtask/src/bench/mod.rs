@@ -10,6 +10,7 @@ mod contest;
 mod duel;
 mod embree;
 mod guard;
+mod judge;
 mod micro;
 mod options;
 mod rays;
@@ -23,8 +24,8 @@ use std::fs;
 use anyhow::{Context, Result, ensure};
 
 use crate::workspace::{cargo, succeed};
-use contest::{Contest, asked_lights, print_memory};
-use embree::Embree;
+use contest::{Contest, Task, asked_lights, print_memory};
+use embree::{Embree, Order};
 use scenes::{CLASSES, Class};
 use table::{Row, heading, json};
 
@@ -69,8 +70,22 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         let lights = asked_lights(&scene, options).into_iter().map(|light| vec![light]).collect::<Vec<_>>();
         ensure!(!lights.is_empty(), "{} has none of the lights", class.name);
         let (samples, threads) = (&options.samples, &options.threads);
-        let contest = Contest { name: class.name, scene: &scene, lights, samples, threads, options, is_class: true };
+        let coherent = if options.points { Task::Points(Order::Coherent) } else { Task::Samples };
+        let mut contest = Contest {
+            name: class.name,
+            scene: &scene,
+            lights,
+            samples,
+            threads,
+            task: coherent,
+            options,
+            is_class: true,
+        };
         rows.extend(contest.run(embree.as_mut())?);
+        if options.points {
+            contest.task = Task::Points(Order::Shuffled);
+            rows.extend(contest.run(embree.as_mut())?);
+        }
         // Stored as it goes: a long run that is cut off keeps what it has.
         store(options, &rows, &[])?;
     }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{embree::Order, scenes::CLASSES};
+use super::scenes::CLASSES;
 
 /// The whole job against ray engines, in one run and in turn.
 #[derive(Clone, Debug, clap::Args)]
@@ -22,12 +22,12 @@ pub(crate) struct Options {
     /// Numbers of threads
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "1")]
     pub(super) threads: Vec<usize>,
-    /// The order in which Embree gets its rays
-    #[arg(long, value_enum, default_value = "coherent")]
-    pub(super) order: Order,
     /// Runs of each side, of which the quickest counts
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub(super) runs: usize,
+    /// Loose points off the surface, in its order and in a random one, instead of samples
+    #[arg(long)]
+    pub(super) points: bool,
     /// Also single rays through trees in Rust: the workspace's own, and others with `--features rivals`
     #[arg(long)]
     pub(super) rivals: bool,

@@ -124,14 +124,29 @@ impl Soup {
 }
 
 impl Start {
+    /// The normal, of a two-sided face turned to the light.
+    fn normal_towards(&self, light: &LightSource) -> DVec3 {
+        let is_turned = self.is_two_sided && self.towards(self.position, light).dot(self.normal) < 0.0;
+        if is_turned { -self.normal } else { self.normal }
+    }
+
+    fn towards(&self, origin: DVec3, light: &LightSource) -> DVec3 {
+        if light.is_sun() { light.xyz() } else { light.xyz() - origin }
+    }
+
     /// The ray to a light, off the surface, or `None` where the surface looks away. `t` runs to 1 at a lamp.
     pub(super) fn ray(&self, light: &LightSource, offset: f32) -> Option<Ray> {
-        let towards = |origin: DVec3| if light.is_sun() { light.xyz() } else { light.xyz() - origin };
-        let turned = self.is_two_sided && towards(self.position).dot(self.normal) < 0.0;
-        let normal = if turned { -self.normal } else { self.normal };
+        let normal = self.normal_towards(light);
         let origin = self.position + normal * f64::from(offset);
-        let direction = towards(origin);
+        let direction = self.towards(origin, light);
         let t_max = if light.is_sun() { f64::INFINITY } else { 1.0 };
         (direction.dot(normal) > 0.0).then_some(Ray { origin, direction, t_max })
+    }
+
+    /// The same start as a loose point: position and normal, with the roundings of the Embree program.
+    pub(super) fn point(&self, light: &LightSource, offset: f32) -> [f32; 6] {
+        let (position, normal) = (self.position.as_vec3(), self.normal_towards(light).as_vec3());
+        let [x, y, z] = (position + normal * offset).to_array();
+        [x, y, z, normal.x, normal.y, normal.z]
     }
 }

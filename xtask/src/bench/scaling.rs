@@ -6,7 +6,7 @@ use umbriel_geometry::LightSource;
 use umbriel_scene::{Light, Scene};
 
 use super::{
-    contest::Contest,
+    contest::{Contest, Task},
     embree::Embree,
     options::Options,
     scenes::{city, knot},
@@ -35,6 +35,7 @@ pub(super) fn run(options: &Options, mut embree: Option<&mut Embree>) -> Result<
         lights,
         samples,
         threads,
+        task: Task::Samples,
         options,
         is_class: false,
     };
@@ -51,6 +52,7 @@ pub(super) fn run(options: &Options, mut embree: Option<&mut Embree>) -> Result<
             lights: vec![vec![0]],
             samples: &[samples],
             threads: &[1],
+            task: Task::Samples,
             options,
             is_class: false,
         };
@@ -65,6 +67,7 @@ pub(super) fn run(options: &Options, mut embree: Option<&mut Embree>) -> Result<
         lights: groups,
         samples: &[samples],
         threads: &[1],
+        task: Task::Samples,
         options,
         is_class: false,
     };

@@ -6,6 +6,7 @@ use serde::Serialize;
 use super::{
     clock::Seconds,
     duel::{Own, Peer},
+    judge::Verdicts,
     options::short,
     scaling::Series,
 };
@@ -15,6 +16,8 @@ use super::{
 pub(super) struct Row {
     pub(super) scene: String,
     pub(super) triangles: usize,
+    /// `samples` of a bake, or loose `points`, `shuffled` or not.
+    pub(super) task: &'static str,
     /// The light's name, or how many there are.
     pub(super) light: String,
     pub(super) lights: usize,
@@ -44,6 +47,8 @@ pub(super) struct PeerFigures {
     pub(super) total: Seconds,
     pub(super) memory_bytes: u64,
     pub(super) lit: u64,
+    /// The places that the two answer differently, decided exactly.
+    pub(super) differing: Option<Verdicts>,
 }
 
 /// What single rays through a tree in Rust took and found, the build included.
@@ -55,13 +60,13 @@ pub(super) struct RivalFigures {
 }
 
 impl OwnFigures {
-    pub(super) fn new(own: Own, memory_bytes: Option<u64>) -> Self {
+    pub(super) fn new(own: &Own, memory_bytes: Option<u64>) -> Self {
         Self { seconds: own.seconds, memory_bytes, samples: own.samples, lit: own.lit }
     }
 }
 
 impl PeerFigures {
-    pub(super) fn new(peer: Peer) -> Self {
+    pub(super) fn new(peer: Peer, differing: Option<Verdicts>) -> Self {
         Self {
             configuration: peer.setup.to_string(),
             build: peer.build,
@@ -69,6 +74,7 @@ impl PeerFigures {
             total: peer.total(),
             memory_bytes: peer.memory,
             lit: peer.lit,
+            differing,
         }
     }
 }
@@ -84,8 +90,9 @@ impl Row {
     pub(super) fn line(&self) -> String {
         let own = &self.own;
         let head = format!(
-            "{:<8} {:<8} {:>5} {:>2}  {:>7.3}|{:<7.3} {:>6}",
+            "{:<8} {:<8} {:<8} {:>5} {:>2}  {:>7.3}|{:<7.3} {:>6}",
             self.scene,
+            self.task,
             self.light,
             short(self.samples),
             self.threads,
@@ -95,8 +102,9 @@ impl Row {
         );
         let rivals: String = self.rivals.iter().map(|rival| self.rival_line(rival)).collect();
         let Some(peer) = &self.embree else { return head + &rivals };
+        let differing = peer.differing.map(|verdicts| format!(", differing: {verdicts}")).unwrap_or_default();
         format!(
-            "{head}  {:>7.3}|{:<7.3} {:>6}  {:<23} {:>7.2}  {:+} lit{rivals}",
+            "{head}  {:>7.3}|{:<7.3} {:>6}  {:<23} {:>7.2}  {:+} lit{differing}{rivals}",
             peer.total.cpu,
             peer.total.wall,
             mebibytes(Some(peer.memory_bytes)),
@@ -109,7 +117,7 @@ impl Row {
     fn rival_line(&self, rival: &RivalFigures) -> String {
         let (total, ratio) = (rival.total, rival.total.cpu / self.own.seconds.cpu);
         format!(
-            "\n{:38}{:>7.3}|{:<7.3} {:>6}  {:<23} {ratio:>7.2}  {:+} lit",
+            "\n{:47}{:>7.3}|{:<7.3} {:>6}  {:<23} {ratio:>7.2}  {:+} lit",
             "",
             total.cpu,
             total.wall,
@@ -123,8 +131,20 @@ impl Row {
 /// The names of the columns of [`Row::line`].
 pub(super) fn heading() -> String {
     format!(
-        "{:<8} {:<8} {:>5} {:>2}  {:>7}|{:<7} {:>6}  {:>7}|{:<7} {:>6}  {:<23} {:>7}  lit against own",
-        "scene", "light", "n", "th", "own cpu", "wall", "MiB", "Embree", "wall", "MiB", "best configuration", "ratio"
+        "{:<8} {:<8} {:<8} {:>5} {:>2}  {:>7}|{:<7} {:>6}  {:>7}|{:<7} {:>6}  {:<23} {:>7}  lit against own",
+        "scene",
+        "task",
+        "light",
+        "n",
+        "th",
+        "own cpu",
+        "wall",
+        "MiB",
+        "Embree",
+        "wall",
+        "MiB",
+        "best configuration",
+        "ratio"
     )
 }
 
