@@ -5,8 +5,8 @@
 //! of time for cells ([`grid`]). What no light changes (boxes, the object tree, placed faces) is made once.
 //!
 //! Guarantee: durations are whole nanoseconds, areas dyadics, sums of their products exact and rounded once, outward; the
-//! order of the lights changes no bit. Cost: one bake a light and one walk over its cells; memory does not grow with their
-//! number.
+//! order of the lights changes no bit. Cost: one bake a light and one walk over its cells. Memory: one light's cells and, if
+//! cells are asked for, the leaves of [`grid`], which are no more for many lights than the finest grid has cells.
 
 mod account;
 mod grid;
