@@ -2,7 +2,7 @@
 //!
 //! [`load`] reads scene files (`.toml`), Wavefront OBJ and glTF 2.0 (`.gltf`, `.glb`) into a
 //! [`Scene`](umbriel_scene::Scene), strictly: a fault is an error that names its place, and what is taken otherwise
-//! than the file says is a finding. [`surface_findings`] looks at the surfaces themselves. [`read_suns`] reads tables of
+//! than the file says is a finding. [`mod@npy`] has NumPy's tables of points. [`surface_findings`] looks at the surfaces themselves. [`read_suns`] reads tables of
 //! suns. [`mod@write`] holds the writers.
 //!
 //! Numbers are read as f64 (32-bit floats become f64 exactly), nothing is welded, rounded or dropped. Files outside the
@@ -21,6 +21,7 @@ mod lightmap;
 mod load;
 mod model;
 mod names;
+pub mod npy;
 mod obj;
 mod options;
 mod scene_file;

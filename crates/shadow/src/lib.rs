@@ -34,7 +34,7 @@ pub use hours::{
     HourBounds, HourCell, HourCells, HoursError, HoursReport, LightSummary, ObjectHours, SampledHours, TimedLight,
     bake_hours, hours,
 };
-pub use loose::{Points, PointsDefect};
+pub use loose::{Points, PointsError};
 pub use progress::{Cancelled, Progress, Silent};
 pub use query::{Answer, Place, Precision, Queries, QueryDefect};
 pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleCount, Time, Verdict, Work};

@@ -88,7 +88,7 @@ pub enum QueryDefect {
 #[derive(Debug)]
 pub struct Queries<'a> {
     pub(crate) bodies: Bodies<'a>,
-    objects: BoxTree,
+    pub(crate) objects: BoxTree,
     faces: Vec<OnceLock<BoxTree>>,
 }
 
@@ -185,7 +185,7 @@ impl<'a> Queries<'a> {
         walk.is_break()
     }
 
-    fn face_tree(&self, object: usize, facets: &Facets) -> &BoxTree {
+    pub(crate) fn face_tree(&self, object: usize, facets: &Facets) -> &BoxTree {
         self.faces[object].get_or_init(|| {
             let boxes: Vec<Aabb> = (0..facets.len()).map(|face| facets.facet_bounds(face)).collect();
             BoxTree::build(&boxes)

@@ -11,7 +11,7 @@ use chance::{any_light, any_scene};
 use oracle::{cases, dice::Dice, fixtures};
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
-use umbriel_shadow::{Place, Points, Queries};
+use umbriel_shadow::{Place, Points, PointsError, Queries, QueryDefect, Silent};
 
 /// Points of one batch.
 const POINTS: usize = 160;
@@ -59,11 +59,13 @@ fn any_rows(scene: &Scene, dice: &mut Dice) -> Vec<[f64; 6]> {
 
 /// The first point that is answered otherwise alone.
 fn difference(queries: &Queries, points: Points, light: &LightSource) -> Option<String> {
-    let lit = queries.lit_many(points, light).expect("points");
+    let lit = queries.lit_many(points, light, &Silent).expect("points");
+    let in_space = queries.in_space_many(points, &Silent).expect("points");
     (0..points.len()).find_map(|index| {
         let place: Place = points.place(index);
-        let alone = queries.lit(&place, light).expect("a point").lit;
-        (alone != lit[index]).then(|| format!("point {index}, {place:?} under {light:?}: {alone} alone"))
+        let alone = queries.lit(&place, light).expect("a point");
+        assert_eq!(alone.in_space, in_space[index], "{place:?}");
+        (alone.lit != lit[index]).then(|| format!("point {index}, {place:?} under {light:?}: {alone:?} alone"))
     })
 }
 
@@ -113,11 +115,12 @@ fn what_single_queries_refuse_is_refused() {
     let scene = &fixtures::all()[0].1;
     let sun = LightSource::sun([0.1, -1.0, 0.2]).expect("a sun");
     let queries = Queries::new(scene);
-    let refused = |points: Points| queries.lit_many(points, &sun).expect_err("refused").point;
-    assert_eq!(refused(Points::FreeDouble(&[[0.0; 3], [1.0, 1e-300, 0.0], [f64::NAN; 3]])), 1);
-    assert_eq!(refused(Points::FreeSingle(&[[f32::INFINITY; 3]])), 0);
-    assert_eq!(refused(Points::OrientedSingle(&[[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]])), 0);
-    assert_eq!(queries.lit_many(Points::FreeDouble(&[]), &sun), Ok(Vec::new()));
+    let refused = |points: Points| queries.lit_many(points, &sun, &Silent).expect_err("refused");
+    let bad = |index| PointsError::Refused { index, defect: QueryDefect::BadNumber };
+    assert_eq!(refused(Points::FreeDouble(&[[0.0; 3], [1.0, 1e-300, 0.0], [f64::NAN; 3]])), bad(1));
+    assert_eq!(refused(Points::FreeSingle(&[[f32::INFINITY; 3]])), bad(0));
+    assert_eq!(refused(Points::OrientedSingle(&[[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]])), bad(0));
+    assert_eq!(queries.lit_many(Points::FreeDouble(&[]), &sun, &Silent), Ok(Vec::new()));
     let empty = Scene::default();
-    assert_eq!(Queries::new(&empty).lit_many(Points::FreeDouble(&[[1.0; 3]]), &sun), Ok(vec![true]));
+    assert_eq!(Queries::new(&empty).lit_many(Points::FreeDouble(&[[1.0; 3]]), &sun, &Silent), Ok(vec![true]));
 }

@@ -37,6 +37,25 @@ impl Queries<'_> {
         !faces.clone().any(|face| face_blocks(&self.bodies, face, &probe, Own::Nothing, light))
     }
 
+    /// Whether a point with a normal has no surface in its slack box.
+    pub(super) fn is_in_space(&self, place: &Place) -> bool {
+        let Place::Oriented { position, precision, .. } = *place else { return false };
+        let slack = SlackBox::new(accepted(position), precision);
+        let mut is_touched = false;
+        self.objects.for_each_meeting(&slack.bounds, |object| {
+            let object = object as usize;
+            match self.bodies.get(object) {
+                Body::Analytic(body) => is_touched = is_touched || slack.point_on_analytic(body, |_| true).is_some(),
+                Body::Flat(facets) => self.face_tree(object, facets).for_each_meeting(&slack.bounds, |face| {
+                    let face = face as usize;
+                    is_touched = is_touched
+                        || self.may_touch((object, face), &slack) && slack.point_on_face(facets, face).is_some();
+                }),
+            }
+        });
+        !is_touched
+    }
+
     /// False when the face certainly has no point in the slack box.
     fn may_touch(&self, (object, face): (usize, usize), slack: &SlackBox) -> bool {
         match self.bodies.get(object) {

@@ -9,6 +9,7 @@ use umbriel_geometry::{
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
 use super::*;
+use crate::progress::Silent;
 
 /// A ball of triangles over a floor of two, in numbers that no grid has.
 fn scene() -> Scene {
@@ -89,7 +90,7 @@ fn points_that_are_roughly_known_are_left_to_single_queries() {
     let queries = Queries::new(&scene);
     let light = LightSource::point([0.5, 3.0, 0.25]).expect("a lamp");
     let far: Vec<[f32; 6]> = vec![[1e7, 0.0, 0.0, 0.0, 1.0, 0.0], [0.5, 3.0, 0.25, 0.0, 1.0, 0.0]];
-    let lit = queries.lit_many(Points::OrientedSingle(&far), &light).expect("points");
+    let lit = queries.lit_many(Points::OrientedSingle(&far), &light, &Silent).expect("points");
     let alone = |index| queries.lit(&Points::OrientedSingle(&far).place(index), &light).expect("a point").lit;
     assert_eq!(lit, [alone(0), alone(1)]);
 }

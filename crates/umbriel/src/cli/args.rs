@@ -164,10 +164,10 @@ pub(crate) struct QueryArgs {
     pub(crate) scene: SceneArgs,
     #[command(flatten)]
     pub(crate) lights: LightArgs,
-    /// Points: CSV with a header x,y,z or x,y,z,nx,ny,nz or object,face,u,v
+    /// Points: CSV with a header x,y,z or x,y,z,nx,ny,nz or object,face,u,v; or .npy, N x 3 or N x 6, f4 or f8
     #[arg(long, value_name = "FILE")]
     pub(crate) points: PathBuf,
-    /// Write the answers to a .csv file (repeatable) [default: standard output]
+    /// Write the answers to a .csv file, or to .npy, a byte a point and light (repeatable) [default: standard output, CSV]
     #[arg(short, long = "output", value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
 }

@@ -2,15 +2,19 @@
 
 use std::{
     fs::{self, File},
-    io,
+    io::{self, Write},
     path::Path,
     sync::atomic::{AtomicU64, Ordering},
 };
 
 use rayon::prelude::*;
-use umbriel_io::write::{PointRow, PointTable, PointsError, Staged, Table, read_points};
+use umbriel_geometry::LightSource;
+use umbriel_io::{
+    npy::{NpyError, NpyPoints, read_npy_points, write_npy_bytes},
+    write::{PointRow, PointTable, PointsError, Staged, read_points, write_rows},
+};
 use umbriel_scene::Scene;
-use umbriel_shadow::{Answer, Cancelled, Place, Precision, Progress, Queries, QueryDefect};
+use umbriel_shadow::{Cancelled, Place, Points, PointsError as NoAnswer, Progress, Queries, QueryDefect};
 
 use crate::{
     cli::{Failure, args::QueryArgs, plan},
@@ -18,48 +22,89 @@ use crate::{
     progress::{Bar, Interrupt},
 };
 
-/// Points answered between two looks at the interrupt flag.
+/// Points of faces answered between two looks at the interrupt flag.
 const CHUNK: usize = 256;
 
 pub(crate) fn run(args: &QueryArgs) -> Result<(), Failure> {
-    let files = output::targets(&args.output, &[Format::Csv], &[&args.scene.scene, &args.points])?;
-    let points = read(&args.points)?;
+    let files = output::targets(&args.output, &[Format::Csv, Format::Npy], &[&args.scene.scene, &args.points])?;
+    let asked = Asked::read(&args.points)?;
     let mut loaded = plan::load(&args.scene)?;
     output::check_unread(&files, &loaded.file.files)?;
     let interrupt = &Interrupt::install();
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
-    let places = places(scene, &points).map_err(|defect| defect.in_file(&args.points))?;
+    let places = asked.places(scene).map_err(|refusal| refusal.in_file(&args.points))?;
     let bar = Bar::new(interrupt, args.scene.quiet);
-    let answers = answer(scene, &places, &lights, &bar)?;
-    drop(bar);
-    let answers = answers.map_err(|(row, defect)| Refusal { line: points.lines[row], message: defect.to_string() });
-    let answers = answers.map_err(|refusal| refusal.in_file(&args.points))?;
-    tell_in_space(&answers, args.scene.quiet);
-    let table = answered(scene, &lights, points.text, &answers);
+    let queries = Queries::new(scene);
+    let sources: Vec<LightSource> = lights.iter().map(|&light| scene.lights[light].source).collect();
+    let answers = sources.iter().map(|light| places.lit(&queries, light, &bar)).collect::<Result<Vec<_>, _>>();
+    let answers = answers.map_err(|error| asked.failure(error, &args.points))?;
+    if !args.scene.quiet {
+        let in_space = places.count_in_space(&queries, &bar).map_err(|error| asked.failure(error, &args.points))?;
+        drop(bar);
+        tell_in_space(in_space);
+    }
+    let names: Vec<&str> = lights.iter().map(|&light| scene.lights[light].name.as_str()).collect();
+    let result = Answered { asked: &asked, names, answers };
     if files.is_empty() {
         let mut text = Vec::new();
-        table.write(&mut text).map_err(|error| Failure::of_output(&error))?;
+        result.write_csv(&mut text).map_err(|error| Failure::of_output(&error))?;
         return output::print(&String::from_utf8_lossy(&text));
     }
-    let stage = |file: &output::Target| Staged::new(&file.path, |out| table.write(out));
+    let stage = |file: &output::Target| Staged::new(&file.path, |out| result.write(file.format, out));
     let staged = files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;
     interrupt.check()?;
     output::commit_all(staged)
 }
 
-fn read(path: &Path) -> Result<PointTable, Failure> {
-    let unreadable = |error| Failure::Unusable(format!("{} cannot be read: {error}", path.display()));
-    // A pipe or a device may never end.
-    if !fs::metadata(path).map_err(unreadable)?.is_file() {
-        return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")));
+/// The points as they came.
+enum Asked {
+    Table(PointTable),
+    Array(NpyPoints),
+}
+
+impl Asked {
+    fn read(path: &Path) -> Result<Self, Failure> {
+        let unreadable = |error| Failure::Unusable(format!("{} cannot be read: {error}", path.display()));
+        // A pipe or a device may never end.
+        if !fs::metadata(path).map_err(unreadable)?.is_file() {
+            return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")));
+        }
+        let file = File::open(path).map_err(unreadable)?;
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy")) {
+            return read_npy_points(file).map(Self::Array).map_err(|error| match error {
+                NpyError::Unreadable(error) => unreadable(error),
+                defect => Failure::Refused(format!("{}: {defect}", path.display())),
+            });
+        }
+        read_points(file).map(Self::Table).map_err(|error| match error {
+            PointsError::Unreadable(error) => unreadable(error),
+            defect => Failure::Refused(format!("{}: {defect}", path.display())),
+        })
     }
-    let file = File::open(path).map_err(unreadable)?;
-    read_points(file).map_err(|error| match error {
-        PointsError::Unreadable(error) => unreadable(error),
-        defect => Failure::Refused(format!("{}: {defect}", path.display())),
-    })
+
+    /// The points as queries take them.
+    fn places(&self, scene: &Scene) -> Result<Places<'_>, Refusal> {
+        Ok(match self {
+            Self::Array(NpyPoints::PositionsSingle(rows)) => Places::Loose(Points::FreeSingle(rows)),
+            Self::Array(NpyPoints::PositionsDouble(rows)) => Places::Loose(Points::FreeDouble(rows)),
+            Self::Array(NpyPoints::NormalsSingle(rows)) => Places::Loose(Points::OrientedSingle(rows)),
+            Self::Array(NpyPoints::NormalsDouble(rows)) => Places::Loose(Points::OrientedDouble(rows)),
+            Self::Table(table) => Places::of_table(table, scene)?,
+        })
+    }
+
+    /// Why there are no answers, with the line or row of the file.
+    fn failure(&self, error: NoAnswer, path: &Path) -> Failure {
+        match error {
+            NoAnswer::Refused { index, defect } => match self {
+                Self::Table(table) => Refusal { line: table.lines[index], message: defect.to_string() }.in_file(path),
+                Self::Array(_) => Failure::Refused(format!("{}: row {index}: {defect}", path.display())),
+            },
+            _ => Cancelled.into(),
+        }
+    }
 }
 
 /// A row that has no answer.
@@ -74,65 +119,148 @@ impl Refusal {
     }
 }
 
-fn places(scene: &Scene, points: &PointTable) -> Result<Vec<Place>, Refusal> {
-    let numbers = scene.objects.iter().enumerate().map(|(number, object)| (object.name.as_str(), number));
-    let numbers: std::collections::HashMap<&str, usize> = numbers.collect();
-    let place = |(point, &line): (&PointRow, &u64)| match point {
-        PointRow::Position(position) => Ok(Place::Free { position: *position }),
-        PointRow::PositionAndNormal(position, normal) => {
-            Ok(Place::Oriented { position: *position, normal: *normal, precision: Precision::Double })
-        }
-        PointRow::Surface { object: name, face, u, v } => {
-            let object = *numbers.get(name.as_str()).ok_or_else(|| Refusal {
-                line,
-                message: format!("there is no object \"{name}\"; `umbriel info` lists the names"),
-            })?;
-            let faces = scene.objects[object].face_count();
-            if *face >= faces {
-                let message = format!("face {face}: \"{name}\" has faces 0 to {}", faces.saturating_sub(1));
-                return Err(Refusal { line, message });
-            }
-            Ok(Place::Surface { object, face: *face, u: *u, v: *v })
-        }
-    };
-    points.points.iter().zip(&points.lines).map(place).collect()
+/// Where the points are.
+enum Places<'a> {
+    Loose(Points<'a>),
+    Free(Vec<[f64; 3]>),
+    Oriented(Vec<[f64; 6]>),
+    OnFaces(Vec<Place>),
 }
 
-/// One answer a light for every place, or the first row that is refused and why.
-type Answers = Result<Vec<Vec<Answer>>, (usize, QueryDefect)>;
+impl Places<'_> {
+    /// All rows of a table are of one kind.
+    fn of_table(table: &PointTable, scene: &Scene) -> Result<Self, Refusal> {
+        let numbers = scene.objects.iter().enumerate().map(|(number, object)| (object.name.as_str(), number));
+        let numbers: std::collections::HashMap<&str, usize> = numbers.collect();
+        let (mut free, mut oriented, mut on_faces) = (Vec::new(), Vec::new(), Vec::new());
+        for (point, &line) in table.points.iter().zip(&table.lines) {
+            match point {
+                PointRow::Position(position) => free.push(*position),
+                PointRow::PositionAndNormal([x, y, z], [nx, ny, nz]) => oriented.push([*x, *y, *z, *nx, *ny, *nz]),
+                PointRow::Surface { object: name, face, u, v } => {
+                    let object = numbers.get(name.as_str()).copied().ok_or_else(|| Refusal {
+                        line,
+                        message: format!("there is no object \"{name}\"; `umbriel info` lists the names"),
+                    })?;
+                    let faces = scene.objects[object].face_count();
+                    if *face >= faces {
+                        let message = format!("face {face}: \"{name}\" has faces 0 to {}", faces.saturating_sub(1));
+                        return Err(Refusal { line, message });
+                    }
+                    on_faces.push(Place::Surface { object, face: *face, u: *u, v: *v });
+                }
+            }
+        }
+        Ok(match (free.is_empty(), oriented.is_empty()) {
+            (false, _) => Self::Free(free),
+            (_, false) => Self::Oriented(oriented),
+            _ => Self::OnFaces(on_faces),
+        })
+    }
 
-fn answer(scene: &Scene, places: &[Place], lights: &[usize], bar: &Bar) -> Result<Answers, Cancelled> {
-    let queries = Queries::new(scene);
+    /// The points that are given by coordinates.
+    fn loose(&self) -> Option<Points<'_>> {
+        match self {
+            Self::Loose(points) => Some(*points),
+            Self::Free(rows) => Some(Points::FreeDouble(rows)),
+            Self::Oriented(rows) => Some(Points::OrientedDouble(rows)),
+            Self::OnFaces(_) => None,
+        }
+    }
+
+    /// One answer a point.
+    fn lit(&self, queries: &Queries, light: &LightSource, bar: &Bar) -> Result<Vec<bool>, NoAnswer> {
+        match self {
+            Self::OnFaces(places) => lit_on_faces(queries, places, light, bar),
+            Self::Loose(points) => queries.lit_many(*points, light, bar),
+            Self::Free(rows) => queries.lit_many(Points::FreeDouble(rows), light, bar),
+            Self::Oriented(rows) => queries.lit_many(Points::OrientedDouble(rows), light, bar),
+        }
+    }
+
+    fn count_in_space(&self, queries: &Queries, bar: &Bar) -> Result<usize, NoAnswer> {
+        let in_space = self.loose().map(|points| queries.in_space_many(points, bar)).transpose()?;
+        Ok(in_space.map_or(0, |in_space| in_space.into_iter().filter(|&is_in_space| is_in_space).count()))
+    }
+}
+
+fn lit_on_faces(queries: &Queries, places: &[Place], light: &LightSource, bar: &Bar) -> Result<Vec<bool>, NoAnswer> {
     let (done, total) = (AtomicU64::new(0), places.len() as u64);
-    let one = |row: usize, place: &Place| -> Result<Vec<Answer>, (usize, QueryDefect)> {
-        let lit = |&light: &usize| queries.lit(place, &scene.lights[light].source);
-        lights.iter().map(lit).collect::<Result<_, _>>().map_err(|defect| (row, defect))
-    };
-    let chunk = |(number, places): (usize, &[Place])| -> Result<Vec<Result<Vec<Answer>, _>>, Cancelled> {
+    // The first row that is refused is told, whichever thread comes first.
+    let chunk = |places: &[Place]| -> Result<Vec<Result<bool, QueryDefect>>, Cancelled> {
         if bar.is_cancelled() {
             return Err(Cancelled);
         }
-        let answers = places.iter().enumerate().map(|(i, place)| one(number * CHUNK + i, place)).collect();
+        let answers = places.iter().map(|place| queries.lit(place, light).map(|answer| answer.lit)).collect();
         let now = done.fetch_add(places.len() as u64, Ordering::Relaxed) + places.len() as u64;
         bar.advance("points", now, total);
         Ok(answers)
     };
-    let chunks = places.par_chunks(CHUNK).enumerate().map(chunk).collect::<Result<Vec<_>, Cancelled>>()?;
-    Ok(chunks.into_iter().flatten().collect())
+    let chunks = places.par_chunks(CHUNK).map(chunk).collect::<Result<Vec<_>, Cancelled>>()?;
+    let answers = chunks.into_iter().flatten().enumerate();
+    answers.map(|(index, answer)| answer.map_err(|defect| NoAnswer::Refused { index, defect })).collect()
 }
 
-fn tell_in_space(answers: &[Vec<Answer>], quiet: bool) {
-    let in_space = answers.iter().filter(|row| row.iter().any(|answer| answer.in_space)).count();
-    if in_space > 0 && !quiet {
-        output::tell(&format!("note: {in_space} points with a normal lie on no surface; taken as points in space"));
+fn tell_in_space(count: usize) {
+    if count > 0 {
+        output::tell(&format!("note: {count} points with a normal lie on no surface; taken as points in space"));
     }
 }
 
-/// The rows as they came, with a column a light: 1 lit, 0 not.
-fn answered(scene: &Scene, lights: &[usize], mut table: Table, answers: &[Vec<Answer>]) -> Table {
-    table.header.extend(lights.iter().map(|&light| scene.lights[light].name.clone()));
-    for (row, answers) in table.rows.iter_mut().zip(answers) {
-        row.extend(answers.iter().map(|answer| u8::from(answer.lit).to_string()));
+/// Points and their answers, a list a light.
+struct Answered<'a> {
+    asked: &'a Asked,
+    names: Vec<&'a str>,
+    answers: Vec<Vec<bool>>,
+}
+
+impl Answered<'_> {
+    fn write(&self, format: Format, out: &mut impl Write) -> io::Result<()> {
+        match format {
+            Format::Npy => write_npy_bytes(self.answers.len(), &self.bytes(), out),
+            _ => self.write_csv(out),
+        }
     }
-    table
+
+    /// A byte a point and light, row by row.
+    fn bytes(&self) -> Vec<u8> {
+        let count = self.answers.first().map_or(0, Vec::len);
+        (0..count).flat_map(|row| self.answers.iter().map(move |lit| u8::from(lit[row]))).collect()
+    }
+
+    /// The rows as they came, with a column a light: 1 lit, 0 not.
+    fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
+        let columns: Vec<&str> = match self.asked {
+            Asked::Table(table) => table.text.header.iter().map(String::as_str).collect(),
+            Asked::Array(NpyPoints::PositionsSingle(_) | NpyPoints::PositionsDouble(_)) => vec!["x", "y", "z"],
+            Asked::Array(_) => vec!["x", "y", "z", "nx", "ny", "nz"],
+        };
+        let header: Vec<&str> = columns.into_iter().chain(self.names.iter().copied()).collect();
+        let count = match self.asked {
+            Asked::Table(table) => table.points.len(),
+            Asked::Array(points) => points.len(),
+        };
+        let row = |row: usize| {
+            let answers = self.answers.iter().map(move |lit| u8::from(lit[row]).to_string());
+            self.asked.fields(row).into_iter().chain(answers)
+        };
+        write_rows(&header, (0..count).map(row), out)
+    }
+}
+
+impl Asked {
+    /// A row as it came; numbers of an array by as many digits as tell them apart.
+    fn fields(&self, row: usize) -> Vec<String> {
+        match self {
+            Self::Table(table) => table.text.rows[row].clone(),
+            Self::Array(NpyPoints::PositionsSingle(rows)) => texts(&rows[row]),
+            Self::Array(NpyPoints::PositionsDouble(rows)) => texts(&rows[row]),
+            Self::Array(NpyPoints::NormalsSingle(rows)) => texts(&rows[row]),
+            Self::Array(NpyPoints::NormalsDouble(rows)) => texts(&rows[row]),
+        }
+    }
+}
+
+fn texts(numbers: &[impl ToString]) -> Vec<String> {
+    numbers.iter().map(ToString::to_string).collect()
 }

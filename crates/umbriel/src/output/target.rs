@@ -16,6 +16,7 @@ pub(crate) enum Format {
     Json,
     Csv,
     Glb,
+    Npy,
     Png,
     Vtu,
 }
@@ -26,6 +27,7 @@ impl Format {
             Self::Json => "json",
             Self::Csv => "csv",
             Self::Glb => "glb",
+            Self::Npy => "npy",
             Self::Png => "png",
             Self::Vtu => "vtu",
         }

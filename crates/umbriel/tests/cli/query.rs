@@ -1,5 +1,7 @@
 //! `umbriel query`: the rows come back with a column a light.
 
+use std::fs;
+
 use crate::workspace::{NOON, Workspace};
 
 fn workspace(points: &str) -> Workspace {
@@ -45,5 +47,52 @@ fn bad_rows_are_named_by_their_lines() {
         let workspace = workspace(points);
         workspace.run("query noon.toml --points p.csv -o out.csv").fails(1, &words);
         assert_eq!(workspace.files(), ["noon.toml", "p.csv"]);
+    }
+}
+
+/// A `.npy` file of version 1 with this type and shape.
+fn npy(descr: &str, shape: &str, numbers: &[u8]) -> Vec<u8> {
+    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
+    let start = [b"\x93NUMPY\x01\x00".as_slice(), &118u16.to_le_bytes()].concat();
+    [start.as_slice(), format!("{header:117}\n").as_bytes(), numbers].concat()
+}
+
+fn bytes(numbers: &[f32]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
+}
+
+#[test]
+fn arrays_of_points() {
+    let workspace = workspace("");
+    let rows = [3.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 3.0, 0.5, 0.25, 0.0, 2.0, 0.0];
+    fs::write(workspace.path("p.npy"), npy("<f4", "(3, 6)", &bytes(&rows))).expect("written");
+    let run = workspace.run("query noon.toml --points p.npy --point 0,0.5,0 -o a.npy -o a.csv").succeeds();
+    assert!(run.stderr().contains("1 points with a normal lie on no surface"), "{}", run.stderr());
+    assert_eq!(workspace.read("a.npy"), npy("|u1", "(3, 2)", &[1, 1, 0, 1, 1, 1]));
+    let expected = "x,y,z,nx,ny,nz,noon,point\n3,0,0,0,1,0,1,1\n0,0,0,0,1,0,0,1\n3,0.5,0.25,0,2,0,1,1\n";
+    assert_eq!(workspace.text("a.csv"), expected);
+}
+
+#[test]
+fn answers_to_a_table_as_an_array() {
+    let workspace = workspace("x,y,z\n0, 1.0,0\n3,1,0\n");
+    workspace.run("query noon.toml --points p.csv -o a.npy").succeeds();
+    assert_eq!(workspace.read("a.npy"), npy("|u1", "(2, 1)", &[0, 1]));
+}
+
+#[test]
+fn bad_arrays_are_named_by_what_is_wrong() {
+    let whole = bytes(&[1.0, 2.0, 3.0, 0.0, f32::NAN, 0.0]);
+    for (file, words) in [
+        (npy("<f4", "(2, 3)", &whole), ["p.npy", "row 1: a coordinate"]),
+        (npy("<f4", "(1, 6)", &whole), ["p.npy", "row 0: a coordinate"]),
+        (npy("<f4", "(3, 3)", &whole), ["p.npy", "36 bytes"]),
+        (npy("<i8", "(1, 3)", &whole), ["p.npy", "type \"<i8\""]),
+        (b"x,y,z\n".to_vec(), ["p.npy", "no .npy file"]),
+    ] {
+        let workspace = workspace("");
+        fs::write(workspace.path("p.npy"), file).expect("written");
+        workspace.run("query noon.toml --points p.npy -o out.npy").fails(1, &words);
+        assert!(!workspace.files().contains(&"out.npy".to_owned()), "nothing is written");
     }
 }
