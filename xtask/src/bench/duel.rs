@@ -65,7 +65,8 @@ pub(super) fn bake_once(scene: &Scene, request: &Request, pool: &ThreadPool) -> 
 
 /// All points at once, on the threads of `pool`; what queries need is built again every time.
 pub(super) fn ask_once(scene: &Scene, points: &[[f32; 6]], light: usize, pool: &ThreadPool) -> Result<Own> {
-    let ask = || Queries::new(scene).lit_many(Points::OrientedSingle(points), &scene.lights[light].source);
+    let source = &scene.lights[light].source;
+    let ask = || Queries::new(scene).lit_many(Points::OrientedSingle(points), source, &Silent);
     let (answers, seconds) = timed(|| pool.install(ask));
     let answers = answers?;
     let lit = answers.iter().filter(|&&lit| lit).count() as u64;
