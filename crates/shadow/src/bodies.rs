@@ -5,6 +5,8 @@ use std::sync::OnceLock;
 use umbriel_geometry::{Aabb, Facets, PlacedAnalytic};
 use umbriel_scene::{Object, Scene};
 
+use crate::fine::EdgeTable;
+
 /// A placed body.
 #[derive(Debug)]
 pub(crate) enum Body {
@@ -21,13 +23,16 @@ pub(crate) struct Bodies<'a> {
     /// World boxes, rounded outward.
     pub(crate) boxes: Vec<Aabb>,
     bodies: Vec<OnceLock<Body>>,
+    edges: Vec<OnceLock<EdgeTable>>,
 }
 
 impl<'a> Bodies<'a> {
     /// Computes the boxes; nothing else yet.
     pub(crate) fn new(scene: &'a Scene) -> Self {
         let boxes = scene.objects.iter().map(Object::bounds).collect();
-        Self { scene, boxes, bodies: scene.objects.iter().map(|_| OnceLock::new()).collect() }
+        let bodies = scene.objects.iter().map(|_| OnceLock::new()).collect();
+        let edges = scene.objects.iter().map(|_| OnceLock::new()).collect();
+        Self { scene, boxes, bodies, edges }
     }
 
     /// The object's body.
@@ -39,6 +44,11 @@ impl<'a> Bodies<'a> {
                 None => Body::Flat(object.facets().unwrap_or_default()),
             }
         })
+    }
+
+    /// Which of an object's flat faces share edges; the same for all lights.
+    pub(crate) fn edges(&self, object: usize, facets: &Facets) -> &EdgeTable {
+        self.edges[object].get_or_init(|| EdgeTable::of(facets))
     }
 
     /// Whether a face can be lit on one side only.

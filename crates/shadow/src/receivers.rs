@@ -6,21 +6,21 @@ use umbriel_bvh::Influences;
 use umbriel_geometry::{
     Approx, Facet, Facets, LightSource, PlacedAnalytic, Point, Surd, analytic::PatchArea, blocking::Probe,
 };
-use umbriel_octree::Face;
 
 use crate::{
     bake::Stage,
     bodies::{Bodies, Body},
-    exact::{Own, face_blocks, flat_face_is_turned_to, patch_probe, turned_to},
+    exact::{Own, face_blocks, patch_probe, turned_to},
     fine::{
-        Blocker, Blockers, Entry, FacetId, Occluders, Receiver,
-        flat::{FLAT, FaceShape, FlatFace},
+        Occluders,
+        flat::FLAT,
         lattice::Lattice,
         patch::Patch,
         tally::{Tally, Units, cell_units},
     },
+    flat_receiver::FlatReceiver,
     levels,
-    report::{Cell, SampleCount, Verdict},
+    report::{Cell, SampleCount},
     request::{Detail, Request, Sampling},
     sums::AreaSums,
 };
@@ -50,14 +50,14 @@ pub(crate) struct FaceSums {
 
 /// All receivers of a request under one light.
 pub(crate) struct Receivers<'a> {
-    bodies: &'a Bodies<'a>,
-    light: &'a LightSource,
+    pub(crate) bodies: &'a Bodies<'a>,
+    pub(crate) light: &'a LightSource,
     pub(crate) request: &'a Request,
-    detail: Detail,
-    influences: &'a Influences,
-    occluders: Occluders<'a>,
+    pub(crate) detail: Detail,
+    pub(crate) influences: &'a Influences,
+    pub(crate) occluders: Occluders<'a>,
     /// Metres between samples.
-    spacing: Option<f64>,
+    pub(crate) spacing: Option<f64>,
 }
 
 impl<'a> Receivers<'a> {
@@ -113,38 +113,8 @@ impl<'a> Receivers<'a> {
             return;
         }
         let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
-        let domain = if is_triangle { Face::Triangle } else { Face::Square };
-        let corner = first_corner(facets, face);
-        let shape = FaceShape { face: face as u32, domain, corner };
-        let corners = flat_corners(facets, face, corner);
-        let size = levels::FaceSize::of_flat(&corners, is_triangle);
-        let levels = levels::of_face(self.detail, self.request.keep_cells, &self.bodies.boxes[object], &size);
-        let lattice = self.spacing.map(|spacing| Lattice::new(size.edges, spacing, is_triangle));
-        let whole = |verdict| FlatFace::decided(shape, verdict, levels, lattice);
-        let tally = if flat_face_is_turned_to(self.bodies, object, face, self.light) {
-            let id = FacetId { object: object as u32, facet: face as u32 };
-            let receiver = Receiver {
-                points: corners,
-                light: self.light,
-                facing: Some(self.occluders.turn(id)),
-                plane: Some([corners[0], corners[1], corners[FLAT - 1]]),
-            };
-            let mut candidates = self.occluders.candidates(self.influences.occluders_of(object as u32), &corners);
-            candidates.facets.retain(|&candidate| candidate != id);
-            let blockers = self.occluders.blockers(&candidates, &receiver);
-            let blocks_exactly = |blockers: &Blockers<FLAT>, entry: Entry, probe: &Probe| {
-                let (object, facet) = match entry.blocker() {
-                    Blocker::Polygon(index) => (blockers.polygons[index].id.object, blockers.polygons[index].id.facet),
-                    Blocker::Body(index) => (blockers.bodies[index].object, 0),
-                };
-                face_blocks(self.bodies, (object as usize, facet as usize), probe, Own::Nothing, self.light)
-            };
-            let flat =
-                FlatFace { shape, corners, blockers, levels, lattice, blocks_exactly: &blocks_exactly, is_cancelled };
-            flat.run()
-        } else {
-            whole(Verdict::Shadowed)
-        };
+        let asked = FlatReceiver::new(self, object, (facets, face), is_cancelled);
+        let tally = asked.run();
         let all = cell_units(0, is_triangle);
         let share = |units: Units| scaled(area, units, all);
         let possible = share(all - tally.shadowed.min(all));

@@ -42,6 +42,20 @@ pub enum Sampling {
     Spacing(f64),
 }
 
+/// How the cells of flat faces are proved. Proofs are proofs either way; how many cells stay undecided differs a little.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CellMethod {
+    /// Whichever is likely to be sooner, face by face.
+    #[default]
+    Auto,
+    /// A quadtree that passes blockers down. Sharp where shadows end exactly between two cells; some microseconds a
+    /// cell, and a look at every occluding face.
+    Quadtree,
+    /// The borders of shadows are rasterised, wherever nothing but flat faces shadows a face; a quadtree elsewhere.
+    Borders,
+}
+
 /// What to compute.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
@@ -55,6 +69,8 @@ pub struct Request {
     pub receivers: Vec<usize>,
     /// Whether the report keeps the cells, or sums only.
     pub keep_cells: bool,
+    /// How the cells of flat faces are proved.
+    pub method: CellMethod,
 }
 
 impl Request {
@@ -66,6 +82,7 @@ impl Request {
             lights: (0..scene.lights.len()).collect(),
             receivers: (0..scene.objects.len()).collect(),
             keep_cells: false,
+            method: CellMethod::Auto,
         }
     }
 }

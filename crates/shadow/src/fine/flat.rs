@@ -186,7 +186,8 @@ pub(crate) fn flat_probe<'a>(corners: &[Point<'a>], u: f64, v: f64) -> Probe<'a>
     })
 }
 
-fn count(tally: &mut Tally<Units>, shape: FaceShape, place: Quadrant, verdict: Verdict, levels: Levels) {
+/// Counts a cell, and keeps it if cells of its kind are asked for.
+pub(crate) fn count(tally: &mut Tally<Units>, shape: FaceShape, place: Quadrant, verdict: Verdict, levels: Levels) {
     let units = cell_units(place.level(), shape.domain.halves(place));
     match verdict {
         Verdict::Lit => tally.lit += units,
@@ -199,7 +200,8 @@ fn count(tally: &mut Tally<Units>, shape: FaceShape, place: Quadrant, verdict: V
     }
 }
 
-fn count_samples(tally: &mut Tally<Units>, lattice: Option<Lattice>, place: Quadrant, verdict: Verdict) {
+/// Counts the samples of a decided cell.
+pub(crate) fn count_samples(tally: &mut Tally<Units>, lattice: Option<Lattice>, place: Quadrant, verdict: Verdict) {
     let Some(lattice) = lattice else { return };
     let samples = lattice.points(place).count() as u64;
     tally.samples.samples += samples;

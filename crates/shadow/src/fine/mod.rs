@@ -16,10 +16,12 @@ mod outline;
 pub(crate) mod patch;
 mod pattern;
 mod polygon_blocker;
+pub(crate) mod raster;
 mod receiver;
 pub(crate) mod tally;
 
 pub(crate) use classify::{Blocker, Blockers, Entry};
 pub(crate) use occluders::{Candidates, Occluders};
 pub(crate) use polygon_blocker::FacetId;
+pub(crate) use raster::{GiveUp, edge_table::EdgeTable};
 pub(crate) use receiver::Receiver;

@@ -6,8 +6,9 @@
 
 use std::sync::OnceLock;
 
+use rayon::prelude::*;
 use umbriel_bvh::BoxTree;
-use umbriel_geometry::{Aabb, Facet, Facets, LightSource, PlacedAnalytic, Point, Sign};
+use umbriel_geometry::{Aabb, Facet, Facets, LightSource, Point, Sign};
 
 use super::{
     analytic_blocker::AnalyticBlocker,
@@ -15,6 +16,7 @@ use super::{
     classify::Blockers,
     light_frame::LightFrame,
     polygon_blocker::{FacetId, PolygonBlocker},
+    raster::silhouette::Silhouette,
     receiver::Receiver,
 };
 use crate::bodies::{Bodies, Body};
@@ -33,13 +35,15 @@ pub(crate) struct Occluders<'a> {
     pub(crate) bodies: &'a Bodies<'a>,
     pub(crate) light: &'a LightSource,
     frames: Vec<LightFrame>,
+    turns: Vec<OnceLock<Vec<Sign>>>,
+    silhouettes: Vec<OnceLock<Silhouette>>,
+    /// For each object the light-space box of its box in each frame that sees it.
+    views: Vec<OnceLock<Vec<Option<Aabb>>>>,
     indices: Vec<OnceLock<ObjectIndex>>,
 }
 
 /// One object in light space.
 struct ObjectIndex {
-    /// Which way each facet turns, seen from the light; for an analytic body, on which side of it the light lies.
-    turns: Vec<Sign>,
     /// For each frame, a tree and the facets that its items stand for (an analytic body is item 0 of its own).
     trees: Vec<(BoxTree, Vec<u32>)>,
 }
@@ -47,18 +51,66 @@ struct ObjectIndex {
 impl<'a> Occluders<'a> {
     /// Nothing is built yet.
     pub(crate) fn new(bodies: &'a Bodies<'a>, light: &'a LightSource) -> Self {
-        let indices = bodies.boxes.iter().map(|_| OnceLock::new()).collect();
-        Self { bodies, light, frames: LightFrame::all(light), indices }
+        let count = bodies.boxes.len();
+        Self {
+            bodies,
+            light,
+            frames: LightFrame::all(light),
+            turns: (0..count).map(|_| OnceLock::new()).collect(),
+            silhouettes: (0..count).map(|_| OnceLock::new()).collect(),
+            views: (0..count).map(|_| OnceLock::new()).collect(),
+            indices: (0..count).map(|_| OnceLock::new()).collect(),
+        }
+    }
+
+    /// Which way each facet of an object turns, seen from the light; for an analytic body, on which side of it the light
+    /// lies.
+    pub(crate) fn turns(&self, object: u32) -> &[Sign] {
+        self.turns[object as usize].get_or_init(|| match self.bodies.get(object as usize) {
+            Body::Flat(facets) => {
+                (0..facets.len()).into_par_iter().map(|facet| facets.turn(facet, self.light)).collect()
+            }
+            Body::Analytic(body) => vec![body.light_side(self.light)],
+        })
+    }
+
+    /// The border edges of an object with flat faces.
+    pub(crate) fn silhouette(&self, object: u32, facets: &Facets) -> &Silhouette {
+        self.silhouettes[object as usize]
+            .get_or_init(|| Silhouette::new(self.bodies.edges(object as usize, facets), self.turns(object)))
     }
 
     /// Which way a facet turns, seen from the light.
     pub(crate) fn turn(&self, id: FacetId) -> Sign {
-        self.index(id.object).turns[id.facet as usize]
+        self.turns(id.object)[id.facet as usize]
     }
 
     /// On which side of an analytic body the light lies: positive outside. Exact.
     pub(crate) fn side_of_light(&self, object: u32) -> Sign {
-        self.index(object).turns[0]
+        self.turns(object)[0]
+    }
+
+    /// About how many facets of `objects` [`Occluders::candidates`] would find, from boxes alone.
+    pub(crate) fn expected_facets(&self, objects: &[u32], points: &[Point]) -> f64 {
+        let area = |bounds: &Aabb| bounds.size().x * bounds.size().y;
+        let mut expected = 0.0;
+        for (frame, view) in self.frames.iter().enumerate() {
+            let Some(face) = view.bounds(points) else { continue };
+            for &object in objects {
+                let Body::Flat(facets) = self.bodies.get(object as usize) else { continue };
+                let views = self.views[object as usize].get_or_init(|| {
+                    let corners = box_corners(&self.bodies.boxes[object as usize]);
+                    self.frames.iter().map(|frame| frame.bounds(&corners)).collect()
+                });
+                let Some(body) = &views[frame] else { continue };
+                let common = Aabb { min: body.min.max(face.min), max: body.max.min(face.max) };
+                let is_beside = common.min.x > common.max.x || common.min.y > common.max.y;
+                let whole = area(body);
+                let share = if whole > 0.0 { area(&common) / whole } else { 1.0 };
+                expected += if is_beside { 0.0 } else { share * facets.len() as f64 };
+            }
+        }
+        expected
     }
 
     /// What among `objects` may block some point of the hull of `points`.
@@ -107,7 +159,7 @@ impl<'a> Occluders<'a> {
             polygons.push(blocker);
         }
         let bodies = candidates.bodies.iter().filter_map(|&object| match self.bodies.get(object as usize) {
-            Body::Analytic(body) => Some(AnalyticBlocker::new(object, body, self.index(object).turns[0], receiver)),
+            Body::Analytic(body) => Some(AnalyticBlocker::new(object, body, self.turns(object)[0], receiver)),
             Body::Flat(_) => None,
         });
         Blockers::new(polygons, bodies.collect(), edges)
@@ -116,12 +168,11 @@ impl<'a> Occluders<'a> {
     fn index(&self, object: u32) -> &ObjectIndex {
         self.indices[object as usize].get_or_init(|| match self.bodies.get(object as usize) {
             Body::Flat(facets) => self.index_facets(facets),
-            Body::Analytic(body) => self.index_analytic(body, &self.bodies.boxes[object as usize]),
+            Body::Analytic(_) => self.index_analytic(&self.bodies.boxes[object as usize]),
         })
     }
 
     fn index_facets(&self, facets: &Facets) -> ObjectIndex {
-        let turns = (0..facets.len()).map(|facet| facets.turn(facet, self.light)).collect();
         let trees = self.frames.iter().map(|frame| {
             let mut boxes = Vec::new();
             let mut items = Vec::new();
@@ -138,16 +189,16 @@ impl<'a> Occluders<'a> {
             items.shrink_to_fit();
             (BoxTree::build(&boxes), items)
         });
-        ObjectIndex { turns, trees: trees.collect() }
+        ObjectIndex { trees: trees.collect() }
     }
 
-    fn index_analytic(&self, body: &PlacedAnalytic, world: &Aabb) -> ObjectIndex {
+    fn index_analytic(&self, world: &Aabb) -> ObjectIndex {
         let corners = box_corners(world);
         let trees = self.frames.iter().map(|frame| {
             let boxes: Vec<Aabb> = frame.bounds(&corners).into_iter().collect();
             (BoxTree::build(&boxes), vec![0])
         });
-        ObjectIndex { turns: vec![body.light_side(self.light)], trees: trees.collect() }
+        ObjectIndex { trees: trees.collect() }
     }
 }
 

@@ -7,7 +7,7 @@ use umbriel_io::{
     write::{Staged, WriteError, write_glb, write_gray_png, write_vtu},
 };
 use umbriel_scene::{Finding, Scene};
-use umbriel_shadow::{Report, Request, Sampling};
+use umbriel_shadow::{CellMethod, Report, Request, Sampling};
 
 use crate::{
     cli::{
@@ -49,6 +49,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
         lights,
         receivers,
         keep_cells: cells == CellUse::Cells,
+        method: CellMethod::Auto,
     };
     plan::tell_findings(scene, args.scene.quiet);
     let bar = Bar::new(interrupt, args.scene.quiet);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use umbriel_io::write::{Picture, Staged, write_png};
 use umbriel_scene::Scene;
-use umbriel_shadow::{Progress, Request, bake_hours};
+use umbriel_shadow::{CellMethod, Progress, Request, bake_hours};
 use umbriel_visibility::RayCaster;
 
 use crate::{
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let undecided = args.undecided.map_or(Undecided::Decide, Undecided::Show);
     let receivers = worth_baking(scene, &caster.coverage(&view), undecided);
     let bar = Bar::new(interrupt, args.scene.quiet);
-    let request = Request { detail, sampling: None, lights, receivers, keep_cells: true };
+    let request = Request { detail, sampling: None, lights, receivers, keep_cells: true, method: CellMethod::Auto };
     let report = umbriel_shadow::bake(scene, &request, &bar)?;
     let picture = Studio::new(scene, &caster, &report, undecided).picture(&view, &bar)?;
     write(&picture, &files, &bar)
@@ -65,7 +65,8 @@ fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
     let coverage = caster.coverage(&view);
     let receivers = (0..scene.objects.len()).filter(|&object| coverage[object] > 0).collect();
     let bar = Bar::new(interrupt, args.scene.quiet);
-    let request = Request { detail, sampling: None, lights: Vec::new(), receivers, keep_cells: true };
+    let request =
+        Request { detail, sampling: None, lights: Vec::new(), receivers, keep_cells: true, method: CellMethod::Auto };
     let report = bake_hours(scene, &request, &lights, &bar).map_err(|error| suns::failure(error, table))?;
     let picture = hours_picture::picture(scene, &caster, &report, &view, &bar)?;
     write(&picture, &files, &bar)

@@ -8,7 +8,7 @@ use umbriel_io::{
     write::{Staged, WriteError, write_glb, write_vtu},
 };
 use umbriel_scene::{Finding, FindingKind};
-use umbriel_shadow::{HoursError, Request, Sampling, TimedLight, bake_hours};
+use umbriel_shadow::{CellMethod, HoursError, Request, Sampling, TimedLight, bake_hours};
 
 use crate::{
     cli::{
@@ -46,6 +46,7 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
         lights: Vec::new(),
         receivers: plan::choose_receivers(scene, &args.receiver)?,
         keep_cells: cells == CellUse::Cells,
+        method: CellMethod::Auto,
     };
     let interrupt = &Interrupt::install();
     plan::tell_findings(scene, args.scene.quiet);

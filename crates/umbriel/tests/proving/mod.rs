@@ -4,7 +4,7 @@
 
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
-use umbriel_shadow::{Cell, Detail, Report, Request, Silent, Verdict, bake};
+use umbriel_shadow::{Cell, CellMethod, Detail, Report, Request, Silent, Verdict, bake};
 
 use crate::oracle::{
     Oracle,
@@ -27,9 +27,14 @@ pub(crate) struct Case {
 impl Case {
     /// Bakes all of a scene under one light; `depth` is both depths.
     pub(crate) fn new(name: &str, scene: &Scene, light: LightSource, depth: u8) -> Self {
+        Self::by(CellMethod::Auto, name, scene, light, depth)
+    }
+
+    /// Bakes by a method of the caller's choice.
+    pub(crate) fn by(method: CellMethod, name: &str, scene: &Scene, light: LightSource, depth: u8) -> Self {
         let scene = lit_by(scene.clone(), light);
         let detail = Detail::Depth { interior: depth, boundary: depth };
-        let request = Request { keep_cells: true, ..Request::everything(&scene, detail) };
+        let request = Request { keep_cells: true, method, ..Request::everything(&scene, detail) };
         let report = bake(&scene, &request, &Silent).expect("nobody cancels");
         Self { title: format!("{name} under {light:?} at depth {depth}"), scene, light, report }
     }

@@ -1,0 +1,106 @@
+//! Facets that cannot shadow the face though they touch its plane, or come as high as the light: they are beside it.
+//!
+//! Neighbours of a face meet it along a side, often exactly. What may block of them lies beyond that side, up to points of
+//! contact, which block nothing; this is decided by exact signs, so that no cell along the side is left undecided.
+
+use umbriel_geometry::{
+    Point, Sign,
+    predicates::{Target, side_value},
+};
+
+use super::{
+    chain::{BodyChain, Corner, place},
+    projection::Image,
+};
+use crate::fine::flat::FLAT;
+
+/// A side of the face.
+struct Side<'a> {
+    /// Rectangles have four sides, triangles three.
+    is_there: bool,
+    /// Positive on the side of the face.
+    inside: fn(&Image) -> f64,
+    /// Counter-clockwise round the face.
+    ends: [&'a Point<'a>; 2],
+}
+
+impl BodyChain<'_> {
+    /// The side of the face (0: u = 0) beyond which the part of a facet that may block lies, points in contact with the
+    /// face up to the side itself: so it blocks nothing of the face. Exact.
+    pub(super) fn beyond(&self, corners: &[Corner]) -> Option<usize> {
+        let [a, b, c, d] = [0, 1, 2, FLAT - 1].map(|k| &self.plane.corners[k]);
+        let is_triangle = self.plane.is_triangle;
+        let bounds = &self.bounds;
+        let error = 2.0 * (bounds.u + bounds.v + bounds.w);
+        let sides = [
+            Side { is_there: true, inside: |image| image.u, ends: [d, a] },
+            Side { is_there: true, inside: |image| image.v, ends: [a, b] },
+            Side { is_there: is_triangle, inside: |image| image.w - image.u - image.v, ends: [b, d] },
+            Side { is_there: !is_triangle, inside: |image| image.w - image.u, ends: [b, c] },
+            Side { is_there: !is_triangle, inside: |image| image.w - image.v, ends: [c, d] },
+        ];
+        sides.iter().position(|side| {
+            let is_beyond = |corner: &Corner| self.is_beyond(corner, (side.inside)(&corner.image), error, side.ends);
+            let is_uncut = || corners.iter().all(|corner| corner.state & place::BELOW == 0);
+            side.is_there && corners.iter().all(is_beyond) && (is_uncut() || self.cuts_along(corners, side.ends))
+        })
+    }
+
+    /// Whether a corner, if it is not below the plane, is beyond a side of the face; `inside` is how far it is on the
+    /// inner side, up to `error`.
+    fn is_beyond(&self, corner: &Corner, inside: f64, error: f64, [from, to]: [&Point; 2]) -> bool {
+        if inside < -error || corner.state & place::BELOW != 0 {
+            return true;
+        }
+        if inside > error {
+            return false;
+        }
+        let point = self.facets.point(corner.point);
+        let side = Sign::of(side_value(from, to, &point, Target::Light(self.plane.light)).value);
+        match side.times(self.plane.facing) {
+            Sign::Positive => false,
+            Sign::Zero => corner.state == place::ON,
+            Sign::Negative => true,
+        }
+    }
+
+    /// Whether a facet's plane meets the face's along a side of the face.
+    fn cuts_along(&self, corners: &[Corner], ends: [&Point; 2]) -> bool {
+        let [a, b, d] = [0, 1, corners.len() - 1].map(|k| self.facets.point(corners[k].point));
+        ends.iter().all(|end| side_value(&a, &b, &d, Target::Point(end)).value == 0.0)
+    }
+
+    /// Whether the part of a facet that is cut off below the light cannot be cast onto the face: one of the face's borders
+    /// has it on the outer side.
+    pub(super) fn high_part_is_beside(&self, corners: &[Corner]) -> bool {
+        let bounds = &self.bounds;
+        let cutoff = self.plane.projection.cutoff();
+        // The part that is as high as the light or below it.
+        let part = clip(corners.iter().map(|corner| corner.image).collect(), |image| cutoff * 1.5 - image.w);
+        let part = clip(part, |image| image.w + 4.0 * bounds.w);
+        let sides: [&dyn Fn(&Image) -> f64; 4] = [
+            &|image| image.u,
+            &|image| image.v,
+            &|image| if self.plane.is_triangle { image.w - image.u - image.v } else { image.w - image.u },
+            &|image| if self.plane.is_triangle { image.w - image.u - image.v } else { image.w - image.v },
+        ];
+        let error = 2.0 * (bounds.u + bounds.v + bounds.w);
+        sides.iter().any(|side| part.iter().all(|image| side(image) < -error))
+    }
+}
+
+/// The part of a polygon where `inside` is not negative (Sutherland & Hodgman 1974).
+fn clip(polygon: Vec<Image>, inside: impl Fn(&Image) -> f64) -> Vec<Image> {
+    let mut kept = Vec::new();
+    for (k, image) in polygon.iter().enumerate() {
+        let next = &polygon[(k + 1) % polygon.len()];
+        let (here, there) = (inside(image), inside(next));
+        if here >= 0.0 {
+            kept.push(*image);
+        }
+        if (here >= 0.0) != (there >= 0.0) {
+            kept.push(image.toward(next, here / (here - there)));
+        }
+    }
+    kept
+}

@@ -1,0 +1,49 @@
+//! Items sorted into bins by number, an item in one or several: one flat list and where each bin begins.
+
+use std::ops::Range;
+
+/// Item numbers by bin.
+#[derive(Clone, Debug)]
+pub(crate) struct Bins {
+    starts: Vec<u32>,
+    items: Vec<u32>,
+}
+
+impl Bins {
+    /// Sorts items `0..` into `count` bins; `ranges` gives the bins of each item. Items keep their order. Two passes.
+    pub(crate) fn new<I: Iterator<Item = Range<usize>>>(count: usize, ranges: impl Fn() -> I) -> Self {
+        let mut starts = vec![0u32; count + 2];
+        for bin in ranges().flatten() {
+            starts[bin + 2] += 1;
+        }
+        for bin in 2..starts.len() {
+            starts[bin] += starts[bin - 1];
+        }
+        let mut items = vec![0; starts[count + 1] as usize];
+        for (item, range) in ranges().enumerate() {
+            for bin in range {
+                items[starts[bin + 1] as usize] = item as u32;
+                starts[bin + 1] += 1;
+            }
+        }
+        Self { starts, items }
+    }
+
+    /// The items of a bin.
+    pub(crate) fn of(&self, bin: usize) -> &[u32] {
+        &self.items[self.starts[bin] as usize..self.starts[bin + 1] as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn items_are_found_in_all_their_bins_in_order() {
+        let ranges = [0..2, 1..2, 3..3, 0..4];
+        let bins = Bins::new(4, || ranges.iter().cloned());
+        let all: Vec<&[u32]> = (0..4).map(|bin| bins.of(bin)).collect();
+        assert_eq!(all, [&[0, 3][..], &[0, 1, 3], &[3], &[3]]);
+    }
+}

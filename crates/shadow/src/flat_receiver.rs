@@ -1,0 +1,155 @@
+//! One flat face of a receiver: which way its cells are proved, and with what.
+
+use umbriel_geometry::{Facet, Facets, Point, blocking::Probe};
+use umbriel_octree::Face;
+
+use crate::{
+    bodies::Body,
+    exact::{Own, face_blocks, flat_face_is_turned_to},
+    fine::{
+        Blocker, Blockers, Entry, FacetId, GiveUp, Receiver, flat,
+        flat::{FLAT, FaceShape, FlatFace, Levels},
+        lattice::Lattice,
+        raster::{self, Occluder, Raster},
+        tally::{Tally, Units},
+    },
+    levels,
+    receivers::{Receivers, first_corner, flat_corners},
+    report::Verdict,
+    request::CellMethod,
+};
+
+/// One face that is asked for.
+pub(crate) struct FlatReceiver<'a> {
+    all: &'a Receivers<'a>,
+    id: FacetId,
+    shape: FaceShape,
+    corners: [Point<'a>; FLAT],
+    levels: Levels,
+    lattice: Option<Lattice>,
+    is_cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl<'a> FlatReceiver<'a> {
+    pub(crate) fn new(
+        all: &'a Receivers<'a>,
+        object: usize,
+        (facets, face): (&'a Facets, usize),
+        is_cancelled: &'a (dyn Fn() -> bool + Sync),
+    ) -> Self {
+        let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
+        let domain = if is_triangle { Face::Triangle } else { Face::Square };
+        let corner = first_corner(facets, face);
+        let corners = flat_corners(facets, face, corner);
+        let size = levels::FaceSize::of_flat(&corners, is_triangle);
+        Self {
+            all,
+            id: FacetId { object: object as u32, facet: face as u32 },
+            shape: FaceShape { face: face as u32, domain, corner },
+            corners,
+            levels: levels::of_face(all.detail, all.request.keep_cells, &all.bodies.boxes[object], &size),
+            lattice: all.spacing.map(|spacing| Lattice::new(size.edges, spacing, is_triangle)),
+            is_cancelled,
+        }
+    }
+
+    /// Classifies the face.
+    pub(crate) fn run(&self) -> Tally<Units> {
+        let FacetId { object, facet } = self.id;
+        if !flat_face_is_turned_to(self.all.bodies, object as usize, facet as usize, self.all.light) {
+            return FlatFace::decided(self.shape, Verdict::Shadowed, self.levels, self.lattice);
+        }
+        let by_borders = if self.suits_borders() { self.rasterise().ok() } else { None };
+        by_borders.unwrap_or_else(|| self.divide())
+    }
+
+    /// Objects that may shadow this one.
+    fn objects(&self) -> &'a [u32] {
+        self.all.influences.occluders_of(self.id.object)
+    }
+
+    /// Whether the face is one for [`raster`], and likely to be done sooner by it.
+    fn suits_borders(&self) -> bool {
+        let level = self.levels.finest;
+        let method = self.all.request.method;
+        if method == CellMethod::Quadtree || level > raster::MOST_LEVEL {
+            return false;
+        }
+        let (mut facets, mut analytic) = (0, Vec::new());
+        for &object in self.objects() {
+            match self.all.bodies.get(object as usize) {
+                Body::Flat(body) => facets += body.len(),
+                Body::Analytic(_) => analytic.push(object),
+            }
+        }
+        let occluders = &self.all.occluders;
+        if facets >= raster::MAX_FACETS || !occluders.candidates(&analytic, &self.corners).bodies.is_empty() {
+            return false;
+        }
+        let expected = || occluders.expected_facets(self.objects(), &self.corners);
+        method == CellMethod::Borders || raster::is_sooner(level, facets, expected())
+    }
+
+    fn rasterise(&self) -> Result<Tally<Units>, GiveUp> {
+        let flat = self.objects().iter().filter_map(|&object| match self.all.bodies.get(object as usize) {
+            Body::Flat(facets) => Some(Occluder {
+                facets,
+                bounds: &self.all.bodies.boxes[object as usize],
+                turns: self.all.occluders.turns(object),
+                silhouette: self.all.occluders.silhouette(object, facets),
+            }),
+            Body::Analytic(_) => None,
+        });
+        let occluders: Vec<Occluder> = flat.collect();
+        let raster = Raster {
+            shape: self.shape,
+            levels: self.levels,
+            lattice: self.lattice,
+            is_lit_exactly: &|u, v| !self.point_is_blocked(u, v),
+            is_cancelled: self.is_cancelled,
+        };
+        raster.run(&self.corners, self.all.light, self.all.occluders.turn(self.id), &occluders)
+    }
+
+    /// Whether anything blocks the way from a point of the face to the light. Exact.
+    fn point_is_blocked(&self, u: f64, v: f64) -> bool {
+        let probe = flat::flat_probe(&self.corners, u, v);
+        let candidates = self.all.occluders.candidates(self.objects(), &[probe.bounds]);
+        let mut facets = candidates.facets.iter().filter(|&&id| id != self.id);
+        facets.any(|id| {
+            let face = (id.object as usize, id.facet as usize);
+            face_blocks(self.all.bodies, face, &probe, Own::Nothing, self.all.light)
+        })
+    }
+
+    /// By a quadtree that passes the blockers in question down.
+    fn divide(&self) -> Tally<Units> {
+        let (bodies, light, occluders) = (self.all.bodies, self.all.light, &self.all.occluders);
+        let corners = self.corners;
+        let receiver = Receiver {
+            points: corners,
+            light,
+            facing: Some(occluders.turn(self.id)),
+            plane: Some([corners[0], corners[1], corners[FLAT - 1]]),
+        };
+        let mut candidates = occluders.candidates(self.objects(), &corners);
+        candidates.facets.retain(|&candidate| candidate != self.id);
+        let blocks_exactly = |blockers: &Blockers<FLAT>, entry: Entry, probe: &Probe| {
+            let (object, facet) = match entry.blocker() {
+                Blocker::Polygon(index) => (blockers.polygons[index].id.object, blockers.polygons[index].id.facet),
+                Blocker::Body(index) => (blockers.bodies[index].object, 0),
+            };
+            face_blocks(bodies, (object as usize, facet as usize), probe, Own::Nothing, light)
+        };
+        let face = FlatFace {
+            shape: self.shape,
+            corners,
+            blockers: occluders.blockers(&candidates, &receiver),
+            levels: self.levels,
+            lattice: self.lattice,
+            blocks_exactly: &blocks_exactly,
+            is_cancelled: self.is_cancelled,
+        };
+        face.run()
+    }
+}

@@ -1,0 +1,115 @@
+//! The two methods for flat faces are set against each other and against the oracle: drawing borders proves nothing
+//! false, never contradicts the quadtree, and leaves little more undecided.
+//!
+//! The scenes are those of the random judge, full of exact coincidences, and the fixtures. `UMBRIEL_CASES` sets the number
+//! of scenes.
+
+mod chance;
+mod oracle;
+mod proving;
+
+use std::collections::HashMap;
+
+use chance::{any_light, any_scene};
+use oracle::{
+    Oracle, cases,
+    dice::Dice,
+    fixtures::{all, features, tricky_light},
+};
+use proving::Case;
+use umbriel_geometry::LightSource;
+use umbriel_scene::Scene;
+use umbriel_shadow::{Cell, CellMethod, ObjectReport, Verdict};
+
+/// Cells of one bake that are put to the oracle.
+const CELLS: usize = 24;
+
+/// The first cell in one report that contradicts a cell of the other which holds it or lies in it.
+fn contradiction(a: &ObjectReport, b: &ObjectReport) -> Option<(Cell, Cell)> {
+    let place = |cell: &Cell| (cell.face, cell.level, cell.i, cell.j);
+    let proved = |cell: &&Cell| cell.verdict != Verdict::Undecided;
+    let holders = |from: &[Cell], cell: Cell, known: &HashMap<_, usize>| {
+        let up = |levels: u8| (cell.face, cell.level - levels, cell.i >> levels, cell.j >> levels);
+        let found = (0..=cell.level).find_map(|levels| known.get(&up(levels)).copied());
+        found.map(|k| from[k]).filter(|other| proved(&other) && other.verdict != cell.verdict)
+    };
+    [(a, b), (b, a)].into_iter().find_map(|(one, other)| {
+        let known: HashMap<_, usize> = other.cells.iter().enumerate().map(|(k, cell)| (place(cell), k)).collect();
+        let mut cells = one.cells.iter().filter(proved);
+        cells.find_map(|&cell| holders(&other.cells, cell, &known).map(|holder| (cell, holder)))
+    })
+}
+
+/// What is wrong with a bake by borders, if anything; adds the undecided shares by borders and by quadtree.
+fn complaint(
+    scene: &Scene,
+    light: LightSource,
+    depth: u8,
+    dice: &mut Dice,
+    undecided: &mut [f64; 2],
+) -> Option<String> {
+    let case = Case::by(CellMethod::Borders, "borders", scene, light, depth);
+    let divided = Case::by(CellMethod::Quadtree, "quadtree", scene, light, depth);
+    for (a, b) in case.report.lights[0].objects.iter().zip(&divided.report.lights[0].objects) {
+        if let Some((cell, other)) = contradiction(a, b) {
+            return Some(format!("object {}: {cell:?} by borders or quadtree, {other:?} by the other", a.object));
+        }
+        undecided[0] += a.undecided() / a.area.max(f64::MIN_POSITIVE);
+        undecided[1] += b.undecided() / b.area.max(f64::MIN_POSITIVE);
+    }
+    let oracle = Oracle::new(scene);
+    let proved = case.proved();
+    let count = if proved.is_empty() { 0 } else { CELLS };
+    (0..count).find_map(|_| case.judge(&oracle, dice.pick(&proved), 4, dice))
+}
+
+#[test]
+fn borders_prove_what_is_true_of_random_scenes() {
+    let mut undecided = [0.0; 2];
+    let wrong: Vec<String> = (0..cases(400))
+        .filter_map(|number| {
+            let mut dice = Dice::new("borders", number);
+            let mut scene = any_scene(&mut dice);
+            let light = any_light(&scene, &mut dice);
+            // Borders are of flat faces only.
+            scene.objects.retain(|object| object.analytic().is_none());
+            let depth = dice.pick(&[2, 3, 4, 5, 6]);
+            let found = complaint(&scene, light, depth, &mut dice, &mut undecided);
+            found.map(|text| format!("scene {number} under {light:?} at depth {depth}: {text}"))
+        })
+        .collect();
+    let shown = wrong.iter().take(3).cloned().collect::<Vec<_>>().join("\n");
+    assert!(wrong.is_empty(), "{} wrong:\n{shown}", wrong.len());
+    let [by_borders, by_quadtree] = undecided;
+    assert!(by_borders < 1.3 * by_quadtree, "undecided by borders {by_borders}, by quadtree {by_quadtree}");
+}
+
+#[test]
+fn borders_prove_what_is_true_of_the_fixtures() {
+    for (name, scene) in &mut all() {
+        scene.objects.retain(|object| object.analytic().is_none());
+        if scene.objects.is_empty() {
+            continue;
+        }
+        for round in 0..cases(300) / 100 {
+            let mut dice = Dice::new("borders of fixtures", round);
+            let features = features(scene);
+            let near = dice.pick(&features);
+            let light = match dice.below(3) {
+                0 => LightSource::sun(dice.pick(&[
+                    [0.0, -1.0, 0.0],
+                    [1.0, 0.0, 0.0],
+                    [0.0, -1.0, 1.0],
+                    [-1.0, -2.0, 0.0],
+                ]))
+                .expect("a sun"),
+                1 => LightSource::point(dice.pick(&[[0.0, 0.5, 0.0], [0.25, 1.0, 0.125], [1.0, 2.5, -1.0]]))
+                    .expect("a light"),
+                _ => tricky_light(&mut dice, near, &features),
+            };
+            let depth = dice.pick(&[3, 5, 6]);
+            let found = complaint(scene, light, depth, &mut dice, &mut [0.0; 2]);
+            assert_eq!(found, None, "{name} under {light:?} at depth {depth}");
+        }
+    }
+}
