@@ -31,14 +31,14 @@ const PANEL: [f64; 2] = [400.0, 300.0];
 fn bars(body: &mut String, rows: &[Row], top: f64) -> f64 {
     let measured: Vec<(&Row, f64)> = rows.iter().filter_map(|row| Some((row, row.ratio()?))).collect();
     let reach = measured.iter().map(|(_, ratio)| ratio.log10().abs()).fold(0.1, f64::max);
-    let [zero, scale] = [500.0, 240.0 / reach];
+    let [zero, scale] = [540.0, 220.0 / reach];
     text(body, [20.0, top + 4.0], "start", "Times as fast as Embree's best configuration");
     for (number, (row, ratio)) in measured.iter().enumerate() {
         let y = top + 16.0 + 18.0 * number as f64;
         let length = ratio.log10() * scale;
         let threads = if row.threads == 1 { String::new() } else { format!(", {} threads", row.threads) };
-        let name = format!("{}, {}, {}{threads}", row.scene, row.light, short(row.samples));
-        text(body, [240.0, y + 11.0], "end", &name);
+        let name = format!("{}, {} {}, {}{threads}", row.scene, short(row.samples), row.task, row.light);
+        text(body, [270.0, y + 11.0], "end", &name);
         let colour = if *ratio >= 1.0 { OWN } else { PEER };
         let (x, width) = (zero + length.min(0.0), length.abs().max(1.0));
         let _ =
@@ -125,4 +125,23 @@ fn text(body: &mut String, [x, y]: [f64; 2], anchor: &str, words: &str) {
 fn stroke(body: &mut String, points: &[[f64; 2]], colour: &str) {
     let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     let _ = writeln!(body, "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\"/>", path.join(" "));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_hold_their_points() {
+        let axis = Axis::over(&[[1.0, 0.3], [4.0, 20.0], [16.0, 3.0]], 1).expect("there are points");
+        assert_eq!((axis.part(0.3), axis.part(20.0)), (0.0, 1.0));
+        let ticks: Vec<f64> = axis.ticks().collect();
+        assert_eq!(ticks, [0.5, 1.0, 2.0, 5.0, 10.0, 20.0]);
+        assert!(Axis::over(&[], 0).is_none());
+    }
+
+    #[test]
+    fn an_empty_picture_is_a_picture() {
+        assert!(draw(&[], &[]).ends_with("</svg>\n"));
+    }
 }
