@@ -68,7 +68,8 @@ impl Soup {
         Ok(Self { positions, triangles, offset: (OFFSET * bounds.size().length()) as f32, facets, two_sided })
     }
 
-    /// Calls `visit` with every sample, in the order of the bake.
+    /// Calls `visit` with every sample, in the order of the bake. Slivers whose normal rounds to nothing are left out:
+    /// ray engines cannot tell their sides.
     pub(super) fn for_each_start(&self, scene: &Scene, request: &Request, mut visit: impl FnMut(SamplePoint, Start)) {
         let mut known = (usize::MAX, usize::MAX);
         let (mut corner, mut along, mut normal) = (DVec3::ZERO, [DVec3::ZERO; 2], DVec3::ZERO);
@@ -82,7 +83,9 @@ impl Soup {
                 (corner, along, normal) = (a, [b - a, d - a], (b - a).cross(d - a).normalize_or_zero());
             }
             let position = corner + along[0] * sample.u + along[1] * sample.v;
-            visit(sample, Start { position, normal, is_two_sided: self.two_sided[sample.object] });
+            if normal != DVec3::ZERO {
+                visit(sample, Start { position, normal, is_two_sided: self.two_sided[sample.object] });
+            }
         });
     }
 
