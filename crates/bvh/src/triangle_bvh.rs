@@ -14,7 +14,7 @@ mod build;
 mod check;
 mod frame;
 mod layout;
-mod morton_order;
+mod morton;
 mod nearest;
 mod pack_test;
 mod packet;
@@ -35,12 +35,13 @@ use self::{
     any_hit::AnyHit,
     any_hits::{AnyHits, Segments},
     build::Parts,
-    morton_order::morton_order,
+    morton::morton_order,
     nearest::{Nearest, Shear},
     ray::{LocalRay, Way},
 };
 use crate::{box_tree::TreeDefect, ray::Ray, shaft::Segment};
 
+pub use build::BuildQuality;
 pub use nearest::Hit;
 
 /// The triangles of a mesh in a tree of boxes. Both sides of a triangle count. The mesh is shared, not copied.
@@ -51,9 +52,14 @@ pub struct TriangleBvh {
 }
 
 impl TriangleBvh {
-    /// Builds the tree, in the coordinates of the mesh. O(n log n).
+    /// Builds a good tree, in the coordinates of the mesh. O(n log n).
     pub fn build(mesh: Arc<Mesh>) -> Self {
-        Self { parts: build::build(&mesh), mesh }
+        Self::build_with(mesh, BuildQuality::Good)
+    }
+
+    /// Builds a tree, in the coordinates of the mesh. Answers do not depend on the quality.
+    pub fn build_with(mesh: Arc<Mesh>, quality: BuildQuality) -> Self {
+        Self { parts: build::build(&mesh, quality), mesh }
     }
 
     /// How many triangles.
@@ -151,8 +157,7 @@ impl Towards<'_> {
     pub fn any_hit_where(&mut self, origin: DVec3, slack: f64, decide: impl FnMut(u32) -> bool) -> bool {
         let parts = &self.bvh.parts;
         let way = Way::towards(&self.light, origin, slack);
-        let Some(ray) = LocalRay::new(&parts.frame, &way, parts.corner_error) else { return false };
-        self.last = simd::dispatch(AnyHit { parts, ray: &ray, first: self.last, decide });
+        self.last = simd::dispatch(AnyHit { parts, way, first: self.last, decide });
         self.last.is_some()
     }
 }

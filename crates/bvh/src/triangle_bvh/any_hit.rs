@@ -12,13 +12,13 @@ use super::{
     build::{MAX_DEPTH, Parts},
     layout::WIDTH,
     pack_test,
-    ray::LocalRay,
+    ray::{LocalRay, Way},
 };
 
 /// Finds a pack with a triangle that blocks the ray.
 pub(super) struct AnyHit<'a, D> {
     pub(super) parts: &'a Parts,
-    pub(super) ray: &'a LocalRay,
+    pub(super) way: Way,
     /// The pack to try first.
     pub(super) first: Option<u32>,
     /// Decides about a triangle in doubt.
@@ -30,16 +30,17 @@ impl<D: FnMut(u32) -> bool> Kernel for AnyHit<'_, D> {
 
     #[inline(always)]
     fn run<S: Simd>(mut self, simd: S) -> Option<u32> {
+        let ray = &LocalRay::new(&self.parts.frame, &self.way, self.parts.corner_error)?;
         // Doubts are left to the walk, which comes to the pack if the ray does.
         if let Some(first) = self.first
-            && pack_test::test(simd, &self.parts.packs[first as usize], self.ray).hits != 0
+            && pack_test::test(simd, &self.parts.packs[first as usize], ray).hits != 0
         {
             return Some(first);
         }
         let mut stack = [(0u32, 0u32); MAX_DEPTH];
         let mut depth = 0;
         let mut index = 0;
-        let mut open = boxes_met(simd, &self.parts.nodes[0], self.ray);
+        let mut open = boxes_met(simd, &self.parts.nodes[0], ray);
         loop {
             while open == 0 {
                 if depth == 0 {
@@ -53,7 +54,7 @@ impl<D: FnMut(u32) -> bool> Kernel for AnyHit<'_, D> {
             open &= open - 1;
             let child = node.children[lane as usize % WIDTH];
             if node.leaves >> lane & 1 == 1 {
-                if self.blocks(simd, child) {
+                if self.blocks(simd, ray, child) {
                     return Some(child);
                 }
             } else {
@@ -62,7 +63,7 @@ impl<D: FnMut(u32) -> bool> Kernel for AnyHit<'_, D> {
                     depth += 1;
                 }
                 index = child;
-                open = boxes_met(simd, &self.parts.nodes[index as usize], self.ray);
+                open = boxes_met(simd, &self.parts.nodes[index as usize], ray);
             }
         }
     }
@@ -70,9 +71,9 @@ impl<D: FnMut(u32) -> bool> Kernel for AnyHit<'_, D> {
 
 impl<D: FnMut(u32) -> bool> AnyHit<'_, D> {
     #[inline(always)]
-    fn blocks<S: Simd>(&mut self, simd: S, index: u32) -> bool {
+    fn blocks<S: Simd>(&mut self, simd: S, ray: &LocalRay, index: u32) -> bool {
         let pack = &self.parts.packs[index as usize];
-        let verdicts = pack_test::test(simd, pack, self.ray);
+        let verdicts = pack_test::test(simd, pack, ray);
         verdicts.hits != 0 || verdicts.any_doubt(pack, &mut self.decide)
     }
 }

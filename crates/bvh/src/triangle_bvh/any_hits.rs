@@ -98,15 +98,15 @@ impl Segments<'_> {
     }
 
     #[inline(always)]
-    fn ray(&self, origin: DVec3) -> Option<LocalRay> {
-        let parts = &self.bvh.parts;
-        LocalRay::new(&parts.frame, &Way::towards(&self.light, origin, 0.0), parts.corner_error)
+    fn way(&self, origin: DVec3) -> Way {
+        Way::towards(&self.light, origin, 0.0)
     }
 
     /// Whether a triangle of the pack blocks the segment from `origin`.
     #[inline(always)]
     fn resolve<S: Simd>(&self, simd: S, origin: DVec3, pack: &Pack) -> bool {
-        let Some(ray) = self.ray(origin) else { return false };
+        let parts = &self.bvh.parts;
+        let Some(ray) = LocalRay::new(&parts.frame, &self.way(origin), parts.corner_error) else { return false };
         let verdicts = pack_test::test(simd, pack, &ray);
         verdicts.hits != 0 || verdicts.any_doubt(pack, |triangle| self.exact(origin, triangle))
     }
@@ -114,8 +114,7 @@ impl Segments<'_> {
     /// The segment on its own: the pack that blocks it.
     #[inline(always)]
     fn single<S: Simd>(&self, simd: S, origin: DVec3, first: Option<u32>) -> Option<u32> {
-        let ray = self.ray(origin)?;
         let decide = |triangle| self.exact(origin, triangle);
-        AnyHit { parts: &self.bvh.parts, ray: &ray, first, decide }.run(simd)
+        AnyHit { parts: &self.bvh.parts, way: self.way(origin), first, decide }.run(simd)
     }
 }

@@ -1,5 +1,7 @@
 //! Boxes in the tree's frame, laid out so that a union is one minimum over eight lanes.
 
+use umbriel_geometry::simd::{Float, Simd};
+
 /// A box as its least coordinates and its negated greatest ones. Lanes 3 and 7 are not part of the box.
 // | min x | min y | min z | tag | −max x | −max y | −max z | – |   32 bytes
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +13,9 @@ const _: () = assert!(size_of::<Bounds>() == 32);
 impl Bounds {
     pub(super) const EMPTY: Self = Self([f32::INFINITY; 8]);
 
+    /// The box of the origin.
+    pub(super) const ZERO: Self = Self([0.0; 8]);
+
     pub(super) fn new(min: [f32; 3], max: [f32; 3]) -> Self {
         Self([min[0], min[1], min[2], 0.0, -max[0], -max[1], -max[2], 0.0])
     }
@@ -19,6 +24,12 @@ impl Bounds {
     #[inline(always)]
     pub(super) fn union(&self, other: &Self) -> Self {
         Self(std::array::from_fn(|lane| if self.0[lane] < other.0[lane] { self.0[lane] } else { other.0[lane] }))
+    }
+
+    /// Grows the box to hold the other.
+    #[inline(always)]
+    pub(super) fn add<S: Simd>(&mut self, simd: S, other: &Self) {
+        self.0 = simd.load(&self.0).min(simd.load(&other.0)).to_array();
     }
 
     /// Whether the other box lies in this one.
@@ -38,13 +49,6 @@ impl Bounds {
     #[inline(always)]
     pub(super) fn twice_center(&self) -> [f32; 4] {
         std::array::from_fn(|axis| self.0[axis] - self.0[axis + 4])
-    }
-
-    /// The box of a single point, from [`Bounds::twice_center`].
-    #[inline(always)]
-    pub(super) fn of_point(point: &[f32; 4]) -> Self {
-        let [x, y, z, _] = *point;
-        Self([x, y, z, 0.0, -x, -y, -z, 0.0])
     }
 
     /// Half the surface area; a negative number or NaN for an empty box.

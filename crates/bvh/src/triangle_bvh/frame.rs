@@ -50,10 +50,11 @@ impl Frame {
     }
 
     /// The box of a triangle, rounded outward.
-    pub(super) fn bounds_of(&self, corners: [DVec3; 3]) -> Bounds {
-        let [a, b, c] = corners.map(|corner| self.localise(corner));
+    #[inline(always)]
+    pub(super) fn bounds_of(&self, [a, b, c]: [DVec3; 3]) -> Bounds {
+        let (a, b, c) = (self.localise(a), self.localise(b), self.localise(c));
         let (min, max) = (a.min(b).min(c), a.max(b).max(c));
-        Bounds::new(min.to_array().map(below), max.to_array().map(above))
+        Bounds::new([below(min.x), below(min.y), below(min.z)], [above(max.x), above(max.y), above(max.z)])
     }
 }
 
@@ -69,6 +70,7 @@ fn reciprocal_power_of_two(extent: f64) -> f64 {
 }
 
 /// A great f32 that is not above any number within 2^-52 of `value`.
+#[inline(always)]
 pub(super) fn below(value: f64) -> f32 {
     let nearest = value as f32;
     let certain = value - value.abs() * f64::EPSILON;
@@ -76,6 +78,7 @@ pub(super) fn below(value: f64) -> f32 {
 }
 
 /// A small f32 that is not below any number within 2^-52 of `value`.
+#[inline(always)]
 pub(super) fn above(value: f64) -> f32 {
     -below(-value)
 }

@@ -23,15 +23,11 @@ fn blocked(corners: &[[DVec3; 3]], origin: DVec3, light: &LightSource) -> bool {
 /// What the tree says, at every level.
 fn any_hits(bvh: &TriangleBvh, origin: DVec3, light: LightSource) -> Vec<bool> {
     let way = Way::towards(&light, origin, 0.0);
-    let ray = LocalRay::new(&bvh.parts.frame, &way, bvh.parts.corner_error);
     let decide = |triangle| {
         let corners = bvh.corners(triangle).map(Point::exact);
         polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &light)
     };
-    let at = |level| {
-        let kernel = ray.as_ref().map(|ray| AnyHit { parts: &bvh.parts, ray, first: None, decide });
-        kernel.and_then(|kernel| simd::dispatch_at(level, kernel)).is_some()
-    };
+    let at = |level| simd::dispatch_at(level, AnyHit { parts: &bvh.parts, way, first: None, decide }).is_some();
     Level::ALL.into_iter().map(at).collect()
 }
 
@@ -89,9 +85,12 @@ proptest! {
         let origin = world.place(an_origin(&corners, pick, weights, loose, far));
         let (corners, light) = (placed(&corners, &world), world.light(light));
         let bvh = soup(corners.clone());
-        prop_assert_eq!(bvh.check(), Ok(()));
+        let fast = TriangleBvh::build_with(Arc::clone(&bvh.mesh), BuildQuality::Fast);
         let expected = blocked(&corners, origin, &light);
-        prop_assert_eq!(any_hits(&bvh, origin, light), [expected; 3]);
+        for bvh in [&bvh, &fast] {
+            prop_assert_eq!(bvh.check(), Ok(()));
+            prop_assert_eq!(any_hits(bvh, origin, light), [expected; 3]);
+        }
         prop_assert_eq!(bvh.any_hit(&Segment::new(origin, light)), expected);
     }
 
@@ -265,7 +264,9 @@ fn trees_of_all_sizes_are_sound() {
         for spread in [DVec3::new(1.0, 0.7, 0.3), DVec3::X, DVec3::ZERO] {
             let at = |n: u32| spread * f64::from(n.wrapping_mul(2_654_435_761) >> 8) * 1e-5;
             let corners = (0..count).map(|n| [at(n), at(n) + DVec3::X, at(n) + DVec3::Y]).collect();
-            assert_eq!(soup(corners).check(), Ok(()), "{count} along {spread}");
+            let good = soup(corners);
+            let fast = TriangleBvh::build_with(Arc::clone(&good.mesh), BuildQuality::Fast);
+            assert_eq!((good.check(), fast.check()), (Ok(()), Ok(())), "{count} along {spread}");
         }
     }
 }
@@ -279,8 +280,9 @@ fn packets_over_a_fine_surface_agree_with_single_segments() {
         (0..side * side).map(|n| DVec3::new(f64::from(n % side), height(n % side, n / side), f64::from(n / side)));
     let quads = (0..side * side).filter(|n| n % side + 1 < side && n / side + 1 < side);
     let triangles = quads.flat_map(|n| [[n, n + side, n + 1], [n + 1, n + side, n + side + 1]]).collect();
-    let bvh = bvh(positions.collect(), triangles);
-    assert_eq!(bvh.check(), Ok(()));
+    let good = bvh(positions.collect(), triangles);
+    let bvh = TriangleBvh::build_with(Arc::clone(&good.mesh), BuildQuality::Fast);
+    assert_eq!((good.check(), bvh.check()), (Ok(()), Ok(())));
     let point = |n: u32| {
         let [a, b, c] = bvh.corners(n % bvh.len() as u32);
         a * 0.25 + b * 0.25 + c * 0.5
@@ -290,6 +292,7 @@ fn packets_over_a_fine_surface_agree_with_single_segments() {
         let origins: Vec<DVec3> = (0..5000).map(point).chain((0..5000).map(|n| point(n * 7919))).collect();
         let single: Vec<bool> = origins.iter().map(|&origin| bvh.any_hit(&Segment::new(origin, light))).collect();
         assert_eq!(bvh.towards(light).any_hits(&origins), single);
+        assert_eq!(good.towards(light).any_hits(&origins), single);
         assert_eq!(bvh.towards(light).any_hits_unordered(&origins), single);
         let (hits, all) = (single.iter().filter(|&&hit| hit).count(), single.len());
         assert!(hits > all / 10 && hits < all * 9 / 10, "{hits} of {all}");

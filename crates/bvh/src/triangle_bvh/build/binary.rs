@@ -5,6 +5,8 @@
 //! eight triangles. O(n log n); the depth is at most [`MAX_DEPTH`]. Nodes lie in preorder. The tree depends on the
 //! triangles and their order alone.
 
+use umbriel_geometry::simd::{self, Kernel, Simd};
+
 use super::super::{bounds::Bounds, layout::WIDTH};
 
 /// Most nodes on a way from the root to a leaf.
@@ -30,20 +32,38 @@ pub(super) struct BinaryNode {
 /// Builds the tree over tagged boxes, which are put in leaf order. `items` must not be empty.
 pub(super) fn build(items: &mut [Bounds]) -> Vec<BinaryNode> {
     let mut nodes = Vec::with_capacity(items.len() / 2);
-    let centers = centers_of(items);
-    let bounds = items.iter().fold(Bounds::EMPTY, |all, item| all.union(item));
-    Part { items, first: 0, depth: 1, centers, bounds }.build(&mut nodes);
+    let scratch = &mut vec![Bounds::ZERO; items.len()];
+    Part::new(items, scratch, 0, 1).build(&mut nodes);
     nodes
 }
 
+/// How often so many items have to be halved until they make leaves.
+pub(super) fn halvings(items: usize) -> usize {
+    items.div_ceil(WIDTH).next_power_of_two().trailing_zeros() as usize
+}
+
+fn bounds_of(items: &[Bounds]) -> Bounds {
+    items.iter().fold(Bounds::EMPTY, |all, item| all.union(item))
+}
+
 /// The box of the items' middles, doubled.
-fn centers_of(items: &[Bounds]) -> Bounds {
-    items.iter().fold(Bounds::EMPTY, |all, item| all.union(&Bounds::of_point(&item.twice_center())))
+pub(super) fn centers_of(items: &[Bounds]) -> Bounds {
+    let (mut min, mut max) = ([f32::INFINITY; 4], [f32::NEG_INFINITY; 4]);
+    for item in items {
+        let center = item.twice_center();
+        for lane in 0..4 {
+            min[lane] = if center[lane] < min[lane] { center[lane] } else { min[lane] };
+            max[lane] = if center[lane] > max[lane] { center[lane] } else { max[lane] };
+        }
+    }
+    Bounds::new([min[0], min[1], min[2]], [max[0], max[1], max[2]])
 }
 
 /// Items that become a subtree.
-struct Part<'a> {
+pub(super) struct Part<'a> {
     items: &'a mut [Bounds],
+    /// As many, of no meaning.
+    scratch: &'a mut [Bounds],
     /// Index of the first of them in leaf order.
     first: u32,
     /// Of the subtree's root; the tree's root has depth 1.
@@ -54,8 +74,14 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
+    /// All of the items, the first of them at `first` in leaf order. `scratch` is as long, and of no meaning.
+    pub(super) fn new(items: &'a mut [Bounds], scratch: &'a mut [Bounds], first: u32, depth: usize) -> Self {
+        let (centers, bounds) = (centers_of(items), bounds_of(items));
+        Self { items, scratch, first, depth, centers, bounds }
+    }
+
     /// Appends the subtree to `nodes`.
-    fn build(self, nodes: &mut Vec<BinaryNode>) {
+    pub(super) fn build(self, nodes: &mut Vec<BinaryNode>) {
         let index = nodes.len();
         let (first, count) = (self.first, self.items.len() as u32);
         nodes.push(BinaryNode { bounds: self.bounds, first, count, right: None });
@@ -83,8 +109,8 @@ impl<'a> Part<'a> {
 
     fn split(self) -> (Part<'a>, Part<'a>) {
         // What is left of the depth must do for halving down to leaves.
-        let halvings = (self.items.len().div_ceil(WIDTH)).next_power_of_two().trailing_zeros() as usize;
-        let best = if self.depth + halvings >= MAX_DEPTH { None } else { Bins::fill(&self).best() };
+        let must_halve = self.depth + halvings(self.items.len()) >= MAX_DEPTH;
+        let best = if must_halve { None } else { Bins::fill(&self).best() };
         match best {
             Some(plane) => self.partition(&plane),
             None => self.halve(),
@@ -95,36 +121,46 @@ impl<'a> Part<'a> {
     fn halve(self) -> (Part<'a>, Part<'a>) {
         let middle = self.items.len() / 2;
         let (left, right) = self.items.split_at_mut(middle);
-        let part = |items: &'a mut [Bounds], first| {
-            let bounds = items.iter().fold(Bounds::EMPTY, |all, item| all.union(item));
-            Part { centers: centers_of(items), bounds, items, first, depth: self.depth + 1 }
-        };
-        (part(left, self.first), part(right, self.first + middle as u32))
+        let (left_scratch, right_scratch) = self.scratch.split_at_mut(middle);
+        let (depth, second) = (self.depth + 1, self.first + middle as u32);
+        (Part::new(left, left_scratch, self.first, depth), Part::new(right, right_scratch, second, depth))
     }
 
     fn partition(self, plane: &Plane) -> (Part<'a>, Part<'a>) {
-        let items = self.items;
-        let (mut left, mut right) = (Bounds::EMPTY, Bounds::EMPTY);
-        let (mut low, mut high) = (0, items.len());
-        while low < high {
-            let center = items[low].twice_center();
-            if plane.binning.bin(center[plane.axis], plane.axis) < plane.bin {
-                left = left.union(&Bounds::of_point(&center));
-                low += 1;
-            } else {
-                right = right.union(&Bounds::of_point(&center));
-                high -= 1;
-                items.swap(low, high);
-            }
-        }
-        let (left_items, right_items) = items.split_at_mut(low);
-        let depth = self.depth + 1;
-        let second = self.first + low as u32;
+        let Part { items, scratch, first, depth, .. } = self;
+        let middle = divide(items, scratch, plane);
+        let (left, right) = items.split_at_mut(middle);
+        let (left_scratch, right_scratch) = scratch.split_at_mut(middle);
+        let (depth, second) = (depth + 1, first + middle as u32);
+        let (left_centers, right_centers) = (centers_of(left), centers_of(right));
         (
-            Part { items: left_items, first: self.first, depth, centers: left, bounds: plane.left },
-            Part { items: right_items, first: second, depth, centers: right, bounds: plane.right },
+            Part { items: left, scratch: left_scratch, first, depth, centers: left_centers, bounds: plane.left },
+            Part {
+                items: right,
+                scratch: right_scratch,
+                first: second,
+                depth,
+                centers: right_centers,
+                bounds: plane.right,
+            },
         )
     }
+}
+
+/// Puts what goes left first, in the order that the items have; returns how many do. Without branches, which no
+/// processor could foresee.
+fn divide(items: &mut [Bounds], scratch: &mut [Bounds], plane: &Plane) -> usize {
+    let (mut left, mut right) = (0, 0);
+    for index in 0..items.len() {
+        let item = items[index];
+        let goes_left = plane.binning.bin(item.twice_center()[plane.axis], plane.axis) < plane.bin;
+        items[left] = item;
+        scratch[right] = item;
+        left += usize::from(goes_left);
+        right += usize::from(!goes_left);
+    }
+    items[left..].copy_from_slice(&scratch[..right]);
+    left
 }
 
 /// Puts a subtree behind the nodes that are there.
@@ -143,22 +179,24 @@ struct Binning {
     count: usize,
 }
 
+/// Adding it to a small number leaves the nearest whole number in the low bits.
+const WHOLE: f32 = 8_388_608.0;
+
 impl Binning {
     fn new(centers: &Bounds, items: usize) -> Self {
         let count = (4 + items / 8).min(BINS);
-        let low = [0, 1, 2].map(|axis| centers.min(axis));
-        let factor = [0, 1, 2].map(|axis| {
-            let width = centers.max(axis) - centers.min(axis);
-            // Just below the count, so that the greatest middle falls into the last bin.
-            let factor = count as f32 * 0.999_99 / width;
+        let low = [centers.min(0), centers.min(1), centers.min(2)];
+        let factor = |axis: usize| {
+            let factor = (count - 1) as f32 / (centers.max(axis) - centers.min(axis));
             if factor.is_finite() { factor } else { 0.0 }
-        });
-        Self { low, factor, count }
+        };
+        Self { low, factor: [factor(0), factor(1), factor(2)], count }
     }
 
+    /// The nearest bin; never one that is not there.
     #[inline(always)]
     fn bin(&self, center: f32, axis: usize) -> usize {
-        (((center - self.low[axis]) * self.factor[axis]) as usize).min(BINS - 1)
+        ((center - self.low[axis]) * self.factor[axis] + WHOLE).to_bits() as usize % BINS
     }
 }
 
@@ -177,18 +215,34 @@ struct Bins {
     counts: [[u32; BINS]; 3],
 }
 
+/// Puts items into bins.
+struct Fill<'a> {
+    items: &'a [Bounds],
+    bins: &'a mut Bins,
+}
+
+impl Kernel for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Bins { binning, bounds, counts } = self.bins;
+        for item in self.items {
+            let center = item.twice_center();
+            for axis in 0..3 {
+                let bin = binning.bin(center[axis], axis);
+                bounds[axis][bin].add(simd, item);
+                counts[axis][bin] += 1;
+            }
+        }
+    }
+}
+
 impl Bins {
     fn fill(part: &Part) -> Self {
         let binning = Binning::new(&part.centers, part.items.len());
         let mut bins = Self { binning, bounds: [[Bounds::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] };
-        for item in part.items.iter() {
-            let [x, y, z, _] = item.twice_center();
-            for (axis, center) in [x, y, z].into_iter().enumerate() {
-                let bin = binning.bin(center, axis);
-                bins.bounds[axis][bin] = bins.bounds[axis][bin].union(item);
-                bins.counts[axis][bin] += 1;
-            }
-        }
+        simd::dispatch(Fill { items: part.items, bins: &mut bins });
         bins
     }
 
