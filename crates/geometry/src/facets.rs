@@ -216,6 +216,11 @@ impl Facets {
         }
     }
 
+    /// How far a float position may be from the exact one in any coordinate, metres; 0 where all are exact.
+    pub fn slack(&self) -> f64 {
+        self.inexact.iter().map(|point| point.slack.max_element()).fold(0.0, f64::max)
+    }
+
     /// Whether the placement reversed the windings: the front is then where the corners run clockwise.
     pub fn is_mirrored(&self) -> bool {
         self.mirrored
@@ -300,8 +305,14 @@ impl Facets {
     /// If there is no such facet.
     pub fn area(&self, facet: usize) -> Approx {
         let corners = self.facet(facet).corners();
-        let [a, b, d] =
-            [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| self.point(corner).coordinates());
+        let corners = [corners[0], corners[1], corners[corners.len() - 1]];
+        if self.inexact.is_empty()
+            && let Some(area) = area_of_exact(corners.map(|corner| self.positions()[corner as usize]))
+        {
+            let scale = if matches!(self.faces, Faces::OfMesh(_) | Faces::Triangles(_)) { 0.5 } else { 1.0 };
+            return Approx { value: area.value * scale, error: area.error * scale };
+        }
+        let [a, b, d] = corners.map(|corner| self.point(corner).coordinates());
         let (u, v): ([Approx; 3], [Approx; 3]) =
             (std::array::from_fn(|i| b[i] - a[i]), std::array::from_fn(|i| d[i] - a[i]));
         let mut squares = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
@@ -312,6 +323,18 @@ impl Facets {
         let doubled = (squares[0] + squares[1] + squares[2]).square_root();
         let half = if matches!(self.faces, Faces::OfMesh(_) | Faces::Triangles(_)) { 0.5 } else { 1.0 };
         Approx { value: doubled.value * half, error: doubled.error * half }
+    }
+
+    /// The sum of all areas, rounded, square metres.
+    pub fn total_area(&self) -> f64 {
+        let half_cross = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|corner| self.positions()[corner as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        match self.triangles() {
+            Some(triangles) => triangles.iter().map(half_cross).sum(),
+            None => (0..self.len()).map(|facet| self.area(facet).value).sum(),
+        }
     }
 
     /// The box of a facet, rounded outward.
@@ -329,6 +352,29 @@ impl Facets {
     pub fn bounds(&self) -> Aabb {
         (0..self.len()).fold(Aabb::EMPTY, |bounds, facet| bounds.union(self.facet_bounds(facet)))
     }
+}
+
+/// The length of the cross product of b − a and d − a, for corners that are floats; `None` where a square may
+/// underflow.
+///
+/// With each difference, product and sum rounded once (u = 2^-53), a component is off by 4.1u times the sum P of its two
+/// products' sizes, a vector by no more than the sum of its components' errors, and squares, sums and root add 3u.
+#[inline]
+fn area_of_exact([a, b, d]: [DVec3; 3]) -> Option<Approx> {
+    let (u, v) = (b - a, d - a);
+    let normal = u.cross(v);
+    let sizes = u.abs();
+    let other = v.abs();
+    let products = sizes.x * (other.y + other.z) + sizes.y * (other.z + other.x) + sizes.z * (other.x + other.y);
+    let squares = normal * normal;
+    let (low, high) = (squares.x.min(squares.y), squares.x.max(squares.y));
+    // Smallest first, so that the axes may change places.
+    let (least, most) = (low.min(squares.z), high.max(squares.z));
+    let middle = low.max(high.min(squares.z));
+    let sum = least + middle + most;
+    let value = sum.sqrt();
+    let is_normal = sum > 1e-280 && sum < 1e280;
+    is_normal.then_some(Approx { value, error: (products * 5.0 + value * 4.0) * (f64::EPSILON / 2.0) })
 }
 
 impl Inexact {

@@ -1,7 +1,10 @@
 //! The pipeline: coarse step, fine step, sums.
 
 use std::{
-    sync::atomic::{AtomicU64, Ordering},
+    sync::{
+        OnceLock,
+        atomic::{AtomicU64, Ordering},
+    },
     time::Instant,
 };
 
@@ -13,10 +16,12 @@ use umbriel_scene::Scene;
 use crate::{
     bodies::Bodies,
     coarse::{coarse_step, object_tree},
+    fine::{lattice::Spacing, tiles::Layout},
     progress::{Cancelled, Progress},
     receivers::{FaceSums, Receivers, spacing},
     report::{Cell, LightReport, ObjectReport, Report, SampleCount, Time, Work},
     request::{Detail, Request},
+    samples::Samples,
     sums::AreaSums,
 };
 
@@ -51,8 +56,10 @@ pub(crate) struct Effort {
 pub(crate) struct Stage<'a> {
     pub(crate) bodies: Bodies<'a>,
     pub(crate) request: &'a Request,
-    /// Metres between samples.
-    pub(crate) spacing: Option<f64>,
+    /// How far apart samples are.
+    pub(crate) spacing: Option<Spacing>,
+    /// The samples of each object's flat faces, each made when it is first asked for.
+    pub(crate) layouts: Vec<OnceLock<Layout>>,
     tree: ObjectTree,
     /// Seconds that making it took.
     seconds: f64,
@@ -64,7 +71,8 @@ impl<'a> Stage<'a> {
         let start = Instant::now();
         let bodies = Bodies::new(scene);
         let (tree, spacing) = (object_tree(&bodies), spacing(&bodies, request));
-        Self { bodies, request, spacing, tree, seconds: start.elapsed().as_secs_f64() }
+        let layouts = scene.objects.iter().map(|_| OnceLock::new()).collect();
+        Self { bodies, request, spacing, layouts, tree, seconds: start.elapsed().as_secs_f64() }
     }
 
     /// The account to which lights are added.
@@ -102,13 +110,20 @@ impl<'a> Stage<'a> {
         work: &mut Work,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
         let receivers = |detail| Receivers::new(self, light, detail, influences);
+        if self.request.detail == Detail::Faces && self.spacing.is_some() {
+            let samples = Samples::new(self, light, influences);
+            let mut objects = run(&receivers(Detail::Faces), |receiver| !samples.takes(receiver), progress, work)?;
+            samples.run(&mut objects);
+            return Ok(objects);
+        }
+        let all = |_| true;
         let Detail::MaxUndecided { share } = self.request.detail else {
-            return run(&receivers(self.request.detail), progress, work);
+            return run(&receivers(self.request.detail), all, progress, work);
         };
         let mut boundary = 0;
         loop {
             boundary += 1;
-            let objects = run(&receivers(Detail::Depth { interior: boundary, boundary }), progress, work)?;
+            let objects = run(&receivers(Detail::Depth { interior: boundary, boundary }), all, progress, work)?;
             let area: f64 = objects.iter().map(|object| object.area).sum();
             let undecided: f64 = objects.iter().map(ObjectReport::undecided).sum();
             if undecided <= share * area || boundary == crate::levels::MAX_DEPTH {
@@ -118,9 +133,14 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// Runs all jobs and adds them up per object.
-fn run(receivers: &Receivers, progress: &dyn Progress, work: &mut Work) -> Result<Vec<ObjectReport>, Cancelled> {
-    let jobs = receivers.jobs();
+/// Runs the jobs of the receivers that are `asked`, and adds them up per object.
+fn run(
+    receivers: &Receivers,
+    asked: impl Fn(usize) -> bool,
+    progress: &dyn Progress,
+    work: &mut Work,
+) -> Result<Vec<ObjectReport>, Cancelled> {
+    let jobs = receivers.jobs(asked);
     let done = AtomicU64::new(0);
     let is_cancelled = || progress.is_cancelled();
     let sums: Vec<FaceSums> = jobs
@@ -168,16 +188,17 @@ impl ObjectSums {
 
     fn report(self, object: usize, request: &Request, work: &mut Work) -> ObjectReport {
         work.octrees_built += u64::from(self.divided);
-        let area_error = self.areas.area_error();
-        let AreaSums { area, lower, upper, estimate, .. } = self.areas;
+        let (area, area_error) = self.areas.area();
+        let AreaSums { lower, upper, estimate, .. } = self.areas;
         let (lower, upper) = (lower.rounded_down(), upper.rounded_up());
         ObjectReport {
             object,
-            area: area.nearest(),
+            area,
             area_error,
             lit: crate::report::LitArea { lower, upper, estimate: estimate.nearest().clamp(lower, upper) },
             cells: self.cells,
             samples: request.sampling.map(|_| self.samples),
+            answers: None,
         }
     }
 }

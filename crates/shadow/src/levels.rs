@@ -56,9 +56,14 @@ impl FaceSize {
 
 /// The length of a vector; the axes may change places without changing it.
 fn length(v: DVec3) -> f64 {
-    let mut squares = v.to_array().map(|coordinate| coordinate * coordinate);
-    squares.sort_by(f64::total_cmp);
-    (squares[0] + squares[1] + squares[2]).sqrt()
+    length_squared(v).sqrt()
+}
+
+/// The squares of a vector's coordinates, summed smallest first.
+pub(crate) fn length_squared(v: DVec3) -> f64 {
+    let [x, y, z] = (v * v).to_array();
+    let (low, high) = (x.min(y), x.max(y));
+    (low.min(z) + low.max(high.min(z))) + high.max(z)
 }
 
 /// How often `length` must be halved to be at most `limit`.
@@ -81,6 +86,7 @@ pub(crate) fn of_face(detail: Detail, keep_cells: bool, bounds: &Aabb, size: &Fa
             let level = halvings(size.longest_edge, edge);
             (level, level)
         }
+        Detail::Faces => (0, 0),
         Detail::MaxUndecided { .. } => (at_depth(MAX_DEPTH), at_depth(MAX_DEPTH)),
     };
     Levels { finest, stored: keep_cells.then_some(stored) }

@@ -26,6 +26,7 @@ mod receivers;
 mod report;
 mod request;
 mod sample_points;
+mod samples;
 mod slack;
 mod sums;
 
@@ -38,6 +39,6 @@ pub use hours::{
 pub use loose::{Points, PointsError};
 pub use progress::{Cancelled, Progress, Silent};
 pub use query::{Answer, Place, Precision, Queries, QueryDefect};
-pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleCount, Time, Verdict, Work};
+pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleAnswers, SampleCount, Time, Verdict, Work};
 pub use request::{CellMethod, Detail, Request, Sampling};
 pub use sample_points::{SamplePoint, for_each_sample};

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
 use umbriel_bvh::Influences;
 use umbriel_geometry::{
     Approx, Facet, Facets, LightSource, PlacedAnalytic, Point, Surd, analytic::PatchArea, blocking::Probe,
@@ -14,12 +15,12 @@ use crate::{
     fine::{
         Occluders,
         flat::FLAT,
-        lattice::Lattice,
+        lattice::{Lattice, Spacing},
         patch::Patch,
         tally::{Tally, Units, cell_units},
     },
     flat_receiver::FlatReceiver,
-    levels,
+    levels::{self, length_squared},
     report::{Cell, SampleCount},
     request::{Detail, Request, Sampling},
     sums::AreaSums,
@@ -56,8 +57,8 @@ pub(crate) struct Receivers<'a> {
     pub(crate) detail: Detail,
     pub(crate) influences: &'a Influences,
     pub(crate) occluders: Occluders<'a>,
-    /// Metres between samples.
-    pub(crate) spacing: Option<f64>,
+    /// How far apart samples are.
+    pub(crate) spacing: Option<Spacing>,
 }
 
 impl<'a> Receivers<'a> {
@@ -73,10 +74,10 @@ impl<'a> Receivers<'a> {
         Self { bodies, light, request, detail, influences, occluders, spacing: *spacing }
     }
 
-    /// All jobs, in the order of receivers and faces.
-    pub(crate) fn jobs(&self) -> Vec<Job> {
+    /// All jobs of the receivers that are `asked`, in the order of receivers and faces.
+    pub(crate) fn jobs(&self, asked: impl Fn(usize) -> bool) -> Vec<Job> {
         let mut jobs = Vec::new();
-        for (receiver, &object) in self.request.receivers.iter().enumerate() {
+        for (receiver, &object) in self.request.receivers.iter().enumerate().filter(|&(receiver, _)| asked(receiver)) {
             let (faces, step) = match self.bodies.get(object) {
                 Body::Flat(facets) => (facets.len(), FACES_PER_JOB),
                 Body::Analytic(body) => (body.charts().len(), 1),
@@ -186,15 +187,19 @@ impl FaceSums {
 /// The corner from which a face's cells are counted: on a triangle the one opposite the longest side, which gives the
 /// compactest cells.
 pub(crate) fn first_corner(facets: &Facets, face: usize) -> u8 {
-    let Facet::Triangle(corners) = facets.facet(face) else { return 0 };
-    let at = |k: usize| facets.positions()[corners[k % 3] as usize];
-    let opposite = |k: usize| {
-        // Smallest square first, so that the axes may change places.
-        let mut squares = (at(k + 1) - at(k + 2)).to_array().map(|d| d * d);
-        squares.sort_by(f64::total_cmp);
-        squares[0] + squares[1] + squares[2]
-    };
-    (1..3).fold(0, |first, k| if opposite(k) > opposite(first) { k } else { first }) as u8
+    match facets.facet(face) {
+        Facet::Triangle(corners) => edges_of_triangle(corners.map(|corner| facets.positions()[corner as usize])).0,
+        Facet::Parallelogram(_) => 0,
+    }
+}
+
+/// The corner opposite the longest side, the first of equals, and the lengths of the two sides that meet there: to the
+/// next corner and to the last.
+pub(crate) fn edges_of_triangle([a, b, c]: [DVec3; 3]) -> (u8, [f64; 2]) {
+    let opposite = [b - c, c - a, a - b].map(length_squared);
+    let longer = |first: usize, k: usize| if opposite[k] > opposite[first] { k } else { first };
+    let first = longer(longer(0, 1), 2);
+    (first as u8, [opposite[(first + 2) % 3].sqrt(), opposite[(first + 1) % 3].sqrt()])
 }
 
 /// The corners of a flat face, from corner `first` of a triangle on: first, second, third (or the first again), last.
@@ -218,17 +223,17 @@ fn scaled(area: Approx, units: Units, all: Units) -> Approx {
     if units == 0 { Approx::exact(0.0) } else { area * Approx { value: share, error: share * f64::EPSILON } }
 }
 
-/// Metres between samples, if the request asks for any.
-pub(crate) fn spacing(bodies: &Bodies, request: &Request) -> Option<f64> {
+/// How far apart samples are, if the request asks for any.
+pub(crate) fn spacing(bodies: &Bodies, request: &Request) -> Option<Spacing> {
     request.sampling.map(|sampling| match sampling {
-        Sampling::Spacing(spacing) => spacing,
-        Sampling::Count(count) => (total_area(bodies, request) / count.max(1) as f64).sqrt(),
+        Sampling::Spacing(spacing) => Spacing::AtMost(spacing),
+        Sampling::Count(count) => Spacing::About((total_area(bodies, request) / count.max(1) as f64).sqrt()),
     })
 }
 
 fn total_area(bodies: &Bodies, request: &Request) -> f64 {
     let area = |&object: &usize| match bodies.get(object) {
-        Body::Flat(facets) => (0..facets.len()).map(|face| facets.area(face).value).sum::<f64>(),
+        Body::Flat(facets) => facets.total_area(),
         Body::Analytic(body) => {
             // What the lattices of its patches cover.
             let steps = body.charts().iter().map(|chart| chart.steps(body.placement()));

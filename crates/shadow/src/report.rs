@@ -79,6 +79,43 @@ pub struct SampleCount {
     pub lit: u64,
 }
 
+/// The answer to each sample of an object, a bit each, in the order of [`for_each_sample`](crate::for_each_sample).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SampleAnswers {
+    words: Vec<u64>,
+    len: u64,
+}
+
+impl SampleAnswers {
+    /// Adds up to 64 answers: the low `count` bits, lowest first; higher ones are zero.
+    pub(crate) fn push(&mut self, bits: u64, count: u32) {
+        let shift = (self.len % 64) as u32;
+        if shift == 0 {
+            self.words.push(0);
+        }
+        *self.words.last_mut().expect("just made") |= bits << shift;
+        if shift + count > 64 {
+            self.words.push(bits >> (64 - shift));
+        }
+        self.len += u64::from(count);
+    }
+
+    /// How many samples.
+    pub fn len(&self) -> u64 {
+        self.len
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Whether sample `index` is lit; `false` beyond the last.
+    pub fn is_lit(&self, index: u64) -> bool {
+        self.words.get((index / 64) as usize).is_some_and(|word| word >> (index % 64) & 1 == 1)
+    }
+}
+
 /// One object under one light.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObjectReport {
@@ -94,6 +131,9 @@ pub struct ObjectReport {
     pub cells: Vec<Cell>,
     /// The samples, if asked for.
     pub samples: Option<SampleCount>,
+    /// Each sample's answer, if the request keeps cells and its detail is [`Detail::Faces`](crate::Detail::Faces); only
+    /// for flat objects that no curved body may shadow.
+    pub answers: Option<SampleAnswers>,
 }
 
 impl ObjectReport {

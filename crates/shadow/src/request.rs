@@ -19,6 +19,8 @@ pub enum Detail {
         /// Metres; positive.
         edge: f64,
     },
+    /// Faces are not divided: what is asked for is samples.
+    Faces,
     /// Divide until at most this share of the asked surface is undecided, or the boundary depth is 21.
     MaxUndecided {
         /// 0 to 1.

@@ -30,16 +30,24 @@ impl AreaSums {
         self.estimate.add(likely.value);
     }
 
-    /// How far the float nearest to the area may be off: what the faces may be, and half an ulp where it is rounded.
-    pub(crate) fn area_error(&self) -> f64 {
-        let slack = self.slack.rounded_up();
-        if self.is_unbounded {
+    /// Adds a face of which nothing is proved.
+    pub(crate) fn add_undecided(&mut self, area: Approx) {
+        self.area.add(area.value);
+        self.slack.add(area.error);
+        self.upper.add(area.upper());
+    }
+
+    /// The area as a float, and how far that may be off: what the faces may be, and half an ulp where it is rounded.
+    pub(crate) fn area(&self) -> (f64, f64) {
+        let (area, slack) = (self.area.nearest(), self.slack.rounded_up());
+        let error = if self.is_unbounded {
             f64::INFINITY
         } else if self.area.bounded().error > 0.0 {
-            (slack + self.area.nearest() * f64::EPSILON).next_up()
+            (slack + area * f64::EPSILON).next_up()
         } else {
             slack
-        }
+        };
+        (area, error)
     }
 
     /// Adds other faces.
@@ -53,55 +61,140 @@ impl AreaSums {
     }
 }
 
-/// An exact sum of floats.
+/// An exact sum of floats: terms of similar size in one wide integer, others in big ones.
 #[derive(Clone, Debug)]
-pub(crate) struct ExactSum(Dyadic);
+pub(crate) struct ExactSum {
+    /// A multiple of 2^`low`; holds terms up to 2^100 times that, [`ExactSum::ROOM`] of them.
+    window: i128,
+    low: i32,
+    /// How many terms the window still takes; 0 before the first.
+    room: u32,
+    rest: Dyadic,
+}
 
 impl Default for ExactSum {
     fn default() -> Self {
-        Self(Dyadic::zero())
+        Self { window: 0, low: 0, room: 0, rest: Dyadic::zero() }
     }
 }
 
 impl ExactSum {
+    /// 2^100 times this stays below 2^127.
+    const ROOM: u32 = 1 << 26;
+
     /// Adds a finite term.
+    #[inline]
     pub(crate) fn add(&mut self, term: f64) {
-        let sum = std::mem::replace(&mut self.0, Dyadic::zero());
-        self.0 = sum + Dyadic::new(term);
+        if term == 0.0 {
+            return;
+        }
+        let bits = term.to_bits();
+        let exponent = ((bits >> 52) & 0x7ff) as i32 - 1075;
+        if self.room == 0 {
+            self.flush();
+            // Powers of two in the middle of the range of floats, so that the window's parts are floats.
+            self.low = (exponent - 24).clamp(-900, 800);
+            self.room = Self::ROOM;
+        }
+        let shift = exponent.wrapping_sub(self.low);
+        if !(0..=47).contains(&shift) {
+            return self.add_to_rest(Dyadic::new(term));
+        }
+        let size = i128::from(bits & ((1 << 52) - 1) | 1 << 52) << shift;
+        self.window += if term < 0.0 { -size } else { size };
+        self.room -= 1;
     }
 
     /// Adds another sum.
     pub(crate) fn append(&mut self, other: Self) {
-        let sum = std::mem::replace(&mut self.0, Dyadic::zero());
-        self.0 = sum + other.0;
+        if self.room > 0
+            && self.low == other.low
+            && other.window.unsigned_abs() >> 120 == 0
+            && self.window.unsigned_abs() >> 120 == 0
+        {
+            self.window += other.window;
+            self.room -= 1;
+        } else {
+            self.add_to_rest(other.window_value());
+        }
+        self.add_to_rest(other.rest);
     }
 
     /// Adds the exact product of a finite float and a whole number.
     pub(crate) fn add_product(&mut self, factor: f64, whole: u64) {
         let halves = [(whole >> 32) as f64 * 4_294_967_296.0, (whole & 0xffff_ffff) as f64];
-        for half in halves {
-            let sum = std::mem::replace(&mut self.0, Dyadic::zero());
-            self.0 = sum + Dyadic::new(factor) * Dyadic::new(half);
+        halves.into_iter().for_each(|half| self.add_to_rest(Dyadic::new(factor) * Dyadic::new(half)));
+    }
+
+    fn add_to_rest(&mut self, term: Dyadic) {
+        let sum = std::mem::replace(&mut self.rest, Dyadic::zero());
+        self.rest = sum + term;
+    }
+
+    /// Moves the window into the rest.
+    fn flush(&mut self) {
+        if self.window != 0 {
+            self.add_to_rest(self.window_value());
+            self.window = 0;
         }
+    }
+
+    fn window_value(&self) -> Dyadic {
+        let unit = 2f64.powi(self.low);
+        let part = |shift: u32| {
+            Dyadic::new((self.window.unsigned_abs() >> shift & 0xffff_ffff) as f64 * 2f64.powi(shift as i32))
+        };
+        let sum = part(0) + part(32) + part(64) + part(96);
+        sum * Dyadic::new(if self.window < 0 { -unit } else { unit })
+    }
+
+    fn total(&self) -> Dyadic {
+        if self.window == 0 { self.rest.clone() } else { self.rest.clone() + self.window_value() }
     }
 
     /// A float beside the sum, with a bound.
     pub(crate) fn bounded(&self) -> Approx {
-        self.0.to_approx()
+        self.total().to_approx()
     }
 
     /// The float nearest to the sum.
     pub(crate) fn nearest(&self) -> f64 {
-        self.0.to_nearest()
+        self.total().to_nearest()
     }
 
     /// A float not above the sum; the sum itself where it is a float.
     pub(crate) fn rounded_down(&self) -> f64 {
-        self.0.to_approx().lower()
+        self.bounded().lower()
     }
 
     /// A float not below the sum; the sum itself where it is a float.
     pub(crate) fn rounded_up(&self) -> f64 {
-        self.0.to_approx().upper()
+        self.bounded().upper()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn a_sum_is_that_of_big_numbers(
+            terms in prop::collection::vec((-1.0..1.0f64, -30i32..30), 0..40), far in -1000i32..900, cut in 0usize..40,
+        ) {
+            let terms: Vec<f64> = terms.iter().map(|&(x, e)| x * 2f64.powi(e)).chain([2f64.powi(far)]).collect();
+            let exact = terms.iter().fold(Dyadic::zero(), |sum, &term| sum + Dyadic::new(term));
+            let (first, second) = terms.split_at(cut.min(terms.len()));
+            let sum_of = |terms: &[f64]| {
+                let mut sum = ExactSum::default();
+                terms.iter().for_each(|&term| sum.add(term));
+                sum
+            };
+            let mut sum = sum_of(second);
+            sum.append(sum_of(first));
+            prop_assert_eq!(sum.nearest(), exact.to_nearest());
+        }
     }
 }

@@ -14,16 +14,102 @@ pub(crate) struct Lattice {
     is_triangle: bool,
 }
 
+/// How far apart points are, metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Spacing {
+    /// At most this far along both parameters.
+    AtMost(f64),
+    /// About one point on a square with this edge; at least one a face.
+    About(f64),
+}
+
 impl Lattice {
-    /// A lattice whose points are at most `spacing` apart along edges of these lengths, both in metres.
-    pub(crate) fn new(edges: [f64; 2], spacing: f64, is_triangle: bool) -> Self {
+    /// No points.
+    pub(crate) const EMPTY: Self = Self { counts: [0; 2], is_triangle: false };
+
+    /// A lattice on a face with edges of these lengths, metres.
+    pub(crate) fn new(edges: [f64; 2], spacing: Spacing, is_triangle: bool) -> Self {
         // 2^24 points along an edge keep a whole lattice countable.
-        let count = |length: f64| (length / spacing).ceil().clamp(1.0, 16_777_216.0) as u32;
+        let count = |length: f64| {
+            let count = match spacing {
+                Spacing::AtMost(spacing) => (length / spacing).ceil(),
+                // A triangle with n rows has n(n + 1)/2 points: (n + ½)² points on twice its area.
+                Spacing::About(spacing) if is_triangle => (length / spacing).floor(),
+                Spacing::About(spacing) => (length / spacing).round(),
+            };
+            count.clamp(1.0, 16_777_216.0) as u32
+        };
         Self { counts: edges.map(count), is_triangle }
     }
 
+    /// Whether points end at u + v = 1.
+    pub(crate) fn is_triangle(&self) -> bool {
+        self.is_triangle
+    }
+
+    /// Rows (along the first parameter) and columns.
+    pub(crate) fn counts(&self) -> [u32; 2] {
+        self.counts
+    }
+
+    /// Rows times columns; a triangle has about half as many points.
+    pub(crate) fn len_at_most(&self) -> u64 {
+        u64::from(self.counts[0]) * u64::from(self.counts[1])
+    }
+
+    /// How many points. O(rows) for a triangle.
+    pub(crate) fn len(&self) -> u64 {
+        if self.is_triangle {
+            (0..self.counts[0]).map(|row| u64::from(self.row_len(row))).sum()
+        } else {
+            self.len_at_most()
+        }
+    }
+
+    /// How many points a row has: all with u + v < 1 on a triangle.
+    #[inline]
+    pub(crate) fn row_len(&self, row: u32) -> u32 {
+        let columns = self.counts[1];
+        if !self.is_triangle {
+            return columns;
+        }
+        // (a + ⅓)/n + (b + ⅓)/m < 1 in whole numbers: b < (m·(3n − 3a − 1) − n) / 3n. Only equality may be rounded away.
+        let (n, m) = (i64::from(self.counts[0]), i64::from(columns));
+        let (above, below) = (m * (3 * n - 3 * i64::from(row) - 1) - n, 3 * n);
+        if above < 0 {
+            return 0;
+        }
+        if above % below != 0 {
+            return (above / below + 1).min(m) as u32;
+        }
+        let u = self.coordinate(0, row);
+        let guess = f64::from(columns) * (1.0 - u) + 2.0 / 3.0;
+        let mut len = (guess as u32).min(columns);
+        while len > 0 && u + self.coordinate(1, len - 1) >= 1.0 {
+            len -= 1;
+        }
+        while len < columns && u + self.coordinate(1, len) < 1.0 {
+            len += 1;
+        }
+        len
+    }
+
+    /// The columns of a row with low ≤ v ≤ high; the limits may be off by 2^-46.
+    pub(crate) fn columns_between(&self, row: u32, low: f64, high: f64) -> Range<u32> {
+        let count = f64::from(self.counts[1]);
+        let shift = if self.is_triangle { 1.0 / 3.0 } else { 0.5 };
+        let slack = count * 2f64.powi(-47);
+        let (first, last) = ((low * count - shift - slack).ceil(), (high * count - shift + slack).floor());
+        if !(first <= last && last >= 0.0) {
+            return 0..0;
+        }
+        let end = (last.min(count) as u32 + 1).min(self.row_len(row));
+        (first.max(0.0).min(count) as u32).min(end)..end
+    }
+
     /// One coordinate of point `index`.
-    fn coordinate(&self, axis: usize, index: u32) -> f64 {
+    #[inline]
+    pub(crate) fn coordinate(&self, axis: usize, index: u32) -> f64 {
         let count = f64::from(self.counts[axis]);
         if self.is_triangle { (f64::from(index) * 3.0 + 1.0) / (3.0 * count) } else { (f64::from(index) + 0.5) / count }
     }
@@ -64,6 +150,7 @@ mod tests {
             for (n, m) in [(1, 1), (1, 7), (13, 5), (64, 64), (100, 3)] {
                 let lattice = Lattice { counts: [n, m], is_triangle };
                 let whole = lattice.points(Quadrant::ROOT).count();
+                assert_eq!(lattice.len(), whole as u64);
                 let parts: usize = (0..64)
                     .filter_map(|code| Quadrant::from_bits(3, code))
                     .map(|cell| lattice.points(cell).count())

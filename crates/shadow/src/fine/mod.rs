@@ -19,6 +19,7 @@ mod polygon_blocker;
 pub(crate) mod raster;
 mod receiver;
 pub(crate) mod tally;
+pub(crate) mod tiles;
 
 pub(crate) use classify::{Blocker, Blockers, Entry};
 pub(crate) use occluders::{Candidates, Occluders};

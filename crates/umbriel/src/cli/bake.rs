@@ -43,9 +43,11 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     let interrupt = &Interrupt::install();
     let scene = &loaded.file.scene;
     let cells = outputs.cell_use();
+    let sampling = args.samples.map(Sampling::Count).or(args.spacing.map(Sampling::Spacing));
+    let choose = if sampling.is_some() { plan::choose_detail_beside_samples } else { plan::choose_detail };
     let request = Request {
-        detail: plan::choose_detail(&args.detail, loaded.file.detail, cells)?,
-        sampling: args.samples.map(Sampling::Count).or(args.spacing.map(Sampling::Spacing)),
+        detail: choose(&args.detail, loaded.file.detail, cells)?,
+        sampling,
         lights,
         receivers,
         keep_cells: cells == CellUse::Cells,

@@ -133,6 +133,16 @@ pub(crate) enum CellUse {
     Cells,
 }
 
+/// The detail where samples are asked for: cells only if somebody typed how fine, or looks at them.
+pub(crate) fn choose_detail_beside_samples(
+    args: &DetailArgs,
+    file: Option<DetailSetting>,
+    cells: CellUse,
+) -> Result<Detail, Failure> {
+    let is_typed = args.boundary_depth.is_some() || args.cell.is_some() || args.max_undecided.is_some();
+    if is_typed || cells == CellUse::Cells { choose_detail(args, file, cells) } else { Ok(Detail::Faces) }
+}
+
 /// The detail: as typed, else as the scene file says, else the source's typical depths. Where single cells are looked
 /// at, decided ones are stored down to the boundary depth unless somebody said otherwise.
 pub(crate) fn choose_detail(args: &DetailArgs, file: Option<DetailSetting>, cells: CellUse) -> Result<Detail, Failure> {

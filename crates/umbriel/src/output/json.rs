@@ -40,6 +40,7 @@ enum DetailUsed {
     Depth { interior_depth: u8, boundary_depth: u8 },
     Cell { cell: f64 },
     MaxUndecided { max_undecided: f64 },
+    Faces { faces: &'static str },
     Other {},
 }
 
@@ -282,6 +283,7 @@ impl DetailUsed {
             Detail::Depth { interior, boundary } => Self::Depth { interior_depth: interior, boundary_depth: boundary },
             Detail::Cell { edge } => Self::Cell { cell: edge },
             Detail::MaxUndecided { share } => Self::MaxUndecided { max_undecided: share },
+            Detail::Faces => Self::Faces { faces: "whole" },
             _ => Self::Other {},
         }
     }

@@ -1,0 +1,166 @@
+//! Every sample against the exact answer to its point.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DQuat, DVec3};
+use proptest::{
+    prelude::*,
+    test_runner::{Config, TestRunner},
+};
+use umbriel_geometry::{Cuboid, LightSource, Mesh, Placement, Rectangle};
+use umbriel_scene::{Light, Object, Scene, Shape, Sides};
+
+use crate::{Detail, Place, Queries, Request, Sampling, Silent, bake, for_each_sample};
+
+/// Samples lit of the samples asked, each compared.
+fn check(objects: Vec<Object>, light: LightSource, samples: u64) -> (u64, u64) {
+    let lights = vec![Light { name: "light".into(), source: light }];
+    let scene = Scene { objects, lights, ..Scene::default() };
+    let sampling = Some(Sampling::Count(samples));
+    let request = Request { sampling, keep_cells: true, ..Request::everything(&scene, Detail::Faces) };
+    let report = bake(&scene, &request, &Silent).expect("nobody cancels");
+    let queries = Queries::new(&scene);
+    let mut next = vec![0; scene.objects.len()];
+    let (mut lit, mut all) = (0, 0);
+    for_each_sample(&scene, &request, |sample| {
+        let exact = |u: f64, v: f64| {
+            let place = Place::Surface { object: sample.object, face: sample.face, u, v };
+            queries.lit(&place, &light).is_ok_and(|answer| answer.lit)
+        };
+        let object = &report.lights[0].objects[sample.object];
+        let ours = object.answers.as_ref().expect("answers are kept").is_lit(next[sample.object]);
+        let truth = exact(sample.u, sample.v);
+        if ours != truth {
+            // Parameters are known to an ulp only: where a border runs through that, both are right.
+            let around = |x: f64| [x.next_down(), x, x.next_up()];
+            let agrees =
+                around(sample.u).into_iter().any(|u| around(sample.v).into_iter().any(|v| exact(u, v) == ours));
+            assert!(agrees, "{sample:?} {light:?}");
+        }
+        next[sample.object] += 1;
+        lit += u64::from(ours);
+        all += 1;
+    });
+    for (object, &samples) in report.lights[0].objects.iter().zip(&next) {
+        let counted = object.samples.expect("samples were asked for");
+        assert_eq!((counted.samples, object.answers.as_ref().map(|answers| answers.len())), (samples, Some(samples)));
+    }
+    assert_eq!(report.lights[0].objects.iter().filter_map(|object| object.samples).map(|s| s.lit).sum::<u64>(), lit);
+    (lit, all)
+}
+
+fn object(shape: Shape, map: DAffine3, sides: Sides) -> Object {
+    Object::new("object".into(), shape, Placement::new(map).expect("regular"), sides).expect("an object")
+}
+
+fn mesh(triangles: &[[[f64; 3]; 3]]) -> Shape {
+    let corners = (0..triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    Shape::Mesh(Arc::new(Mesh::new(triangles.concat(), corners).expect("a mesh")))
+}
+
+/// A sphere of triangles that share corners, 8·4^level of them.
+fn ball(level: u32) -> Shape {
+    let mut triangles = Vec::new();
+    for sides in 0..8 {
+        let sign = |k: u32| if sides >> k & 1 == 0 { 1.0 } else { -1.0 };
+        let corners = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
+        let is_turned = sign(0) * sign(1) * sign(2) < 0.0;
+        let mut part = vec![if is_turned { [corners[0], corners[2], corners[1]] } else { corners }];
+        for _ in 0..level {
+            part = part
+                .into_iter()
+                .flat_map(|[a, b, c]| {
+                    let [ab, bc, ca] = [(a + b).normalize(), (b + c).normalize(), (c + a).normalize()];
+                    [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+                })
+                .collect();
+        }
+        triangles.extend(part.into_iter().map(|corners| corners.map(|corner| corner.to_array())));
+    }
+    mesh(&triangles)
+}
+
+fn floor(size: f64, y: f64) -> Object {
+    object(Shape::Rectangle(Rectangle { size: [size; 2] }), DAffine3::from_translation(DVec3::Y * y), Sides::Auto)
+}
+
+#[test]
+fn a_ball_over_a_floor() {
+    let over = DAffine3::from_translation(DVec3::new(0.3, 1.5, -0.2));
+    let sun = LightSource::sun([0.5, -1.0, 0.25]).expect("a sun");
+    let lamp = LightSource::point([1.5, 4.0, 0.5]).expect("a lamp");
+    for light in [sun, lamp] {
+        // Few samples a face, some, many; dense and coarse meshes.
+        for (level, samples) in [(4, 3_000), (2, 20_000), (0, 40_000)] {
+            let (lit, all) = check(vec![object(ball(level), over, Sides::Auto), floor(8.0, 0.0)], light, samples);
+            assert!(lit * 5 > all && lit * 20 < all * 19, "{lit} of {all}");
+        }
+    }
+}
+
+#[test]
+fn a_lamp_in_the_middle_of_things() {
+    let boxes = (0..12).map(|k| {
+        let angle = f64::from(k) * 0.55;
+        let map = DAffine3::from_rotation_translation(
+            DQuat::from_rotation_y(angle),
+            DVec3::new(2.0 * angle.cos(), 0.4, 2.0 * angle.sin()),
+        );
+        object(Shape::Cuboid(Cuboid { size: [0.4, 0.8, 0.3] }), map, Sides::Auto)
+    });
+    let room =
+        object(Shape::Cuboid(Cuboid { size: [9.0, 3.0, 7.0] }), DAffine3::from_translation(DVec3::Y * 1.5), Sides::Two);
+    let walls =
+        [[[-4.0, 0.0, -3.0], [4.0, 0.0, -3.0], [0.0, 3.0, -2.0]], [[-4.0, 0.0, 3.0], [0.0, 2.0, 2.0], [4.0, 0.5, 2.5]]];
+    let panels = object(mesh(&walls), DAffine3::IDENTITY, Sides::Two);
+    let lamp = LightSource::point([0.1, 0.9, -0.2]).expect("a lamp");
+    let (lit, all) = check(boxes.chain([room, panels]).collect(), lamp, 20_000);
+    assert!(lit * 5 > all && lit * 20 < all * 19, "{lit} of {all}");
+}
+
+#[test]
+fn contact_and_coincidence() {
+    // Boxes that stand on a floor and side by side, a doubled triangle, a light in the plane of faces.
+    let cuboid = |x: f64| {
+        object(
+            Shape::Cuboid(Cuboid { size: [1.0; 3] }),
+            DAffine3::from_translation(DVec3::new(x, 0.5, 0.0)),
+            Sides::Auto,
+        )
+    };
+    let doubled = [[[-2.0, 1.0, -2.0], [2.0, 1.0, -2.0], [0.0, 1.0, 2.0]]; 2];
+    for light in [
+        LightSource::sun([0.0, -1.0, 0.0]),
+        LightSource::sun([1.0, -1.0, 0.0]),
+        LightSource::sun([1.0, 0.0, 0.0]),
+        LightSource::point([0.5, 1.0, 3.0]),
+        LightSource::point([0.0, 0.5, 0.0]),
+        LightSource::point([1.0, 2.0, 0.0]),
+    ] {
+        let objects =
+            vec![cuboid(0.0), cuboid(1.0), floor(6.0, 0.0), object(mesh(&doubled), DAffine3::IDENTITY, Sides::Two)];
+        check(objects, light.expect("a light"), 6_000);
+    }
+}
+
+#[test]
+fn random_soups() {
+    let number = || prop_oneof![(-8i32..=8).prop_map(|n| f64::from(n) / 4.0), -2.0..2.0f64];
+    let point = move || prop::array::uniform3(number());
+    let soup = prop::collection::vec(prop::array::uniform3(point()), 1..40);
+    let strategy = (soup, point(), any::<bool>(), -40i32..40, -1e6..1e6f64);
+    let mut runner = TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(150) });
+    let outcome = runner.run(&strategy, |(triangles, light, is_sun, scale, far)| {
+        let scale = 2f64.powi(scale);
+        let place = |p: [f64; 3]| [p[0] * scale + far * scale, p[1] * scale, p[2] * scale];
+        let light = if is_sun { LightSource::sun(light) } else { LightSource::point(place(light)) };
+        let Ok(light) = light else { return Ok(()) };
+        let triangles: Vec<[[f64; 3]; 3]> = triangles.into_iter().map(|corners| corners.map(place)).collect();
+        let Ok(object) = Object::new("soup".into(), mesh(&triangles), Placement::IDENTITY, Sides::Two) else {
+            return Ok(());
+        };
+        check(vec![object], light, 1_500);
+        Ok(())
+    });
+    outcome.expect("every sample is right");
+}

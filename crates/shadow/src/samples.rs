@@ -1,0 +1,97 @@
+//! Samples without cells: flat receivers all at once ([`tiles`](crate::fine::tiles)).
+//!
+//! Receivers that a curved body may shadow, and curved receivers, are left to [`Receivers`](crate::receivers::Receivers).
+//! Areas are bounded by nothing but the faces that look away from the light.
+
+use umbriel_bvh::Influences;
+use umbriel_geometry::{Facets, LightSource};
+
+use crate::{
+    bake::Stage,
+    bodies::Body,
+    exact::flat_face_is_turned_to,
+    fine::tiles::{Layout, Sampled, sample},
+    report::{LitArea, ObjectReport, SampleCount},
+};
+
+/// The samples of all flat receivers under one light.
+pub(crate) struct Samples<'a> {
+    stage: &'a Stage<'a>,
+    light: &'a LightSource,
+    /// Per receiver of the request: whether it is taken.
+    taken: Vec<bool>,
+    /// Per object: whether it may block a sample of a receiver that is taken.
+    blocks: Vec<bool>,
+}
+
+impl<'a> Samples<'a> {
+    /// Chooses the receivers; nothing is decided yet.
+    pub(crate) fn new(stage: &'a Stage<'a>, light: &'a LightSource, influences: &'a Influences) -> Self {
+        let bodies = &stage.bodies;
+        let is_flat = |object: usize| matches!(bodies.get(object), Body::Flat(_));
+        let mut blocks = vec![false; bodies.boxes.len()];
+        let taken = stage.request.receivers.iter().map(|&object| {
+            let occluders = influences.occluders_of(object as u32);
+            let is_taken = is_flat(object) && occluders.iter().all(|&occluder| is_flat(occluder as usize));
+            if is_taken {
+                occluders.iter().for_each(|&occluder| blocks[occluder as usize] = true);
+            }
+            is_taken
+        });
+        let taken = taken.collect();
+        Self { stage, light, taken, blocks }
+    }
+
+    /// Whether receiver number `receiver` of the request is taken.
+    pub(crate) fn takes(&self, receiver: usize) -> bool {
+        self.taken[receiver]
+    }
+
+    /// Decides all samples and writes the reports of the receivers that are taken.
+    pub(crate) fn run(&self, reports: &mut [ObjectReport]) {
+        let Stage { bodies, request, .. } = self.stage;
+        let mut place = vec![None; bodies.boxes.len()];
+        let asked = request.receivers.iter().enumerate().filter(|&(receiver, _)| self.taken[receiver]);
+        asked.for_each(|(receiver, &object)| place[object] = Some(receiver));
+        let lit_faces: Vec<_> = (0..bodies.boxes.len())
+            .map(|object| move |face: usize| flat_face_is_turned_to(bodies, object, face, self.light))
+            .collect();
+        let objects: Vec<Sampled> = (0..bodies.boxes.len())
+            .filter(|&object| self.blocks[object] || place[object].is_some())
+            .filter_map(|object| {
+                let Body::Flat(facets) = bodies.get(object) else { return None };
+                let layout = place[object].map(|_| self.layout(object, facets));
+                let is_lit_side = layout.map(|_| &lit_faces[object] as &(dyn Fn(usize) -> bool + Sync));
+                Some(Sampled { object: object as u32, facets, layout, is_lit_side, bounds: bodies.boxes[object] })
+            })
+            .collect();
+        let lit = sample(bodies, self.light, &objects);
+        for (object, lit) in objects.iter().zip(lit) {
+            let (Some(layout), Some(receiver)) = (object.layout, place[object.object as usize]) else { continue };
+            let samples = SampleCount { samples: layout.samples, lit: lit.count() };
+            reports[receiver] = report(object.object as usize, layout, samples);
+            reports[receiver].answers = request.keep_cells.then(|| layout.answers(&lit));
+        }
+    }
+
+    fn layout(&self, object: usize, facets: &Facets) -> &'a Layout {
+        let spacing = self.stage.spacing.expect("samples were asked for");
+        self.stage.layouts[object].get_or_init(|| Layout::new(facets, spacing))
+    }
+}
+
+fn report(object: usize, layout: &Layout, samples: SampleCount) -> ObjectReport {
+    let upper = layout.areas.upper.rounded_up();
+    let share = samples.lit as f64 / samples.samples.max(1) as f64;
+    let (area, area_error) = layout.areas.area();
+    let estimate = if samples.lit == samples.samples { area } else { area * share };
+    ObjectReport {
+        object,
+        area,
+        area_error,
+        lit: LitArea { lower: 0.0, upper, estimate: estimate.clamp(0.0, upper) },
+        cells: Vec::new(),
+        samples: Some(samples),
+        answers: None,
+    }
+}
