@@ -50,7 +50,7 @@ impl Peer {
 /// The request of the benchmark: samples of everything under some lights.
 pub(super) fn request(scene: &Scene, lights: &[usize], samples: u64) -> Request {
     let sampling = Some(Sampling::Count(samples));
-    Request { sampling, lights: lights.to_vec(), ..Request::everything(scene, Detail::default()) }
+    Request { sampling, lights: lights.to_vec(), ..Request::everything(scene, Detail::Faces) }
 }
 
 /// One bake, on the threads of `pool`.

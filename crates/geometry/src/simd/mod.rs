@@ -44,7 +44,10 @@ mod tests;
 use std::{
     fmt::Debug,
     ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub},
-    sync::OnceLock,
+    sync::{
+        OnceLock,
+        atomic::{AtomicU8, Ordering},
+    },
 };
 
 #[cfg(target_arch = "x86_64")]
@@ -54,6 +57,9 @@ pub use {
     pair::Pair,
     scalar::{Scalar, ScalarFloat, ScalarInt, ScalarMask},
 };
+
+/// The widest level that may be used, as its place in [`Level::ALL`].
+static LIMIT: AtomicU8 = AtomicU8::new(2);
 
 /// A family of instructions, from narrow to wide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -83,19 +89,18 @@ impl Level {
         }
     }
 
-    /// The widest level that this processor has, but none above the one that the environment variable `UMBRIEL_SIMD`
-    /// names (`scalar`, `avx2`, `avx512`). Asked once in the life of a process.
+    /// The widest level that this processor has, but none above [`Level::limit`].
     pub fn best() -> Self {
-        static BEST: OnceLock<Level> = OnceLock::new();
-        *BEST.get_or_init(|| {
-            let limit = match std::env::var("UMBRIEL_SIMD").as_deref() {
-                Ok("scalar") => Self::Scalar,
-                Ok("avx2") => Self::Avx2,
-                _ => Self::Avx512,
-            };
-            let available = |level: &Self| *level <= limit && level.is_available();
-            Self::ALL.into_iter().rfind(available).unwrap_or(Self::Scalar)
-        })
+        static WIDEST: OnceLock<Level> = OnceLock::new();
+        let widest =
+            *WIDEST.get_or_init(|| Self::ALL.into_iter().rfind(|level| level.is_available()).unwrap_or(Self::Scalar));
+        Self::ALL[usize::from(LIMIT.load(Ordering::Relaxed))].min(widest)
+    }
+
+    /// From now on [`dispatch`] uses no level above this one in the whole process. The answers are the same: for tests
+    /// that show it, and for measurements.
+    pub fn limit(self) {
+        LIMIT.store(self as u8, Ordering::Relaxed);
     }
 }
 
