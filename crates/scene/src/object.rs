@@ -135,6 +135,7 @@ impl Object {
     /// The world box, rounded outward; empty for a mesh without triangles.
     pub fn bounds(&self) -> Aabb {
         match &self.shape {
+            Shape::Mesh(mesh) if self.placement == Placement::IDENTITY => mesh.bounds(),
             Shape::Mesh(mesh) => {
                 let mut is_used = vec![false; mesh.positions().len()];
                 mesh.triangles().iter().flatten().for_each(|&corner| is_used[corner as usize] = true);

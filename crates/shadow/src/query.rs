@@ -249,7 +249,7 @@ impl<'a> Queries<'a> {
 }
 
 /// A normal of any length but zero, brought near length one by a power of two; parts below 2^-200 of it count as zero.
-pub(crate) fn direction(normal: [f64; 3]) -> Option<DVec3> {
+fn direction(normal: [f64; 3]) -> Option<DVec3> {
     let largest = DVec3::from_array(normal).abs().max_element();
     if largest == 0.0 || !normal.iter().all(|coordinate| coordinate.is_finite()) {
         return None;

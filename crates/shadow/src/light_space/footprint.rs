@@ -9,7 +9,7 @@
 //! be told (which way the triangle turns, an edge that points at the light) is left vague: such a function is zero, which
 //! says neither inside nor outside. Guarantee: all coefficients hold within the errors that stand beside them.
 
-use super::Homogeneous;
+use super::{Homogeneous, view::lesser};
 
 /// Unit roundoff of f64.
 const ROUNDOFF: f64 = f64::EPSILON / 2.0;
@@ -220,7 +220,7 @@ impl Span {
             let value = normal[0] * r[0].x + normal[1] * r[0].y + normal[2] * r[0].w;
             (value, normal_error * size + wide * (d + 4.0 * ROUNDOFF * size) + 3.0 * normal_error * d)
         };
-        let least_w = if is_sun { 1.0 } else { r[0].w.min(r[1].w).min(r[2].w) - error.place };
+        let least_w = if is_sun { 1.0 } else { least(r.each_ref().map(|corner| corner.w)) - error.place };
         let (nearest, bounds) = reach(r, least_w, is_sun, error);
         Self { normal, normal_error, determinant, determinant_error, least_w, nearest, bounds }
     }
@@ -248,9 +248,9 @@ fn reach(r: &[Homogeneous; 3], least_w: f64, is_sun: bool, error: CornerError) -
 }
 
 fn least([a, b, c]: [f64; 3]) -> f64 {
-    a.min(b).min(c)
+    lesser(lesser(a, b), c)
 }
 
 fn greatest([a, b, c]: [f64; 3]) -> f64 {
-    a.max(b).max(c)
+    -lesser(lesser(-a, -b), -c)
 }

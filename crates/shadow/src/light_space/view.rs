@@ -3,6 +3,8 @@
 //! A point is seen at homogeneous (x, y, w): u = x/w, v = y/w. A sun has w = 1, a lamp the distance along the view's axis.
 //! The nearness n = h/w is the height towards a sun (h = n), and a number over the distance to a lamp (h constant): both are
 //! affine functions of (u, v) over a plane, and greater nearer to the light.
+//!
+//! Cost: some 20 flops a point.
 
 use glam::DVec3;
 use umbriel_geometry::{Aabb, LightSource};
@@ -25,12 +27,8 @@ pub(crate) struct Homogeneous {
 /// One view from a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
-    /// Along the view, then across it.
-    axes: [usize; 3],
-    /// Which way along the first axis: towards a sun, away from a lamp.
-    sign: f64,
-    /// A sun's shear along the axes across.
-    slope: [f64; 2],
+    /// What x, y and the third (a sun's h, a lamp's w) are in the world's axes, from the origin.
+    rows: [[f64; 3]; 3],
     /// The lamp's place; for a sun the point that is seen at (0, 0) with nearness 0.
     origin: DVec3,
     is_sun: bool,
@@ -39,28 +37,30 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// All views of a light: one of a sun, six of a lamp. `bounds` holds the scene, and sets where numbers are best.
+    /// All views of a light: one of a sun, six of a lamp: +x, −x, +y, and so on. `bounds` holds the scene, and sets where
+    /// numbers are best.
     pub(crate) fn all(light: &LightSource, bounds: &Aabb) -> Vec<Self> {
         let xyz = light.xyz();
         let size = power_of_two(bounds.size().max_element());
         let middle = if bounds.is_empty() { DVec3::ZERO } else { bounds.center() };
         if !light.is_sun() {
+            let scale = size.max(power_of_two((middle - xyz).abs().max_element()));
             let sides = (0..3).flat_map(|axis| [1.0, -1.0].map(|sign| (axis, sign)));
-            let view = |(axis, sign)| Self {
-                axes: [axis, (axis + 1) % 3, (axis + 2) % 3],
-                sign,
-                slope: [0.0; 2],
-                origin: xyz,
-                is_sun: false,
-                scale: size.max(power_of_two((middle - xyz).abs().max_element())),
+            let view = |(axis, sign)| {
+                let rows = [unit((axis + 1) % 3, 1.0), unit((axis + 2) % 3, 1.0), unit(axis, sign)];
+                Self { rows, origin: xyz, is_sun: false, scale }
             };
             return sides.map(view).collect();
         }
         let axis = xyz.abs().max_position();
-        let axes = [axis, (axis + 1) % 3, (axis + 2) % 3];
-        let slope = [xyz[axes[1]] / xyz[axis], xyz[axes[2]] / xyz[axis]];
-        let sign = xyz[axis].signum();
-        vec![Self { axes, sign, slope, origin: middle, is_sun: true, scale: 1.0 / size }]
+        let sheared = |across: usize| {
+            let mut row = unit(across, 1.0);
+            row[axis] = -(xyz[across] / xyz[axis]);
+            row
+        };
+        let height = unit(axis, xyz[axis].signum() / size);
+        let rows = [sheared((axis + 1) % 3), sheared((axis + 2) % 3), height];
+        vec![Self { rows, origin: middle, is_sun: true, scale: 1.0 / size }]
     }
 
     pub(crate) fn is_sun(&self) -> bool {
@@ -72,16 +72,15 @@ impl View {
         self.origin
     }
 
-    /// A point of the world, rounded.
+    /// A point of the world, rounded. Most coefficients are zero or one, so there is one rounded product in each sum.
     #[inline(always)]
     pub(crate) fn see(&self, point: DVec3) -> Homogeneous {
-        let away = point - self.origin;
-        let [along, x, y] = self.axes.map(|axis| away[axis]);
-        if self.is_sun {
-            let [p, q] = self.slope;
-            return Homogeneous { x: x - p * along, y: y - q * along, w: 1.0, h: self.sign * along * self.scale };
-        }
-        Homogeneous { x, y, w: self.sign * along, h: self.scale }
+        let DVec3 { x, y, z } = point - self.origin;
+        let [u, v, third] = self.rows;
+        let (u, v) = (u[0] * x + u[1] * y + u[2] * z, v[0] * x + v[1] * y + v[2] * z);
+        let third = third[0] * x + third[1] * y + third[2] * z;
+        let (w, h) = if self.is_sun { (1.0, third) } else { (third, self.scale) };
+        Homogeneous { x: u, y: v, w, h }
     }
 
     /// Bound on the error of x, y and w of [`View::see`] for points whose coordinates are below `size` and known to
@@ -97,6 +96,9 @@ impl View {
     /// A rectangle that holds the image of the hull of `corners`, least u, v and greatest u, v; `None` when a lamp's view
     /// sees nothing of it. `error` bounds that of the corners.
     pub(crate) fn bounds(&self, corners: &[DVec3], error: f64) -> Option<[f64; 4]> {
+        if self.is_sun {
+            return Some(self.sun_bounds(corners, error));
+        }
         let mut least_w = f64::INFINITY;
         let mut beyond = [true; 5];
         let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -108,13 +110,10 @@ impl View {
             beyond = std::array::from_fn(|k| beyond[k] && inside[k] < -4.0 * error);
             let off = error / w;
             for (axis, place) in [x / w, y / w].into_iter().enumerate() {
-                let off = if self.is_sun { error } else { 2.0 * off * (1.0 + place.abs()) };
+                let off = 2.0 * off * (1.0 + place.abs());
                 min[axis] = min[axis].min(place - off);
                 max[axis] = max[axis].max(place + off);
             }
-        }
-        if self.is_sun {
-            return Some([min[0], min[1], max[0], max[1]]);
         }
         if beyond.contains(&true) {
             return None;
@@ -126,10 +125,33 @@ impl View {
         Some([low[0], low[1], high[0], high[1]])
     }
 
+    #[inline]
+    fn sun_bounds(&self, corners: &[DVec3], error: f64) -> [f64; 4] {
+        let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        for &corner in corners {
+            let Homogeneous { x, y, .. } = self.see(corner);
+            let [u0, v0, u1, v1] = bounds;
+            bounds = [lesser(u0, x), lesser(v0, y), -lesser(-u1, -x), -lesser(-v1, -y)];
+        }
+        let [u0, v0, u1, v1] = bounds;
+        [u0 - error, v0 - error, u1 + error, v1 + error]
+    }
+
     /// How much the nearness of a sun's view changes over one metre of height; of a lamp's view, h.
     pub(crate) fn nearness_scale(&self) -> f64 {
         self.scale
     }
+}
+
+/// A vector along an axis.
+fn unit(axis: usize, size: f64) -> [f64; 3] {
+    std::array::from_fn(|k| if k == axis { size } else { 0.0 })
+}
+
+/// One instruction, where `f64::min` looks for NaN; there is none among coordinates.
+#[inline(always)]
+pub(super) fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
 /// A power of two of about this size; 1 for what is no positive number.

@@ -4,11 +4,11 @@
 //! seen; which cell that is, and what its list begins with; the groups of the list.
 
 use glam::DVec3;
-use umbriel_geometry::simd::{Float, Kernel, Simd};
+use umbriel_geometry::simd::{Kernel, Simd};
 
 use crate::loose::{
     grid::Grid,
-    group::{Bounds, NEARNESS_MARGIN, Said, Sixteen, TilePoint},
+    group::{Bounds, Eight, NEARNESS_MARGIN, Said, TilePoint},
     tile::{Entry, HEIGHT_LIMIT, PLACE_LIMIT, Tile},
 };
 
@@ -75,14 +75,14 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
                 grids => block.see_lamp(&grids[0], rows),
             }
             let mut single = u64::MAX >> (BLOCK - rows.len());
-            for part in 0..rows.len() / 16 {
-                let from = 16 * part;
+            for part in 0..rows.len() / 8 {
+                let from = 8 * part;
                 let view = block.view[from] as usize;
-                if let Some(told) = tell_sixteen(simd, &grids[view], &off[view], &block, from) {
-                    for (k, lit) in lit[from..from + 16].iter_mut().enumerate() {
+                if let Some(told) = tell_eight(simd, &grids[view], &off[view], &block, from) {
+                    for (k, lit) in lit[from..from + 8].iter_mut().enumerate() {
                         *lit = told.lit >> k & 1 == 1;
                     }
-                    single &= !(u64::from(0xffff & !told.doubtful) << from);
+                    single &= !(u64::from(0xff & !told.doubtful) << from);
                 }
             }
             while single != 0 {
@@ -209,7 +209,8 @@ fn tell_one<S: Simd>(simd: S, grid: &Grid, off: &Off, block: &Block, index: usiz
     if place * scale > PLACE_LIMIT {
         return Told::Doubtful(None);
     }
-    let (column, row) = ((s * f64::from(scale)) as usize, (t * f64::from(scale)) as usize);
+    // Casts to i32 are the cheapest; numbers are small and not negative.
+    let (column, row) = ((s * f64::from(scale)) as i32 as usize, (t * f64::from(scale)) as i32 as usize);
     let (covered, entries) = tile.list_of(row << tile.level | column);
     if nearness + height < covered {
         return Told::Shadowed;
@@ -240,26 +241,26 @@ fn doubts<S: Simd>(simd: S, tile: &Tile, entries: &[Entry], point: &TilePoint) -
     pieces
 }
 
-/// What the filter says of sixteen points, a bit each.
-struct ToldSixteen {
+/// What the filter says of eight points, a bit each.
+struct ToldEight {
     lit: u32,
     doubtful: u32,
 }
 
-/// Sixteen points of one tile and of a few cells.
+/// Eight points of one tile and of a few cells.
 struct Together<'a> {
     tile: &'a Tile,
-    points: Sixteen,
+    points: Eight,
     bounds: Bounds,
     columns: [usize; 2],
     rows: [usize; 2],
 }
 
-/// Sixteen points at once, if they lie together. What holds them all is compared with the groups; only triangles that this
+/// Eight points at once, if they lie together. What holds them all is compared with the groups; only triangles that this
 /// leaves open are compared with the points.
 #[inline(always)]
-fn tell_sixteen<S: Simd>(simd: S, grid: &Grid, off: &Off, block: &Block, from: usize) -> Option<ToldSixteen> {
-    let together = together(simd, grid, off, block, from)?;
+fn tell_eight<S: Simd>(simd: S, grid: &Grid, off: &Off, block: &Block, from: usize) -> Option<ToldEight> {
+    let together = together(grid, off, block, from)?;
     let Together { tile, bounds, columns, rows, .. } = &together;
     let mut covered = f32::INFINITY;
     for row in rows[0]..=rows[1] {
@@ -268,7 +269,7 @@ fn tell_sixteen<S: Simd>(simd: S, grid: &Grid, off: &Off, block: &Block, from: u
         }
     }
     if bounds.nearness[1] + bounds.height < covered {
-        return Some(ToldSixteen { lit: 0, doubtful: 0 });
+        return Some(ToldEight { lit: 0, doubtful: 0 });
     }
     let (mut blocked, mut doubtful) = (0, 0);
     for row in rows[0]..=rows[1] {
@@ -279,7 +280,7 @@ fn tell_sixteen<S: Simd>(simd: S, grid: &Grid, off: &Off, block: &Block, from: u
         }
     }
     doubtful &= !blocked;
-    Some(ToldSixteen { lit: !blocked & !doubtful & 0xffff, doubtful })
+    Some(ToldEight { lit: !blocked & !doubtful & 0xff, doubtful })
 }
 
 /// Which of the points one list hides, beside those that are `blocked`, and which it leaves in doubt.
@@ -288,12 +289,12 @@ fn compare<S: Simd>(simd: S, together: &Together, entries: &[Entry], mut blocked
     let Together { tile, points, bounds, .. } = together;
     let mut doubtful = 0;
     for entry in entries {
-        if entry.nearest < bounds.nearness[0] - bounds.height || blocked == 0xffff {
+        if entry.nearest < bounds.nearness[0] - bounds.height || blocked == 0xff {
             break;
         }
         let group = &tile.groups[entry.group as usize];
-        let Said::Doubt(mut lanes) = group.test_block(simd, bounds) else { return (0xffff, 0) };
-        while lanes != 0 && blocked != 0xffff {
+        let Said::Doubt(mut lanes) = group.test_block(simd, bounds) else { return (0xff, 0) };
+        while lanes != 0 && blocked != 0xff {
             let lane = lanes.trailing_zeros() as usize;
             lanes &= lanes - 1;
             let (hit, doubt) = group.test_points(simd, lane, points, bounds);
@@ -303,23 +304,23 @@ fn compare<S: Simd>(simd: S, together: &Together, entries: &[Entry], mut blocked
     (blocked, doubtful)
 }
 
-/// Where sixteen points lie; `None` if they are strewn or too roughly known.
+/// Where eight points lie; `None` if they are strewn or too roughly known.
 #[inline(always)]
-fn together<'a, S: Simd>(simd: S, grid: &'a Grid, off: &Off, block: &Block, from: usize) -> Option<Together<'a>> {
-    let views = &block.view[from..from + 16];
+fn together<'a>(grid: &'a Grid, off: &Off, block: &Block, from: usize) -> Option<Together<'a>> {
+    let views = &block.view[from..from + 8];
     if views.iter().any(|view| *view != views[0]) {
         return None;
     }
     let (tile, origin) = grid.tile_of(block.u[from], block.v[from])?;
-    let mut points = Sixteen { s: [0.0; 16], t: [0.0; 16], nearness: [0.0; 16] };
-    for k in 0..16 {
+    let mut points = Eight { s: [0.0; 8], t: [0.0; 8], nearness: [0.0; 8] };
+    for k in 0..8 {
         let [s, t] = grid.place(block.u[from + k], block.v[from + k], origin);
         points.s[k] = (2.0 * s - 1.0) as f32;
         points.t[k] = (2.0 * t - 1.0) as f32;
         points.nearness[k] = block.nearness[from + k] as f32;
     }
-    let [low, high] = range(simd, &points.nearness);
-    let ([s0, s1], [t0, t1]) = (range(simd, &points.s), range(simd, &points.t));
+    let [low, high] = range(points.nearness);
+    let ([s0, s1], [t0, t1]) = (range(points.s), range(points.t));
     // The greatest size has the greatest margins; the least must allow them.
     let (place, height) = off.at(f64::from(low.abs().max(high.abs())))?;
     let least_size = if low <= 0.0 && high >= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
@@ -337,30 +338,28 @@ fn together<'a, S: Simd>(simd: S, grid: &'a Grid, off: &Off, block: &Block, from
     Some(Together { tile, points, bounds, columns, rows })
 }
 
-/// Sixteen points look into this many cells at most.
+/// Eight points look into this many cells at most.
 const MOST_CELLS: usize = 4;
 
 /// Least and greatest.
 #[inline(always)]
-fn range<S: Simd>(simd: S, values: &[f32; 16]) -> [f32; 2] {
-    let [low, high] = halves(values);
-    let (low, high) = (simd.load(low), simd.load(high));
-    let [a, b, c, d, e, f, g, h] = low.min(high).to_array();
-    let least = a.min(b).min(c.min(d)).min(e.min(f).min(g.min(h)));
-    let [a, b, c, d, e, f, g, h] = low.max(high).to_array();
-    [least, a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)))]
+fn range([a, b, c, d, e, f, g, h]: [f32; 8]) -> [f32; 2] {
+    let low = [lesser(a, b), lesser(c, d), lesser(e, f), lesser(g, h)];
+    let high = [lesser(-a, -b), lesser(-c, -d), lesser(-e, -f), lesser(-g, -h)];
+    let least = |[a, b, c, d]: [f32; 4]| lesser(lesser(a, b), lesser(c, d));
+    [least(low), -least(high)]
 }
 
+/// One instruction where `f32::min` looks for NaN, which is refused with its point.
 #[inline(always)]
-fn halves(values: &[f32; 16]) -> [&[f32; 8]; 2] {
-    let (halves, _) = values.as_chunks::<8>();
-    [&halves[0], &halves[1]]
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
 }
 
 /// Which cell of a tile, along one side.
 #[inline(always)]
 fn cell_index(place: f32, scale: f32) -> usize {
-    ((place + 1.0) * 0.5 * scale) as usize
+    ((place + 1.0) * 0.5 * scale) as i32 as usize
 }
 
 /// Half the distance and more: differences of numbers below one are off by less than epsilon.

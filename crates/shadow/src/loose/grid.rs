@@ -99,7 +99,8 @@ impl<'a> Grid<'a> {
         if u < 0.0 || v < 0.0 {
             return None;
         }
-        let (column, row) = (u as usize, v as usize);
+        // At most MAX_TILES and some along a side; what is greater saturates.
+        let (column, row) = (u as i32 as usize, v as i32 as usize);
         if column >= self.size[0] || row >= self.size[1] {
             return None;
         }

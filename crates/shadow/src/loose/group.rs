@@ -14,7 +14,7 @@
 //! (|p| + |q|)·(place + 2^-19) + height, where `place` is what s and t are off by and `height` what n is off by and
 //! 2^-19·(|n| + unit), is 32v times these sizes; what remains is for the error of the f64 plane.
 
-use umbriel_geometry::simd::{F8, F16, Float, Mask, Simd};
+use umbriel_geometry::simd::{F8, Float, Mask, Simd};
 
 use crate::light_space::Footprint;
 
@@ -58,12 +58,12 @@ pub(super) enum Said {
     Doubt(u32),
 }
 
-/// Sixteen points in the coordinates of a tile.
+/// Eight points in the coordinates of a tile.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sixteen {
-    pub(super) s: [f32; 16],
-    pub(super) t: [f32; 16],
-    pub(super) nearness: [f32; 16],
+pub(super) struct Eight {
+    pub(super) s: [f32; 8],
+    pub(super) t: [f32; 8],
+    pub(super) nearness: [f32; 8],
 }
 
 /// What holds some points of a tile.
@@ -159,10 +159,10 @@ impl Group {
         if is_blocked.any() { Said::Blocked } else { Said::Doubt((!is_clear).bits()) }
     }
 
-    /// Tests one triangle against sixteen points: which are blocked, and which are in doubt.
+    /// Tests one triangle against eight points: which are blocked, and which are in doubt.
     #[inline(always)]
-    pub(super) fn test_points<S: Simd>(&self, simd: S, lane: usize, points: &Sixteen, block: &Bounds) -> (u32, u32) {
-        let (s, t): (F16<S>, F16<S>) = (simd.load(&points.s), simd.load(&points.t));
+    pub(super) fn test_points<S: Simd>(&self, simd: S, lane: usize, points: &Eight, block: &Bounds) -> (u32, u32) {
+        let (s, t): (F8<S>, F8<S>) = (simd.load(&points.s), simd.load(&points.t));
         let inside = affine_lane(simd, &self.edges[0], lane, s, t)
             .min(affine_lane(simd, &self.edges[1], lane, s, t))
             .min(affine_lane(simd, &self.edges[2], lane, s, t));
@@ -170,8 +170,8 @@ impl Group {
         let ahead = affine_lane(simd, &self.plane, lane, s, t) - simd.load(&points.nearness);
         let slope = self.plane[0][lane].abs() + self.plane[1][lane].abs();
         let slack = slope * (block.place + NEARNESS_MARGIN) + block.height;
-        let is_blocked = inside.gt(simd.splat16(margin)) & ahead.gt(simd.splat16(slack));
-        let is_clear = inside.lt(simd.splat16(-margin)) | ahead.lt(simd.splat16(-slack));
+        let is_blocked = inside.gt(simd.splat8(margin)) & ahead.gt(simd.splat8(slack));
+        let is_clear = inside.lt(simd.splat8(-margin)) | ahead.lt(simd.splat8(-slack));
         (is_blocked.bits(), (!(is_blocked | is_clear)).bits())
     }
 
@@ -209,10 +209,10 @@ fn affine<S: Simd>(simd: S, [a, b, c]: &[[f32; 8]; 3], s: F8<S>, t: F8<S>) -> F8
     (simd.load(a) * s + simd.load(b) * t) + simd.load(c)
 }
 
-/// a·s + b·t + c of one lane at sixteen places.
+/// a·s + b·t + c of one lane at eight places.
 #[inline(always)]
-fn affine_lane<S: Simd>(simd: S, [a, b, c]: &[[f32; 8]; 3], lane: usize, s: F16<S>, t: F16<S>) -> F16<S> {
-    (simd.splat16(a[lane]) * s + simd.splat16(b[lane]) * t) + simd.splat16(c[lane])
+fn affine_lane<S: Simd>(simd: S, [a, b, c]: &[[f32; 8]; 3], lane: usize, s: F8<S>, t: F8<S>) -> F8<S> {
+    (simd.splat8(a[lane]) * s + simd.splat8(b[lane]) * t) + simd.splat8(c[lane])
 }
 
 #[inline(always)]

@@ -25,18 +25,18 @@ mod tile;
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use filter::{Doubtful, Filter, Grids};
 use grid::Grid;
 use pieces::Pieces;
 use rayon::prelude::*;
-use umbriel_geometry::{LightSource, accept_point, simd::dispatch};
+use umbriel_geometry::{LightSource, accept, simd::dispatch};
 
 use crate::{
     light_space::View,
     progress::{Cancelled, Progress},
-    query::{Place, Precision, Queries, QueryDefect, direction},
+    query::{Place, Precision, Queries, QueryDefect},
 };
 
 /// Points by coordinates; world, metres. A normal may have any length but zero.
@@ -91,15 +91,18 @@ impl Points<'_> {
     }
 
     /// The first point that a single query would refuse.
-    fn check(&self) -> Result<(), PointsError> {
-        let is_bad = |index: &usize| match self.place(*index) {
-            Place::Free { position } => accept_point(position).is_err(),
-            Place::Oriented { position, normal, .. } => accept_point(position).is_err() || direction(normal).is_none(),
-            Place::Surface { .. } => false,
-        };
-        match (0..self.len()).into_par_iter().by_uniform_blocks(CHUNK).find_first(is_bad) {
-            Some(index) => Err(PointsError::Refused { index, defect: QueryDefect::BadNumber }),
-            None => Ok(()),
+    fn first_refused(&self) -> Option<usize> {
+        // Every 32-bit float that is finite is accepted; NaN compares as false.
+        let single = |row: &[f32]| size_of_vector(row.iter().map(|&x| f64::from(x))) < f64::INFINITY;
+        let double = |row: &[f64]| row.iter().all(|&x| accept(x).is_ok());
+        let normal = |size: f64| size > 0.0 && size < f64::INFINITY;
+        let normal_single = |row: &[f32]| normal(size_of_vector(row.iter().map(|&x| f64::from(x))));
+        let normal_double = |row: &[f64]| row.iter().all(|x| x.is_finite()) && row.iter().any(|&x| x != 0.0);
+        match self {
+            Self::FreeSingle(rows) => rows.iter().position(|row| !single(row)),
+            Self::FreeDouble(rows) => rows.iter().position(|row| !double(row)),
+            Self::OrientedSingle(rows) => rows.iter().position(|row| !(single(&row[..3]) && normal_single(&row[3..]))),
+            Self::OrientedDouble(rows) => rows.iter().position(|row| !(double(&row[..3]) && normal_double(&row[3..]))),
         }
     }
 
@@ -109,17 +112,26 @@ impl Points<'_> {
         answers: &mut [bool],
         progress: &dyn Progress,
         fill: impl Fn(Self, &mut [bool]) + Sync,
-    ) -> Result<(), Cancelled> {
+    ) -> Result<(), PointsError> {
         let (done, total) = (AtomicU64::new(0), self.len() as u64);
+        let refused = AtomicUsize::new(usize::MAX);
         answers.par_chunks_mut(CHUNK).enumerate().try_for_each(|(job, answers)| {
             if progress.is_cancelled() {
                 return Err(Cancelled);
             }
-            fill(self.part(job * CHUNK, job * CHUNK + answers.len()), answers);
+            let part = self.part(job * CHUNK, job * CHUNK + answers.len());
+            match part.first_refused() {
+                Some(index) => _ = refused.fetch_min(job * CHUNK + index, Ordering::Relaxed),
+                None => fill(part, answers),
+            }
             let now = done.fetch_add(answers.len() as u64, Ordering::Relaxed) + answers.len() as u64;
             progress.advance("points", now, total);
             Ok(())
-        })
+        })?;
+        match refused.into_inner() {
+            usize::MAX => Ok(()),
+            index => Err(PointsError::Refused { index, defect: QueryDefect::BadNumber }),
+        }
     }
 
     fn part(&self, from: usize, to: usize) -> Self {
@@ -180,7 +192,6 @@ impl Queries<'_> {
         light: &LightSource,
         progress: &dyn Progress,
     ) -> Result<Vec<bool>, PointsError> {
-        points.check()?;
         let mut lit = vec![false; points.len()];
         let pieces = Pieces::of(&self.bodies);
         let grids = pieces.as_ref().map(|pieces| {
@@ -207,7 +218,6 @@ impl Queries<'_> {
     /// # Errors
     /// As [`Queries::lit_many`].
     pub fn in_space_many(&self, points: Points, progress: &dyn Progress) -> Result<Vec<bool>, PointsError> {
-        points.check()?;
         let mut in_space = vec![false; points.len()];
         points.for_each_part(&mut in_space, progress, |part, in_space| {
             for (index, in_space) in in_space.iter_mut().enumerate() {
@@ -221,6 +231,12 @@ impl Queries<'_> {
     fn ask(&self, place: &Place, light: &LightSource) -> bool {
         self.lit(place, light).is_ok_and(|answer| answer.lit)
     }
+}
+
+/// The sum of magnitudes: of 32-bit numbers it is finite if they are, and zero for zeros alone.
+#[inline(always)]
+fn size_of_vector(coordinates: impl Iterator<Item = f64>) -> f64 {
+    coordinates.fold(0.0, |sum, x| sum + x.abs())
 }
 
 /// Fills in what is certain; what is left is returned.
