@@ -1,6 +1,6 @@
 //! One view of a light, cut into tiles; each tile is made when the first point falls into it.
 //!
-//! Cost: about 20 ns a triangle to find its tiles.
+//! Cost: some tens of nanoseconds a triangle to find its tiles.
 
 use std::sync::OnceLock;
 

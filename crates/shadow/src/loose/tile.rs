@@ -1,7 +1,7 @@
 //! One tile of a view's plane: groups of eight triangles that lie together, and square cells with the groups over them,
 //! nearest to the light first.
 //!
-//! Cost: about 100 ns a triangle. Cells are about the size of the tile's triangles; they hold numbers of groups only, so
+//! Cost: some hundred nanoseconds a triangle. Cells are about the size of the tile's triangles; they hold numbers of groups only, so
 //! a triangle is stored once a tile. A cell that one triangle covers as a whole needs nothing that lies farther: what is
 //! behind that triangle is in its shadow.
 
