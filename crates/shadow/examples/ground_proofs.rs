@@ -1,6 +1,7 @@
 //! Proofs on the ground of a generated city, by the borders of shadows and by a quadtree.
 //!
-//! `cargo run --release -p umbriel-shadow --example ground_proofs [BUILDINGS_ALONG_AN_EDGE [BOUNDARY_DEPTH]]`
+//! `cargo run --release -p umbriel-shadow --example ground_proofs [BUILDINGS_ALONG_AN_EDGE [BOUNDARY_DEPTH [METHODS]]]`,
+//! METHODS 1 for borders alone
 
 #![expect(clippy::print_stdout, reason = "an example shows its results")]
 
@@ -33,6 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut numbers = std::env::args().skip(1).map(|text| text.parse::<usize>());
     let along = numbers.next().transpose()?.unwrap_or(30);
     let depth = numbers.next().transpose()?.unwrap_or(10) as u8;
+    let methods = numbers.next().transpose()?.unwrap_or(2);
     let edge = along as f64 * 20.0;
     let middle = glam::DAffine3::from_translation(glam::DVec3::new(edge / 2.0, 0.0, edge / 2.0));
     let ground = Shape::Rectangle(Rectangle { size: [edge + 100.0; 2] });
@@ -51,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     for light in 0..scene.lights.len() {
         let name = &scene.lights[light].name;
-        for method in [CellMethod::Borders, CellMethod::Quadtree] {
+        for method in [CellMethod::Borders, CellMethod::Quadtree].into_iter().take(methods) {
             let detail = Detail::Depth { interior: 0, boundary: depth };
             let request =
                 Request { receivers: vec![0], lights: vec![light], method, ..Request::everything(&scene, detail) };

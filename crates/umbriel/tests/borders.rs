@@ -11,14 +11,15 @@ mod proving;
 use std::collections::HashMap;
 
 use chance::{any_light, any_scene};
+use glam::DAffine3;
 use oracle::{
     Oracle, cases,
     dice::Dice,
-    fixtures::{all, features, tricky_light},
+    fixtures::{all, features, mesh, rectangle, scene, tricky_light, with_sides},
 };
 use proving::Case;
 use umbriel_geometry::LightSource;
-use umbriel_scene::Scene;
+use umbriel_scene::{Scene, Sides};
 use umbriel_shadow::{Cell, CellMethod, ObjectReport, Verdict};
 
 /// Cells of one bake that are put to the oracle.
@@ -112,4 +113,21 @@ fn borders_prove_what_is_true_of_the_fixtures() {
             assert_eq!(found, None, "{name} under {light:?} at depth {depth}");
         }
     }
+}
+
+/// A triangle without area that runs over the floor's side and through the floor: what it touches is not proved lit.
+#[test]
+fn a_triangle_without_area_shadows_a_line() {
+    let floor = with_sides("floor", rectangle(2.0, 2.0), DAffine3::IDENTITY, Sides::Auto);
+    let needle = mesh(&[[-2.0, 1.0, 0.0], [-1.5, 0.75, 0.0], [2.0, -1.0, 0.0]], &[[0, 1, 2]]);
+    let needle = with_sides("needle", needle, DAffine3::IDENTITY, Sides::Auto);
+    let overhead = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun");
+    let case = Case::by(CellMethod::Borders, "needle", &scene(vec![floor, needle]), overhead, 4);
+    let touched = case.cells().filter(|(object, cell)| {
+        let edge = 0.5f64.powi(i32::from(cell.level));
+        let [u, v] = [cell.i, cell.j].map(|k| f64::from(k) * edge);
+        *object == 0 && u < 0.5 && v <= 0.5 && v + edge >= 0.5
+    });
+    let verdicts: Vec<Verdict> = touched.map(|(_, cell)| cell.verdict).collect();
+    assert!(verdicts.len() > 8 && verdicts.iter().all(|&verdict| verdict == Verdict::Undecided), "{verdicts:?}");
 }

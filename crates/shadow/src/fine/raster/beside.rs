@@ -64,10 +64,12 @@ impl BodyChain<'_> {
         }
     }
 
-    /// Whether a facet's plane meets the face's along a side of the face.
+    /// Whether a facet has a plane, and that meets the face's along a side of the face.
     fn cuts_along(&self, corners: &[Corner], ends: [&Point; 2]) -> bool {
         let [a, b, d] = [0, 1, corners.len() - 1].map(|k| self.facets.point(corners[k].point));
-        ends.iter().all(|end| side_value(&a, &b, &d, Target::Point(end)).value == 0.0)
+        let has_in_plane = |point: &Point| side_value(&a, &b, &d, Target::Point(point)).value == 0.0;
+        // A facet without area has everything in its plane.
+        ends.iter().all(|end| has_in_plane(end)) && !self.plane.corners.iter().all(has_in_plane)
     }
 
     /// Whether the part of a facet that is cut off below the light cannot be cast onto the face: one of the face's borders

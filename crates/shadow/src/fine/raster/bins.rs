@@ -10,17 +10,20 @@ pub(crate) struct Bins {
 }
 
 impl Bins {
-    /// Sorts items `0..` into `count` bins; `ranges` gives the bins of each item. Items keep their order. Two passes.
-    pub(crate) fn new<I: Iterator<Item = Range<usize>>>(count: usize, ranges: impl Fn() -> I) -> Self {
+    /// Sorts items `0..` into `count` bins; `ranges` gives the bins of each item. Items keep their order.
+    pub(crate) fn new(count: usize, ranges: impl Iterator<Item = Range<usize>>) -> Self {
+        let ranges: Vec<Range<usize>> = ranges.collect();
         let mut starts = vec![0u32; count + 2];
-        for bin in ranges().flatten() {
-            starts[bin + 2] += 1;
+        for range in &ranges {
+            for bin in range.clone() {
+                starts[bin + 2] += 1;
+            }
         }
         for bin in 2..starts.len() {
             starts[bin] += starts[bin - 1];
         }
         let mut items = vec![0; starts[count + 1] as usize];
-        for (item, range) in ranges().enumerate() {
+        for (item, range) in ranges.into_iter().enumerate() {
             for bin in range {
                 items[starts[bin + 1] as usize] = item as u32;
                 starts[bin + 1] += 1;
@@ -42,7 +45,7 @@ mod tests {
     #[test]
     fn items_are_found_in_all_their_bins_in_order() {
         let ranges = [0..2, 1..2, 3..3, 0..4];
-        let bins = Bins::new(4, || ranges.iter().cloned());
+        let bins = Bins::new(4, ranges.iter().cloned());
         let all: Vec<&[u32]> = (0..4).map(|bin| bins.of(bin)).collect();
         assert_eq!(all, [&[0, 3][..], &[0, 1, 3], &[3], &[3]]);
     }

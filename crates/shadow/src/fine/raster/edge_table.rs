@@ -44,7 +44,7 @@ impl EdgeTable {
         let ids = if facets.triangles().is_some() { weld(facets.positions()) } else { None };
         let id = |point: u32| ids.as_ref().map_or(point, |ids| ids[point as usize]);
         let points = facets.positions().len();
-        let uses = LowEnds::of(points, || directed_edges(facets, id));
+        let uses = LowEnds::of(points, |visit| for_each_edge(facets, id, visit));
         let mut table = Self { shared: Vec::with_capacity(uses.entries.len() / 2), others: Vec::new() };
         for low in 0..points as u32 {
             table.add(low, uses.at(low));
@@ -71,17 +71,27 @@ impl EdgeTable {
     }
 }
 
-/// All edges in the direction of their facets: from, to, facet. Edges without length are left out.
-fn directed_edges(facets: &Facets, id: impl Fn(u32) -> u32) -> impl Iterator<Item = [u32; 3]> {
-    (0..facets.len()).flat_map(move |facet| {
-        let corners = facets.facet(facet).corners();
-        let count = corners.len();
-        let edges: [[u32; 3]; 4] = std::array::from_fn(|k| {
-            let at = |k: usize| if k < count { id(corners[k]) } else { id(corners[0]) };
-            [at(k), at(k + 1), facet as u32]
-        });
-        edges.into_iter().filter(|edge| edge[0] != edge[1])
-    })
+/// Calls `visit` with all edges in the direction of their facets: from, to, facet. Edges without length are left out.
+fn for_each_edge(facets: &Facets, id: impl Fn(u32) -> u32, mut visit: impl FnMut(u32, u32, u32)) {
+    let mut add = |from: u32, to: u32, facet: usize| {
+        if from != to {
+            visit(from, to, facet as u32);
+        }
+    };
+    if let Some(triangles) = facets.triangles() {
+        for (facet, corners) in triangles.iter().enumerate() {
+            let [a, b, c] = corners.map(&id);
+            add(a, b, facet);
+            add(b, c, facet);
+            add(c, a, facet);
+        }
+        return;
+    }
+    for (facet, corners) in facets.iter().map(|facet| facet.corners()).enumerate() {
+        for (k, &from) in corners.iter().enumerate() {
+            add(id(from), id(corners[(k + 1) % corners.len()]), facet);
+        }
+    }
 }
 
 /// Edges sorted by their lower end.
@@ -92,20 +102,19 @@ struct LowEnds {
 }
 
 impl LowEnds {
-    fn of<I: Iterator<Item = [u32; 3]>>(points: usize, edges: impl Fn() -> I) -> Self {
+    /// `edges` calls what it is given with each edge: from, to, facet.
+    fn of(points: usize, edges: impl Fn(&mut dyn FnMut(u32, u32, u32))) -> Self {
         let mut starts = vec![0u32; points + 2];
-        for [from, to, _] in edges() {
-            starts[from.min(to) as usize + 2] += 1;
-        }
+        edges(&mut |from, to, _| starts[from.min(to) as usize + 2] += 1);
         for point in 2..starts.len() {
             starts[point] += starts[point - 1];
         }
         let mut entries = vec![[0; 2]; starts[points + 1] as usize];
-        for [from, to, facet] in edges() {
+        edges(&mut |from, to, facet| {
             let next = &mut starts[from.min(to) as usize + 1];
             entries[*next as usize] = [from.max(to), facet << 1 | u32::from(from < to)];
             *next += 1;
-        }
+        });
         let mut sorted = Self { starts, entries };
         for point in 0..points {
             let range = sorted.starts[point] as usize..sorted.starts[point + 1] as usize;

@@ -113,16 +113,14 @@ impl Raster<'_> {
         let chain = chain_on(corners, light, facing, self.cells() as f64, self.is_triangle(), occluders)?;
         let size = self.cells().min(TILE as i64);
         let tiles = (self.cells() / size) as usize;
-        let segments = Bins::new(tiles, || {
-            chain.segments.iter().map(|segment| bands(Walk::of(segment).rows(0, self.cells()), size))
+        let bands_of = |segment| bands(Walk::of(segment).rows(0, self.cells()), size);
+        let segments = Bins::new(tiles, chain.segments.iter().map(bands_of));
+        let veils = chain.veils.iter().map(|veil| {
+            let ys = || veil.corners.iter().map(|corner| corner[1]);
+            let (low, high) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
+            bands(Walk::new([0.0, low], [0.0, high], f64::from(veil.margin)).rows(0, self.cells()), size)
         });
-        let veils = Bins::new(tiles, || {
-            chain.veils.iter().map(|veil| {
-                let ys = || veil.corners.iter().map(|corner| corner[1]);
-                let (low, high) = (ys().fold(f64::INFINITY, f64::min), ys().fold(f64::NEG_INFINITY, f64::max));
-                bands(Walk::new([0.0, low], [0.0, high], f64::from(veil.margin)).rows(0, self.cells()), size)
-            })
-        });
+        let veils = Bins::new(tiles, veils);
         let rows: Vec<Vec<Outcome>> = (0..tiles)
             .into_par_iter()
             .map(|band| Band { raster: self, chain: &chain, number: band, size }.run(segments.of(band), veils.of(band)))
@@ -156,8 +154,8 @@ struct Band<'a> {
 impl Band<'_> {
     fn run(&self, segments: &[u32], veils: &[u32]) -> Vec<Outcome> {
         let tiles = (self.raster.cells() / self.size) as usize;
-        let segment_bins = Bins::new(tiles, || segments.iter().map(|&k| self.tiles_of_segment(k)));
-        let veil_bins = Bins::new(tiles, || veils.iter().map(|&k| self.tiles_of_veil(k)));
+        let segment_bins = Bins::new(tiles, segments.iter().map(|&k| self.tiles_of_segment(k)));
+        let veil_bins = Bins::new(tiles, veils.iter().map(|&k| self.tiles_of_veil(k)));
         let mut tile = Tile::new();
         let mut carry = [0; TILE];
         (0..tiles)

@@ -33,7 +33,8 @@ impl Walk {
     pub(crate) fn new(a: [f64; 2], b: [f64; 2], margin: f64) -> Self {
         let (low, high) = if a[1] <= b[1] { (a, b) } else { (b, a) };
         let rise = high[1] - low[1];
-        let slope = if rise > 0.0 { (high[0] - low[0]) / rise } else { 0.0 };
+        // A slope beyond all floats is that of a segment no higher than a subnormal number, which lies in one row.
+        let slope = if rise > 0.0 { ((high[0] - low[0]) / rise).clamp(-f64::MAX, f64::MAX) } else { 0.0 };
         Self { low, high, slope, margin, sides: [a[0].min(b[0]), a[0].max(b[0])] }
     }
 
@@ -78,6 +79,26 @@ impl Walk {
         [a.min(c), b.max(d)]
     }
 
+    /// Calls `visit` with each row touched out of `first..end`, the x range in which the segment is near it, and where it
+    /// crosses its middle. The ranges hold those of [`Walk::reach_in`].
+    #[inline]
+    pub(crate) fn visit_rows(&self, first: i64, end: i64, mut visit: impl FnMut(i64, [f64; 2], Option<f64>)) {
+        let rows = self.rows(first, end);
+        let is_level = self.low[1] == self.high[1];
+        // Widening the row by the margin moves the ends of the range by this.
+        let slide = if is_level { f64::INFINITY } else { self.margin * self.slope.abs() };
+        let at = |y: f64| self.low[0] + (y - self.low[1]) * self.slope;
+        let mut bottom = at(rows.start as f64);
+        for row in rows {
+            let top = at((row + 1) as f64);
+            let (low, high) = if bottom < top { (bottom, top) } else { (top, bottom) };
+            let low = (low - slide).max(self.sides[0]).min(self.sides[1]) - self.margin;
+            let high = (high + slide).min(self.sides[1]).max(self.sides[0]) + self.margin;
+            visit(row, [low, high], self.crossing(row));
+            bottom = top;
+        }
+    }
+
     /// Where the segment crosses the middle of a row, if it does: it holds its lower end, not its higher one.
     #[inline]
     pub(crate) fn crossing(&self, row: i64) -> Option<f64> {
@@ -95,6 +116,7 @@ mod tests {
         let steep = Walk::new([1.5, 0.25], [1.75, 3.5], 1e-9);
         assert_eq!(steep.rows(0, 64), 0..4);
         assert!(steep.rows(0, 64).all(|row| steep.reach_in(row).map(f64::floor) == [1.0, 1.0]));
+        steep.visit_rows(0, 64, |row, reach, _| assert_eq!(reach.map(f64::floor), steep.reach_in(row).map(f64::floor)));
         assert_eq!((0..5).filter(|&row| steep.crossing(row).is_some()).count(), 3);
         let level = Walk::new([7.5, 2.0], [-1.5, 2.0], 1e-9);
         assert_eq!(level.rows(0, 64), 1..3, "it lies on the border of two rows");

@@ -23,6 +23,19 @@ pub(crate) struct TilePlace {
     pub(crate) size: i64,
 }
 
+impl TilePlace {
+    /// The columns of the tile that a range of x meets, as places in the tile; the end is not among them.
+    #[inline]
+    fn columns(&self, [low, high]: [f64; 2]) -> std::ops::Range<usize> {
+        let (start, size) = (self.column as f64, self.size as f64);
+        // Rounding the differences is covered by the margin, like that of x itself.
+        let (low, high) = (low - start, high - start);
+        let end = if high < 0.0 { 0 } else { high.min(size - 1.0) as usize + 1 };
+        let first = if low < 0.0 { 0 } else { low.min(size) as usize };
+        first.min(end)..end
+    }
+}
+
 /// What is collected of a tile.
 #[derive(Debug)]
 pub(crate) struct Tile {
@@ -35,8 +48,8 @@ pub(crate) struct Tile {
     used: u64,
     /// How the winding changes from the middle of the column before.
     change: [[i32; TILE]; TILE],
-    /// What the segments through a cell can take away from the winding at its middle.
-    loss: [[i32; TILE]; TILE],
+    /// What the segments through a cell can take away from the winding at its middle; `u16::MAX` stands for all.
+    loss: [[u16; TILE]; TILE],
 }
 
 /// What is proved of the cells of a tile.
@@ -76,34 +89,26 @@ impl Tile {
         local
     }
 
-    /// The columns of the tile that a range of x meets, as places in the tile; the end is not among them.
-    fn columns(&self, [low, high]: [f64; 2]) -> std::ops::Range<usize> {
-        let size = self.place.size;
-        let first = (floor(low) - self.place.column).clamp(0, size);
-        let end = (floor(high) + 1 - self.place.column).clamp(first, size);
-        first as usize..end as usize
-    }
-
     pub(crate) fn add(&mut self, segment: &Segment) {
-        let walk = Walk::of(segment);
         let side = Side::of(segment);
         let change = if segment.to[1] > segment.from[1] { -segment.net } else { segment.net };
-        for row in walk.rows(self.place.row, self.place.row + self.place.size) {
+        let place = self.place;
+        Walk::of(segment).visit_rows(place.row, place.row + place.size, |row, reach, crossing| {
             let local = self.use_row(row);
-            let columns = if segment.is_beside { 0..0 } else { self.columns(walk.reach_in(row)) };
+            let columns = if segment.is_beside { 0..0 } else { place.columns(reach) };
             self.touched[local] |= bits(&columns);
-            for column in columns {
-                let middle = [(self.place.column + column as i64) as f64 + 0.5, row as f64 + 0.5];
-                self.loss[local][column] += side.loss(middle);
+            let first = side.left([(place.column + columns.start as i64) as f64 + 0.5, row as f64 + 0.5]);
+            for (k, loss) in self.loss[local][columns].iter_mut().enumerate() {
+                *loss = loss.saturating_add(side.loss(first - side.along[1] * k as f64));
             }
-            if let Some(x) = walk.crossing(row) {
+            if let Some(x) = crossing {
                 // The first column whose middle is beyond x; left of the face that is the first one.
-                let column = floor(x + 0.5).max(0) - self.place.column;
-                if (0..self.place.size).contains(&column) {
+                let column = floor(x + 0.5).max(0) - place.column;
+                if (0..place.size).contains(&column) {
                     self.change[local][column as usize] += change;
                 }
             }
-        }
+        });
     }
 
     pub(crate) fn add_veil(&mut self, veil: &Veil) {
@@ -116,7 +121,7 @@ impl Tile {
             let reach = near.map(|side| side.reach_in(row)).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
             if let Some(reach) = reach {
                 let local = self.use_row(row);
-                self.veiled[local] |= bits(&self.columns(reach));
+                self.veiled[local] |= bits(&self.place.columns(reach));
             }
         }
     }
@@ -136,7 +141,8 @@ impl Tile {
             for column in 0..size {
                 *winding += self.change[row][column];
                 clear |= u64::from(*winding == 0) << column;
-                covered |= u64::from(*winding > self.loss[row][column]) << column;
+                let loss = self.loss[row][column];
+                covered |= u64::from(*winding > i32::from(loss) && loss != u16::MAX) << column;
             }
             proofs.lit[row] = clear & !self.touched[row] & !self.veiled[row];
             proofs.shadowed[row] = covered;
@@ -155,24 +161,26 @@ impl Tile {
         if segment.is_beside {
             return;
         }
-        let walk = Walk::of(segment);
         let side = Side::of(segment);
         let is_upward = segment.to[1] > segment.from[1];
-        for row in walk.rows(self.place.row, self.place.row + self.place.size) {
-            let local = (row - self.place.row) as usize;
-            let mut left = open[local] & bits(&self.columns(walk.reach_in(row)));
-            let crossing = if left == 0 { None } else { walk.crossing(row) };
+        let place = self.place;
+        Walk::of(segment).visit_rows(place.row, place.row + place.size, |row, reach, crossing| {
+            let local = (row - place.row) as usize;
+            if open[local] == 0 {
+                return;
+            }
+            let mut left = open[local] & bits(&place.columns(reach));
             while left != 0 {
                 let column = left.trailing_zeros() as usize;
                 left &= left - 1;
-                let middle = [(self.place.column + column as i64) as f64 + 0.5, row as f64 + 0.5];
+                let middle = [(place.column + column as i64) as f64 + 0.5, row as f64 + 0.5];
                 let is_left = match crossing {
                     Some(x) => (middle[0] < floor(x + 0.5) as f64) == is_upward,
                     None => side.left(middle) > 0.0,
                 };
                 visit([local, column], middle, is_left);
             }
-        }
+        });
     }
 
     /// The winding at the middles of a row, from that at its left.
@@ -195,7 +203,8 @@ struct Side {
     along: [f64; 2],
     constant: f64,
     doubt: f64,
-    net: i32,
+    /// `u16::MAX` for more.
+    net: u16,
 }
 
 impl Side {
@@ -208,7 +217,7 @@ impl Side {
             constant: along[1] * a[0] - along[0] * a[1],
             // Both ends may move by the margin; near the segment that turns the product by this, roundings included.
             doubt: f64::from(segment.margin) * (3.0 * length + 8.0),
-            net: segment.net,
+            net: u16::try_from(segment.net).unwrap_or(u16::MAX),
         }
     }
 
@@ -218,13 +227,11 @@ impl Side {
         self.along[0] * y - self.along[1] * x + self.constant
     }
 
-    /// How many facets can be lost on a straight way from a point through the segment.
+    /// How many facets can be lost on a straight way through the segment from a point this far on the left.
     #[inline]
-    fn loss(&self, point: [f64; 2]) -> i32 {
-        let left = self.left(point);
-        let is_not_outside = left >= -self.doubt;
-        let is_doubtful = left.abs() <= self.doubt;
-        self.net * (i32::from(is_not_outside) + i32::from(is_doubtful))
+    fn loss(&self, left: f64) -> u16 {
+        let times = u16::from(left >= -self.doubt) + u16::from(left.abs() <= self.doubt);
+        self.net.saturating_mul(times)
     }
 }
 
