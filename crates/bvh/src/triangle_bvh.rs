@@ -25,11 +25,7 @@ mod tests;
 use std::sync::Arc;
 
 use glam::DVec3;
-use umbriel_geometry::{
-    Dyadic, LightSource, Mesh, Point,
-    blocking::{Probe, polygon_blocks},
-    simd,
-};
+use umbriel_geometry::{LightSource, Mesh, simd};
 
 use self::{
     any_hit::AnyHit,
@@ -89,7 +85,7 @@ impl TriangleBvh {
         check::check(self)
     }
 
-    /// Whether any triangle blocks the open segment: exactly what [`polygon_blocks`] says of all of them. Contact at
+    /// Whether any triangle blocks the open segment: exactly what [`polygon_blocks`](umbriel_geometry::blocking::polygon_blocks) says of all of them. Contact at
     /// its ends does not block. For many segments to one light, [`TriangleBvh::towards`] is faster.
     pub fn any_hit(&self, segment: &Segment) -> bool {
         self.towards(segment.light).any_hit(segment.origin)
@@ -122,15 +118,12 @@ pub struct Towards<'a> {
 }
 
 impl Towards<'_> {
-    /// Whether any triangle blocks the open segment from `origin` to the light: exactly what [`polygon_blocks`] says of
+    /// Whether any triangle blocks the open segment from `origin` to the light: exactly what [`polygon_blocks`](umbriel_geometry::blocking::polygon_blocks) says of
     /// all of them.
     #[inline]
     pub fn any_hit(&mut self, origin: DVec3) -> bool {
-        let (bvh, light) = (self.bvh, self.light);
-        self.any_hit_where(origin, 0.0, |triangle| {
-            let corners = bvh.corners(triangle).map(Point::exact);
-            polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &light)
-        })
+        let segments = Segments { bvh: self.bvh, light: self.light };
+        self.any_hit_where(origin, 0.0, |triangle| segments.exact(origin, triangle))
     }
 
     /// [`Towards::any_hit`] of many points, neighbours next to each other in the list: sixteen of them share one walk.

@@ -50,15 +50,15 @@ impl<R: std::fmt::Debug> std::fmt::Debug for Probe<'_, R> {
 
 /// Whether the closed planar convex polygon with these corners meets the open segment from `x` to the light.
 pub fn polygon_blocks<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSource) -> bool {
-    filtered_polygon_blocks(corners, &x.bounds, light).unwrap_or_else(|| {
+    polygon_blocks_filter(corners, &x.bounds, light).unwrap_or_else(|| {
         count_fallback();
         let corners: Vec<ExactPoint<R>> = corners.iter().map(Point::to_exact).collect();
         exact_polygon_blocks(&corners, x.exact(), &ExactPoint::from_light(light))
     })
 }
 
-/// The answer where floats can tell.
-fn filtered_polygon_blocks(corners: &[Point], x: &Point, light: &LightSource) -> Option<bool> {
+/// The answer of [`polygon_blocks`] where floats can tell. Looks at no exact coordinates, so they need not be at hand.
+pub fn polygon_blocks_filter(corners: &[Point], x: &Point, light: &LightSource) -> Option<bool> {
     let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]];
     let light_side = side_filter(&a, &b, &c, Target::Light(light)).sign()?;
     let point_side = side_filter(&a, &b, &c, Target::Point(x)).sign()?;

@@ -6,7 +6,7 @@
 use glam::DVec3;
 use umbriel_geometry::{
     Dyadic, LightSource, Point,
-    blocking::{Probe, polygon_blocks},
+    blocking::{Probe, polygon_blocks, polygon_blocks_filter},
     simd::{Kernel, Simd},
 };
 
@@ -92,9 +92,13 @@ impl Segments<'_> {
         (valid & !walk.open, if is_unfinished { walk.open } else { 0 })
     }
 
-    fn exact(&self, origin: DVec3, triangle: u32) -> bool {
-        let corners = self.bvh.corners(triangle).map(Point::exact);
-        polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &self.light)
+    /// Whether a triangle blocks the segment from `origin`, by definition.
+    #[inline(never)]
+    pub(super) fn exact(&self, origin: DVec3, triangle: u32) -> bool {
+        let [a, b, c] = self.bvh.corners(triangle);
+        let corners = [Point::exact(a), Point::exact(b), Point::exact(c)];
+        polygon_blocks_filter(&corners, &Point::exact(origin), &self.light)
+            .unwrap_or_else(|| polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &self.light))
     }
 
     #[inline(always)]

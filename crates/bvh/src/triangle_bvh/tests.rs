@@ -1,5 +1,9 @@
 use proptest::prelude::*;
-use umbriel_geometry::{ExactPoint, blocking::exact_polygon_blocks, simd::Level};
+use umbriel_geometry::{
+    Dyadic, ExactPoint, Point,
+    blocking::{Probe, exact_polygon_blocks, polygon_blocks},
+    simd::Level,
+};
 
 use super::*;
 use crate::arbitrary::{light, point, whole_light, whole_point};
