@@ -1,7 +1,7 @@
 //! Samples without cells: flat receivers all at once ([`tiles`](crate::fine::tiles)).
 //!
 //! Receivers that a curved body may shadow, and curved receivers, are left to [`Receivers`](crate::receivers::Receivers).
-//! Areas are bounded by nothing but the faces that look away from the light.
+//! Samples prove nothing about the surface between them: the lit area is bounded by nothing and by all.
 
 use umbriel_bvh::Influences;
 use umbriel_geometry::{Facets, LightSource};
