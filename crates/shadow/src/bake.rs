@@ -113,7 +113,7 @@ impl<'a> Stage<'a> {
         if self.request.detail == Detail::Faces && self.spacing.is_some() {
             let samples = Samples::new(self, light, influences);
             let mut objects = run(&receivers(Detail::Faces), |receiver| !samples.takes(receiver), progress, work)?;
-            samples.run(&mut objects);
+            work.rays += samples.run(&mut objects, progress)?;
             return Ok(objects);
         }
         let all = |_| true;

@@ -11,6 +11,7 @@ use crate::{
     bodies::Body,
     exact::flat_face_is_turned_to,
     fine::tiles::{Layout, Sampled, sample},
+    progress::{Cancelled, Progress},
     report::{LitArea, ObjectReport, SampleCount},
 };
 
@@ -47,8 +48,11 @@ impl<'a> Samples<'a> {
         self.taken[receiver]
     }
 
-    /// Decides all samples and writes the reports of the receivers that are taken.
-    pub(crate) fn run(&self, reports: &mut [ObjectReport]) {
+    /// Decides all samples and writes the reports of the receivers that are taken; answers how many samples that were.
+    ///
+    /// # Errors
+    /// [`Cancelled`] when `progress` says so.
+    pub(crate) fn run(&self, reports: &mut [ObjectReport], progress: &dyn Progress) -> Result<u64, Cancelled> {
         let Stage { bodies, request, .. } = self.stage;
         let mut place = vec![None; bodies.boxes.len()];
         let asked = request.receivers.iter().enumerate().filter(|&(receiver, _)| self.taken[receiver]);
@@ -65,13 +69,16 @@ impl<'a> Samples<'a> {
                 Some(Sampled { object: object as u32, facets, layout, is_lit_side, bounds: bodies.boxes[object] })
             })
             .collect();
-        let lit = sample(bodies, self.light, &objects);
+        let lit = sample(bodies, self.light, &objects, progress)?;
+        let mut all = 0;
         for (object, lit) in objects.iter().zip(lit) {
             let (Some(layout), Some(receiver)) = (object.layout, place[object.object as usize]) else { continue };
             let samples = SampleCount { samples: layout.samples, lit: lit.count() };
             reports[receiver] = report(object.object as usize, layout, samples);
             reports[receiver].answers = request.keep_cells.then(|| layout.answers(&lit));
+            all += samples.samples;
         }
+        Ok(all)
     }
 
     fn layout(&self, object: usize, facets: &Facets) -> &'a Layout {

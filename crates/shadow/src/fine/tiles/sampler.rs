@@ -17,6 +17,7 @@ use crate::{
     bodies::Bodies,
     exact::{Own, face_blocks},
     fine::flat::flat_probe,
+    progress::{Cancelled, Progress},
     receivers::flat_corners,
 };
 
@@ -94,11 +95,19 @@ pub(super) struct Sampler<'a> {
 }
 
 /// Decides all samples; one set of answers an object, in their order. Exact.
-pub(crate) fn sample(bodies: &Bodies, light: &LightSource, objects: &[Sampled]) -> Vec<LitBits> {
+///
+/// # Errors
+/// [`Cancelled`] when `progress` says so.
+pub(crate) fn sample(
+    bodies: &Bodies,
+    light: &LightSource,
+    objects: &[Sampled],
+    progress: &dyn Progress,
+) -> Result<Vec<LitBits>, Cancelled> {
     let lit: Vec<LitBits> = objects.iter().map(|object| LitBits::new(object.layout.map_or(0, Layout::bits))).collect();
     let bounds = objects.iter().fold(Aabb::EMPTY, |bounds, object| bounds.union(object.bounds));
     if bounds.is_empty() {
-        return lit;
+        return Ok(lit);
     }
     let slack = objects.iter().map(|object| object.facets.slack()).fold(0.0, f64::max);
     let sources: Vec<Source> = objects
@@ -111,11 +120,18 @@ pub(crate) fn sample(bodies: &Bodies, light: &LightSource, objects: &[Sampled]) 
     for view in View::all(light, &bounds, slack) {
         let soup = Soup::new(&sources, &view, Grid::new(&view, tiles));
         let sampler = Sampler { view, bodies, light, objects, lit: &lit, unbounded: soup.unbounded.clone() };
+        let (done, total) = (AtomicU64::new(0), soup.grid.len() as u64);
         (0..soup.grid.len()).into_par_iter().for_each_init(Leaf::default, |leaf, tile| {
-            sampler.run_tile(&soup, tile, leaf);
+            if !progress.is_cancelled() {
+                sampler.run_tile(&soup, tile, leaf);
+                progress.advance("samples", done.fetch_add(1, Ordering::Relaxed) + 1, total);
+            }
         });
+        if progress.is_cancelled() {
+            return Err(Cancelled);
+        }
     }
-    lit
+    Ok(lit)
 }
 
 /// Integers in the order of floats.
