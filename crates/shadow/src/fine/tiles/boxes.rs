@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use umbriel_geometry::simd::{F8, Float, M8, Simd};
+use umbriel_geometry::simd::{F8, Float, M8, Mask, Simd};
 
 use super::{
     pack::{LANES, Samples},
@@ -46,6 +46,7 @@ impl Boxes {
         });
         let [a, b, d] = corners;
         let along = [b, d].map(|corner| [0, 1, 2, 3].map(|k| corner[k] - a[k]));
+        let flat = [a, along[0], along[1]].map(|[x, y, z, _]| [x, y, z]);
         let lattice = sampler.lattice(receiver).lattice;
         let [u, v] = [0, 1].map(|axis| lattice.coordinate(axis, 0));
         let steps = [0, 1].map(|axis| along[axis].map(|x| x / f64::from(lattice.counts()[axis])));
@@ -55,7 +56,7 @@ impl Boxes {
             steps,
             is_sun: view.is_sun(),
             depth_scale: view.depth_scale_of_lamp(),
-            ranges: find_ranges(&lattice, [a, along[0], along[1]], area.half.map(|half| half + wide)),
+            ranges: find_ranges(&lattice, flat, area.half.map(|half| half + wide)),
         }
     }
 
@@ -119,7 +120,7 @@ impl Boxes {
             (at(0) / z, at(1) / z, simd.splat8(-self.depth_scale as f32) / z, z.gt(simd.splat8(0.0)))
         };
         let inside = x.abs().le(simd.splat8(reach[0])) & y.abs().le(simd.splat8(reach[1])) & before;
-        (Samples { x, y, depth }, inside_bits(inside) & used)
+        (Samples { x, y, depth }, inside.bits() & used)
     }
 
     /// Where a row of a box ends.
@@ -134,17 +135,14 @@ impl Boxes {
     }
 }
 
-#[inline(always)]
-fn inside_bits<M: umbriel_geometry::simd::Mask>(mask: M) -> u32 {
-    mask.bits()
-}
-
 /// The rows and columns whose (u, v) lie between those of the area's corners; all where a corner has none.
-fn find_ranges(lattice: &Lattice, [a, b, d]: [[f64; 4]; 3], half: [f64; 2]) -> [Range<u32>; 2] {
+///
+/// `[a, b, d]` are the first corner and the steps to the second and the last: homogeneous, relative to the area's middle.
+pub(super) fn find_ranges(lattice: &Lattice, [a, b, d]: [[f64; 3]; 3], half: [f64; 2]) -> [Range<u32>; 2] {
     let counts = lattice.counts();
     let whole = counts.map(|count| 0..count);
     let cross =
-        |p: [f64; 4], q: [f64; 4]| [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
+        |p: [f64; 3], q: [f64; 3]| [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
     let (weight, parameters) = (cross(b, d), [cross(d, a), cross(a, b)]);
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     let mut signs = [false; 2];

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use super::{
+    boxes::find_ranges,
     sampler::Sampler,
     soup::{Area, Receiver},
 };
@@ -44,52 +45,15 @@ impl Rows {
         });
         let [a, b, d] = homogeneous;
         let along = [b, d].map(|corner| [0, 1, 2].map(|k| corner[k] - a[k]));
-        let mut rows = Self {
-            lattice: sampler.lattice(receiver).lattice,
-            origin: a,
-            along,
-            half: area.half.map(|half| half + 0.5 * wide),
-            range: 0..0,
-        };
-        rows.range = rows.find_range();
-        rows
+        let lattice = sampler.lattice(receiver).lattice;
+        let half = area.half.map(|half| half + 0.5 * wide);
+        let [range, _] = find_ranges(&lattice, [a, along[0], along[1]], half);
+        Self { lattice, origin: a, along, half, range }
     }
 
     /// The rows.
     pub(super) fn range(&self) -> Range<u32> {
         self.range.clone()
-    }
-
-    /// The rows whose u lies between those of the area's corners, mapped back; all where a corner has no u.
-    fn find_range(&self) -> Range<u32> {
-        let count = self.lattice.counts()[0];
-        if count <= 4 {
-            return 0..count;
-        }
-        let [a, b, d] = [self.origin, self.along[0], self.along[1]];
-        let cross = |p: [f64; 3], q: [f64; 3]| {
-            [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]]
-        };
-        let (weight, u) = (cross(b, d), cross(d, a));
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut signs = [false; 2];
-        for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
-            let place = [sx * self.half[0], sy * self.half[1], 1.0];
-            let dot = |row: &[f64; 3]| row[0] * place[0] + row[1] * place[1] + row[2] * place[2];
-            let divisor = dot(&weight);
-            signs[usize::from(divisor > 0.0)] = true;
-            let value = dot(&u) / divisor;
-            low = low.min(value);
-            high = high.max(value);
-        }
-        if signs == [true, true] || !low.is_finite() || !high.is_finite() {
-            return 0..count;
-        }
-        let rows = f64::from(count);
-        // A row more on either side than the corners say.
-        let first = (low * rows - 2.0).floor().clamp(0.0, rows);
-        let end = (high * rows + 2.0).ceil().clamp(0.0, rows);
-        first as u32..end as u32
     }
 
     /// The samples of a row inside the area; `None` if there are none.
