@@ -16,7 +16,7 @@ use umbriel_scene::Scene;
 use crate::{
     bodies::Bodies,
     coarse::{coarse_step, object_tree},
-    fine::{lattice::Spacing, tiles::Layout},
+    fine::{lattice::Spacing, scan::Layout},
     progress::{Cancelled, Progress},
     receivers::{FaceSums, Receivers, spacing},
     report::{Cell, LightReport, ObjectReport, Report, SampleCount, Time, Work},

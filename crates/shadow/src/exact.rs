@@ -52,8 +52,22 @@ pub(crate) fn face_blocks<R: Ring>(
 
 /// Whether the light is strictly on the lit side of a flat face.
 pub(crate) fn flat_face_is_turned_to(bodies: &Bodies, object: usize, face: usize, light: &LightSource) -> bool {
+    flat_face_is_lit(bodies, (object, face), light, None)
+}
+
+/// Whether the light is strictly on the lit side of a flat face whose corners turn like this as seen from the light;
+/// `None` if that is not known.
+#[inline]
+pub(crate) fn flat_face_is_lit(
+    bodies: &Bodies,
+    (object, face): (usize, usize),
+    light: &LightSource,
+    turn: Option<Sign>,
+) -> bool {
     let Body::Flat(facets) = bodies.get(object) else { return false };
-    match facets.light_side(face, light) {
+    let turn = turn.unwrap_or_else(|| facets.turn(face, light));
+    let side = if facets.is_mirrored() { turn.flipped() } else { turn };
+    match side {
         Sign::Positive => true,
         Sign::Zero => false,
         Sign::Negative => !bodies.is_one_sided(object, face),

@@ -1,16 +1,16 @@
-//! Samples without cells: flat receivers all at once ([`tiles`](crate::fine::tiles)).
+//! Samples without cells: flat receivers all at once ([`scan`](crate::fine::scan)).
 //!
 //! Receivers that a curved body may shadow, and curved receivers, are left to [`Receivers`](crate::receivers::Receivers).
 //! Samples prove nothing about the surface between them: the lit area is bounded by nothing and by all.
 
 use umbriel_bvh::Influences;
-use umbriel_geometry::{Facets, LightSource};
+use umbriel_geometry::{Facets, LightSource, Sign};
 
 use crate::{
     bake::Stage,
     bodies::Body,
-    exact::flat_face_is_turned_to,
-    fine::tiles::{Layout, Sampled, sample},
+    exact::flat_face_is_lit,
+    fine::scan::{IsLit, Layout, Sampled, sample},
     progress::{Cancelled, Progress},
     report::{LitArea, ObjectReport, SampleCount},
 };
@@ -58,21 +58,24 @@ impl<'a> Samples<'a> {
         let asked = request.receivers.iter().enumerate().filter(|&(receiver, _)| self.taken[receiver]);
         asked.for_each(|(receiver, &object)| place[object] = Some(receiver));
         let lit_faces: Vec<_> = (0..bodies.boxes.len())
-            .map(|object| move |face: usize| flat_face_is_turned_to(bodies, object, face, self.light))
+            .map(|object| {
+                move |face: usize, turn: Option<Sign>| flat_face_is_lit(bodies, (object, face), self.light, turn)
+            })
             .collect();
         let objects: Vec<Sampled> = (0..bodies.boxes.len())
             .filter(|&object| self.blocks[object] || place[object].is_some())
             .filter_map(|object| {
                 let Body::Flat(facets) = bodies.get(object) else { return None };
-                let layout = place[object].map(|_| self.layout(object, facets));
-                let is_lit_side = layout.map(|_| &lit_faces[object] as &(dyn Fn(usize) -> bool + Sync));
-                Some(Sampled { object: object as u32, facets, layout, is_lit_side, bounds: bodies.boxes[object] })
+                let receives = place[object].map(|_| (self.layout(object, facets), &lit_faces[object] as &IsLit));
+                Some(Sampled { object: object as u32, facets, receives, bounds: bodies.boxes[object] })
             })
             .collect();
         let lit = sample(bodies, self.light, &objects, progress)?;
         let mut all = 0;
         for (object, lit) in objects.iter().zip(lit) {
-            let (Some(layout), Some(receiver)) = (object.layout, place[object.object as usize]) else { continue };
+            let (Some((layout, _)), Some(receiver)) = (object.receives, place[object.object as usize]) else {
+                continue;
+            };
             let samples = SampleCount { samples: layout.samples, lit: lit.count() };
             reports[receiver] = report(object.object as usize, layout, samples);
             reports[receiver].answers = request.keep_cells.then(|| layout.answers(&lit));

@@ -224,6 +224,14 @@ impl Int<8> for Avx2Int {
         let chosen = unsafe { _mm256_blendv_ps(_mm256_castsi256_ps(other.0), _mm256_castsi256_ps(self.0), mask.0) };
         Self(unsafe { _mm256_castps_si256(chosen) })
     }
+    #[inline(always)]
+    fn bits_from(self) -> Self {
+        Self(unsafe { _mm256_sllv_epi32(_mm256_set1_epi32(-1), self.0) })
+    }
+    #[inline(always)]
+    fn without(self, other: Self) -> Self {
+        Self(unsafe { _mm256_andnot_si256(other.0, self.0) })
+    }
 }
 
 impl Mask for Avx2Mask {
@@ -252,6 +260,8 @@ operator!(Avx2Float, Mul, mul, _mm256_mul_ps);
 operator!(Avx2Float, Div, div, _mm256_div_ps);
 operator!(Avx2Int, Add, add, _mm256_add_epi32);
 operator!(Avx2Int, Sub, sub, _mm256_sub_epi32);
+operator!(Avx2Int, BitAnd, bitand, _mm256_and_si256);
+operator!(Avx2Int, BitOr, bitor, _mm256_or_si256);
 operator!(Avx2Mask, BitAnd, bitand, _mm256_and_ps);
 operator!(Avx2Mask, BitOr, bitor, _mm256_or_ps);
 

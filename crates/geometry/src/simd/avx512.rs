@@ -208,6 +208,14 @@ impl Int<16> for Avx512Int {
     fn select(self, mask: Avx512Mask, other: Self) -> Self {
         Self(unsafe { _mm512_mask_blend_epi32(mask.0, other.0, self.0) })
     }
+    #[inline(always)]
+    fn bits_from(self) -> Self {
+        Self(unsafe { _mm512_sllv_epi32(_mm512_set1_epi32(-1), self.0) })
+    }
+    #[inline(always)]
+    fn without(self, other: Self) -> Self {
+        Self(unsafe { _mm512_andnot_si512(other.0, self.0) })
+    }
 }
 
 impl Mask for Avx512Mask {
@@ -236,6 +244,8 @@ operator!(Avx512Float, Mul, mul, _mm512_mul_ps);
 operator!(Avx512Float, Div, div, _mm512_div_ps);
 operator!(Avx512Int, Add, add, _mm512_add_epi32);
 operator!(Avx512Int, Sub, sub, _mm512_sub_epi32);
+operator!(Avx512Int, BitAnd, bitand, _mm512_and_si512);
+operator!(Avx512Int, BitOr, bitor, _mm512_or_si512);
 
 impl Neg for Avx512Float {
     type Output = Self;

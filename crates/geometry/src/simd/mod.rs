@@ -286,8 +286,10 @@ pub trait Float<const N: usize>:
     fn flip_sign(self, signs: Self) -> Self;
 }
 
-/// `N` numbers of type `i32`; sums and differences wrap.
-pub trait Int<const N: usize>: Copy + Debug + Add<Output = Self> + Sub<Output = Self> {
+/// `N` numbers of type `i32`; sums and differences wrap, `&` and `|` are those of the bits.
+pub trait Int<const N: usize>:
+    Copy + Debug + Add<Output = Self> + Sub<Output = Self> + BitAnd<Output = Self> + BitOr<Output = Self>
+{
     /// The floats of this width.
     type Float;
     /// The truth values of this width.
@@ -307,6 +309,10 @@ pub trait Int<const N: usize>: Copy + Debug + Add<Output = Self> + Sub<Output = 
     fn eq(self, other: Self) -> Self::Mask;
     /// Where `mask` is true the lane of `self`, else that of `other`.
     fn select(self, mask: Self::Mask, other: Self) -> Self;
+    /// Bits number `self` and higher are set; none for numbers that are not in 0..32.
+    fn bits_from(self) -> Self;
+    /// The bits of `self` that `other` has not.
+    fn without(self, other: Self) -> Self;
 }
 
 /// One truth value a lane.

@@ -110,6 +110,14 @@ impl<V: Int<8>> Int<16> for Pair<V> {
     fn select(self, mask: Self::Mask, other: Self) -> Self {
         Self(self.0.select(mask.0, other.0), self.1.select(mask.1, other.1))
     }
+    #[inline(always)]
+    fn bits_from(self) -> Self {
+        Self(self.0.bits_from(), self.1.bits_from())
+    }
+    #[inline(always)]
+    fn without(self, other: Self) -> Self {
+        Self(self.0.without(other.0), self.1.without(other.1))
+    }
 }
 
 impl<M: Mask> Mask for Pair<M> {

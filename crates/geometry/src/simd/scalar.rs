@@ -173,6 +173,14 @@ impl<const N: usize> Int<N> for ScalarInt<N> {
     fn select(self, mask: ScalarMask<N>, other: Self) -> Self {
         Self(array::from_fn(|lane| if mask.0 >> lane & 1 == 1 { self.0[lane] } else { other.0[lane] }))
     }
+    #[inline(always)]
+    fn bits_from(self) -> Self {
+        Self(self.0.map(|first| u32::MAX.checked_shl(first as u32).unwrap_or(0) as i32))
+    }
+    #[inline(always)]
+    fn without(self, other: Self) -> Self {
+        self.map2(other, |a, b| a & !b)
+    }
 }
 
 impl<const N: usize> Mask for ScalarMask<N> {
@@ -235,6 +243,22 @@ impl<const N: usize> Sub for ScalarInt<N> {
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
         self.map2(other, i32::wrapping_sub)
+    }
+}
+
+impl<const N: usize> BitAnd for ScalarInt<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        self.map2(other, |a, b| a & b)
+    }
+}
+
+impl<const N: usize> BitOr for ScalarInt<N> {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        self.map2(other, |a, b| a | b)
     }
 }
 

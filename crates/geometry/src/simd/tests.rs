@@ -31,8 +31,10 @@ impl<const N: usize> Everything<'_, N> {
         let (a, b) = (simd.load_int(self.ints), simd.load_bytes(self.bytes));
         let (mask, whole) = (simd.mask(self.bits), simd.load(self.a).to_int());
         let all = [a, b, a + b, a - b, a.min(b), a.max(b), a.select(mask, b), simd.splat_int(self.ints[0]), whole];
+        let small = b - simd.splat_int(3);
+        let bits = [a & b, a | b, a.without(b), a.bits_from(), small.bits_from(), b.bits_from()];
         let floats = [a.to_float(), b.to_float()].into_iter().flat_map(Float::to_array).map(f32::to_bits);
-        all.into_iter().flat_map(Int::to_array).map(|value| value as u32).chain(floats).collect()
+        all.into_iter().chain(bits).flat_map(Int::to_array).map(|value| value as u32).chain(floats).collect()
     }
 
     #[inline(always)]

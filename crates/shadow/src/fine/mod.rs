@@ -18,8 +18,8 @@ mod pattern;
 mod polygon_blocker;
 pub(crate) mod raster;
 mod receiver;
+pub(crate) mod scan;
 pub(crate) mod tally;
-pub(crate) mod tiles;
 
 pub(crate) use classify::{Blocker, Blockers, Entry};
 pub(crate) use occluders::{Candidates, Occluders};

@@ -149,7 +149,7 @@ fn random_soups() {
     let point = move || prop::array::uniform3(number());
     let soup = prop::collection::vec(prop::array::uniform3(point()), 1..40);
     let strategy = (soup, point(), any::<bool>(), -40i32..40, -1e6..1e6f64);
-    let mut runner = TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(150) });
+    let mut runner = TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(400) });
     let outcome = runner.run(&strategy, |(triangles, light, is_sun, scale, far)| {
         let scale = 2f64.powi(scale);
         let place = |p: [f64; 3]| [p[0] * scale + far * scale, p[1] * scale, p[2] * scale];

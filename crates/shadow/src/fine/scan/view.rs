@@ -11,6 +11,8 @@
 use glam::DVec3;
 use umbriel_geometry::{Aabb, LightSource};
 
+use super::faces::Rect;
+
 /// Unit roundoff of f64.
 const ROUNDOFF: f64 = f64::EPSILON / 2.0;
 
@@ -46,7 +48,7 @@ pub(super) struct View {
 
 /// A point in a view: its image in quanta and its depth. `depth` is NaN where the point has no image; `x` then says
 /// beyond which planes of the window it lies, a bit each.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Image {
     pub(super) x: i32,
     pub(super) y: i32,
@@ -55,6 +57,7 @@ pub(super) struct Image {
 
 impl Image {
     /// Whether the point has an image.
+    #[inline(always)]
     pub(super) fn is_valid(&self) -> bool {
         !self.depth.is_nan()
     }
@@ -175,6 +178,7 @@ impl View {
         self.half = reach.map(|reach| reach * self.scale + 4.0);
     }
 
+    #[inline(always)]
     fn homogeneous_raw(&self, point: DVec3) -> [f64; 3] {
         let q = point - self.origin;
         let z = if self.is_sun { 1.0 } else { self.rows[2].dot(q) };
@@ -182,17 +186,20 @@ impl View {
     }
 
     /// Homogeneous coordinates in quanta from the middle of the window: the image is (x/z, y/z).
+    #[inline(always)]
     pub(super) fn homogeneous(&self, point: DVec3) -> [f64; 3] {
         let [x, y, z] = self.homogeneous_raw(point);
         [(x - self.center[0] * z) * self.scale, (y - self.center[1] * z) * self.scale, z]
     }
 
     /// The depth of a point under a sun.
+    #[inline(always)]
     pub(super) fn depth_of_sun(&self, point: DVec3) -> f64 {
         self.rows[2].dot(point - self.origin) * self.depth_scale
     }
 
     /// The depth at z before a lamp.
+    #[inline(always)]
     pub(super) fn depth_before_lamp(&self, z: f64) -> f32 {
         (-self.depth_scale / z) as f32
     }
@@ -202,12 +209,25 @@ impl View {
         self.depth_scale
     }
 
+    /// Whether a box of images lies in the window.
+    #[inline(always)]
+    pub(super) fn holds(&self, rect: &Rect) -> bool {
+        (0..2).all(|k| f64::from(rect.min[k]) >= -self.half[k] && f64::from(rect.max[k]) <= self.half[k])
+    }
+
+    /// Whether what turns counter-clockwise in the image turns clockwise for somebody at the light.
+    #[inline(always)]
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.rows[0].cross(self.rows[1]).dot(self.rows[2]) > 0.0
+    }
+
     /// Whether the light is a sun.
     pub(super) fn is_sun(&self) -> bool {
         self.is_sun
     }
 
     /// The image of a corner whose coordinates are off by `slack` at most.
+    #[inline(always)]
     pub(super) fn image(&self, point: DVec3, slack: f64) -> Image {
         let [x, y, z] = self.homogeneous(point);
         if !self.sees_all {

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use umbriel_geometry::{Facet, Facets};
 
-use super::sampler::LitBits;
+use super::lit_bits::LitBits;
 use crate::{
     fine::lattice::{Lattice, Spacing},
     levels::FaceSize,
@@ -22,12 +22,24 @@ pub(crate) struct FaceLattice {
     pub(crate) corner: u8,
 }
 
+impl FaceLattice {
+    /// Bytes that the answers of a row take.
+    #[inline(always)]
+    pub(super) fn row_bytes(&self) -> u64 {
+        u64::from(self.lattice.counts()[1].div_ceil(8))
+    }
+}
+
+/// The bytes that hold a row of so many bits, and how many each holds.
+fn bytes_of(bits: u32) -> impl Iterator<Item = (u64, u32)> {
+    (0..bits.div_ceil(8)).map(move |byte| (u64::from(byte), (bits - 8 * byte).min(8)))
+}
+
 /// The samples of one object's flat faces.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     faces: Vec<FaceLattice>,
-    /// The first bit of each face, and the end of the last. A face has a bit for each row and column of its lattice,
-    /// used or not.
+    /// The first byte of each face's answers, and the end of the last. A row has whole bytes.
     first: Vec<u64>,
     /// How many samples there are.
     pub(crate) samples: u64,
@@ -65,13 +77,12 @@ impl Layout {
             sum
         });
         let mut first = Vec::with_capacity(faces.len() + 1);
-        let mut bit = 0;
+        let mut byte = 0;
         for face in &faces {
-            first.push(bit);
-            let [rows, columns] = face.lattice.counts();
-            bit += u64::from(rows) * u64::from(columns);
+            first.push(byte);
+            byte += u64::from(face.lattice.counts()[0]) * face.row_bytes();
         }
-        first.push(bit);
+        first.push(byte);
         Self { faces, first, samples, areas }
     }
 
@@ -79,22 +90,18 @@ impl Layout {
     pub(crate) fn answers(&self, lit: &LitBits) -> SampleAnswers {
         let mut answers = SampleAnswers::default();
         for (face, &first) in self.faces.iter().zip(&self.first) {
-            let [rows, columns] = face.lattice.counts();
-            for row in 0..rows {
-                let (mut bit, len) = (first + u64::from(row) * u64::from(columns), face.lattice.row_len(row));
-                let end = bit + u64::from(len);
-                while bit < end {
-                    let count = (end - bit).min(64);
-                    answers.push(lit.bits(bit, count as u32), count as u32);
-                    bit += count;
+            for row in 0..face.lattice.counts()[0] {
+                let start = first + u64::from(row) * face.row_bytes();
+                for (byte, len) in bytes_of(face.lattice.row_len(row)) {
+                    answers.push(u64::from(lit.byte(start + byte)), len);
                 }
             }
         }
         answers
     }
 
-    /// How many bits.
-    pub(crate) fn bits(&self) -> u64 {
+    /// How many bytes answers take.
+    pub(crate) fn bytes(&self) -> u64 {
         self.first.last().copied().unwrap_or_default()
     }
 
@@ -102,7 +109,7 @@ impl Layout {
         &self.faces[face]
     }
 
-    pub(crate) fn first_bit(&self, face: usize) -> u64 {
+    pub(crate) fn first_byte(&self, face: usize) -> u64 {
         self.first[face]
     }
 }

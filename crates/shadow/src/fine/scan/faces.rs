@@ -1,0 +1,213 @@
+//! Faces by number, and what a view sees of them.
+
+use std::collections::BTreeMap;
+
+use umbriel_geometry::{Facet, Facets, Sign};
+
+use super::{
+    clip::clip,
+    images::Images,
+    view::{Image, View},
+};
+
+/// One object's part.
+pub(super) struct Source<'a> {
+    pub(super) object: u32,
+    pub(super) facets: &'a Facets,
+}
+
+/// A face of a source.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Face {
+    /// Index into the sources.
+    pub(super) source: u32,
+    pub(super) number: u32,
+}
+
+/// A triangle of a face's fan: one of a triangle, two of a parallelogram, up to six of a face that is cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Piece {
+    source: u32,
+    /// The face's number below, that of the piece in the highest three bits.
+    number: u32,
+}
+
+impl Piece {
+    /// None of all pieces.
+    pub(super) const NONE: Self = Self { source: u32::MAX, number: u32::MAX };
+
+    const NUMBER_BITS: u32 = 29;
+
+    #[inline(always)]
+    pub(super) fn new(face: Face, piece: u32) -> Self {
+        Self { source: face.source, number: face.number | piece << Self::NUMBER_BITS }
+    }
+
+    #[inline(always)]
+    pub(super) fn face(self) -> Face {
+        Face { source: self.source, number: self.number & ((1 << Self::NUMBER_BITS) - 1) }
+    }
+
+    /// Which triangle of the face's fan it is.
+    #[inline(always)]
+    pub(super) fn place(self) -> usize {
+        (self.number >> Self::NUMBER_BITS) as usize
+    }
+}
+
+/// A box of images, quanta.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rect {
+    pub(super) min: [i32; 2],
+    pub(super) max: [i32; 2],
+}
+
+impl Rect {
+    pub(super) const EMPTY: Self = Self { min: [i32::MAX; 2], max: [i32::MIN; 2] };
+
+    /// More than any window.
+    pub(super) const EVERYWHERE: Self = Self { min: [-(1 << 30); 2], max: [1 << 30; 2] };
+
+    #[inline(always)]
+    pub(super) fn of(images: &[Image]) -> Self {
+        images.iter().fold(Self::EMPTY, |rect, image| Self {
+            min: [rect.min[0].min(image.x), rect.min[1].min(image.y)],
+            max: [rect.max[0].max(image.x), rect.max[1].max(image.y)],
+        })
+    }
+
+    #[inline(always)]
+    pub(super) fn union(&self, other: &Self) -> Self {
+        Self {
+            min: [self.min[0].min(other.min[0]), self.min[1].min(other.min[1])],
+            max: [self.max[0].max(other.max[0]), self.max[1].max(other.max[1])],
+        }
+    }
+
+    /// What both share; its least corner may lie beyond its greatest.
+    pub(super) fn intersection(&self, other: &Self) -> Self {
+        Self {
+            min: [self.min[0].max(other.min[0]), self.min[1].max(other.min[1])],
+            max: [self.max[0].min(other.max[0]), self.max[1].min(other.max[1])],
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.min[0] > self.max[0] || self.min[1] > self.max[1]
+    }
+
+    /// Square quanta, sides one longer.
+    pub(super) fn area(&self) -> f64 {
+        let side = |k: usize| f64::from(self.max[k]) - f64::from(self.min[k]) + 1.0;
+        side(0) * side(1)
+    }
+
+    /// Farther by `wide` on all sides; inside of [`Rect::EVERYWHERE`] still an `i32`.
+    #[inline(always)]
+    pub(super) fn widened(&self, wide: i32) -> Self {
+        Self { min: self.min.map(|x| x.saturating_sub(wide)), max: self.max.map(|x| x.saturating_add(wide)) }
+    }
+
+    #[inline(always)]
+    pub(super) fn center(&self) -> [i32; 2] {
+        [0, 1].map(|k| self.min[k].midpoint(self.max[k]))
+    }
+}
+
+/// The least and the greatest depth.
+#[inline(always)]
+pub(super) fn depths(images: &[Image]) -> [f32; 2] {
+    let depths = images.iter().map(|image| image.depth);
+    depths.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], depth| [low.min(depth), high.max(depth)])
+}
+
+/// The images of a face's corners, the last repeated for a triangle, and how many there are.
+#[inline(always)]
+pub(super) fn corners(facets: &Facets, images: &[Image], face: usize) -> ([Image; 4], usize) {
+    let at = |number: u32| images[number as usize];
+    match facets.facet(face) {
+        Facet::Triangle([a, b, c]) => ([at(a), at(b), at(c), at(c)], 3),
+        Facet::Parallelogram(numbers) => (numbers.map(at), 4),
+    }
+}
+
+/// What a view sees of a face.
+#[derive(Clone, Debug)]
+pub(super) enum Sight {
+    Nothing,
+    /// All corners have images.
+    Whole,
+    /// A convex part that holds all of the window.
+    Clipped(Vec<Image>),
+    /// Nothing bounds its image.
+    Unbounded,
+}
+
+/// What the view sees of a face whose corners have these images.
+#[inline(always)]
+pub(super) fn sight(facets: &Facets, face: usize, images: &[Image], view: &View) -> Sight {
+    if images.iter().all(Image::is_valid) { Sight::Whole } else { partial_sight(facets, face, images, view) }
+}
+
+fn partial_sight(facets: &Facets, face: usize, images: &[Image], view: &View) -> Sight {
+    if images.iter().fold(-1, |beyond, image| beyond & if image.is_valid() { 0 } else { image.x }) != 0 {
+        return Sight::Nothing;
+    }
+    let corners = facets.facet(face).corners();
+    let points: Vec<_> = corners.iter().map(|&corner| view.homogeneous(facets.positions()[corner as usize])).collect();
+    match clip(points, view) {
+        Some(images) if images.is_empty() => Sight::Nothing,
+        Some(images) => Sight::Clipped(images),
+        None => Sight::Unbounded,
+    }
+}
+
+/// All faces under one view.
+pub(super) struct Faces<'a> {
+    pub(super) sources: &'a [Source<'a>],
+    pub(super) images: Images,
+    /// What is left of the faces that are not seen as a whole; nothing of those that nothing bounds.
+    pub(super) clipped: BTreeMap<Face, Vec<Image>>,
+}
+
+impl Faces<'_> {
+    /// What is left of a face that is not seen as a whole.
+    #[inline(always)]
+    pub(super) fn clipped(&self, face: Face) -> Option<&[Image]> {
+        if self.clipped.is_empty() { None } else { self.clipped.get(&face).map(Vec::as_slice) }
+    }
+
+    #[inline(always)]
+    pub(super) fn corners(&self, face: Face) -> ([Image; 4], usize) {
+        corners(self.sources[face.source as usize].facets, self.images.of(face.source), face.number as usize)
+    }
+
+    /// The corners of a piece; `None` for none, and for a face whose shadow nothing bounds.
+    #[inline(always)]
+    pub(super) fn triangle(&self, piece: Piece) -> Option<[Image; 3]> {
+        if piece == Piece::NONE {
+            return None;
+        }
+        let (face, place) = (piece.face(), piece.place());
+        match self.clipped(face) {
+            Some([]) => None,
+            Some(images) => Some([images[0], images[place + 1], images[place + 2]]),
+            None => {
+                let (corners, _) = self.corners(face);
+                Some([corners[0], corners[place + 1], corners[place + 2]])
+            }
+        }
+    }
+
+    /// Which way the corners of a face turn as seen from the light, where its images tell.
+    #[inline(always)]
+    pub(super) fn turn(&self, corners: &[Image; 4], view: &View) -> Option<Sign> {
+        let away = |k: usize| [corners[k].x - corners[0].x, corners[k].y - corners[0].y].map(f64::from);
+        let ([bx, by], [dx, dy]) = (away(1), away(3));
+        let doubled = bx * dy - by * dx;
+        // Differences are off by twice the error of an image each.
+        let off = 2.0 * view.error * (bx.abs() + by.abs() + dx.abs() + dy.abs()) + 8.0 * view.error * view.error;
+        let is_certain = doubled.abs() > off * (1.0 + 1e-9);
+        is_certain.then(|| if (doubled > 0.0) == view.is_mirrored() { Sign::Negative } else { Sign::Positive })
+    }
+}

@@ -1,0 +1,34 @@
+//! The answers of one object, a bit each.
+
+use std::sync::atomic::{AtomicU8, Ordering};
+
+/// Bits, set where a sample is lit. Rows of lattices begin at whole bytes, so that faces share none.
+pub(crate) struct LitBits(Vec<AtomicU8>);
+
+impl LitBits {
+    /// None set.
+    pub(super) fn new(bytes: u64) -> Self {
+        Self((0..bytes).map(|_| AtomicU8::new(0)).collect())
+    }
+
+    /// Sets the bits of `bits` from a byte on. Only one thread at a time may set bits of a byte.
+    #[inline(always)]
+    pub(super) fn set(&self, first: u64, bits: u32) {
+        for (k, bits) in bits.to_le_bytes().into_iter().enumerate() {
+            if bits != 0 {
+                let byte = &self.0[first as usize + k];
+                byte.store(byte.load(Ordering::Relaxed) | bits, Ordering::Relaxed);
+            }
+        }
+    }
+
+    /// Eight bits.
+    pub(super) fn byte(&self, at: u64) -> u8 {
+        self.0[at as usize].load(Ordering::Relaxed)
+    }
+
+    /// How many are set.
+    pub(crate) fn count(&self) -> u64 {
+        self.0.iter().map(|byte| u64::from(byte.load(Ordering::Relaxed).count_ones())).sum()
+    }
+}

@@ -1,0 +1,130 @@
+//! Occluders side by side: eight triangles a pack.
+
+use umbriel_geometry::simd::{F8, Float, I8, Int, Mask, Simd};
+
+use super::{
+    faces::{Face, Faces, Piece, Rect},
+    tree::WIDTH,
+    view::Image,
+};
+
+/// Unit roundoff of f32.
+pub(super) const ROUNDOFF: f32 = f32::EPSILON / 2.0;
+
+/// Eight triangles, counter-clockwise as far as their images tell.
+#[derive(Clone, Debug)]
+pub(super) struct Pack {
+    x: [[i32; WIDTH]; 3],
+    y: [[i32; WIDTH]; 3],
+    depth: [[f32; WIDTH]; 3],
+    source: [i32; WIDTH],
+    number: [i32; WIDTH],
+}
+
+impl Pack {
+    /// Triangles beyond every window.
+    const EMPTY: Self = Self {
+        x: [[i32::MAX; WIDTH]; 3],
+        y: [[i32::MAX; WIDTH]; 3],
+        depth: [[f32::INFINITY; WIDTH]; 3],
+        source: [-1; WIDTH],
+        number: [-1; WIDTH],
+    };
+
+    /// Of eight pieces of faces at most.
+    pub(super) fn new(faces: &Faces, pieces: &[Piece]) -> Self {
+        let mut pack = Self::EMPTY;
+        for (lane, &piece) in pieces.iter().enumerate() {
+            if let Some(corners) = faces.triangle(piece) {
+                pack.set(lane, piece.face(), &corners);
+            }
+        }
+        pack
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, face: Face, [a, b, c]: &[Image; 3]) {
+        let away = |image: &Image| [i64::from(image.x) - i64::from(a.x), i64::from(image.y) - i64::from(a.y)];
+        let ([bx, by], [cx, cy]) = (away(b), away(c));
+        let corners = if bx * cy < by * cx { [a, c, b] } else { [a, b, c] };
+        for (k, corner) in corners.into_iter().enumerate() {
+            (self.x[k][lane], self.y[k][lane], self.depth[k][lane]) = (corner.x, corner.y, corner.depth);
+        }
+        (self.source[lane], self.number[lane]) = (face.source as i32, face.number as i32);
+    }
+
+    /// The face in a lane.
+    pub(super) fn face(&self, lane: usize) -> Face {
+        Face { source: self.source[lane] as u32, number: self.number[lane] as u32 }
+    }
+
+    /// The box of all images, and the least depth.
+    pub(super) fn bounds(&self) -> (Rect, f32) {
+        let mut rect = Rect::EMPTY;
+        let mut nearest = f32::INFINITY;
+        for lane in (0..WIDTH).filter(|&lane| self.source[lane] != -1) {
+            for k in 0..3 {
+                let [x, y] = [self.x[k][lane], self.y[k][lane]];
+                rect = rect.union(&Rect { min: [x, y], max: [x, y] });
+                nearest = nearest.min(self.depth[k][lane]);
+            }
+        }
+        (rect, nearest)
+    }
+
+    /// The triangles in vectors.
+    #[inline(always)]
+    pub(super) fn load<S: Simd>(&self, simd: S) -> Triangles<S> {
+        Triangles {
+            x: [simd.load_int(&self.x[0]), simd.load_int(&self.x[1]), simd.load_int(&self.x[2])],
+            y: [simd.load_int(&self.y[0]), simd.load_int(&self.y[1]), simd.load_int(&self.y[2])],
+            depth: [simd.load(&self.depth[0]), simd.load(&self.depth[1]), simd.load(&self.depth[2])],
+        }
+    }
+
+    /// The lanes that hold a face.
+    #[inline(always)]
+    pub(super) fn lanes_of<S: Simd>(&self, simd: S, face: Face) -> u32 {
+        let is_number = simd.load_int(&self.number).eq(simd.splat_int8(face.number as i32));
+        let is_source = simd.load_int(&self.source).eq(simd.splat_int8(face.source as i32));
+        (is_number & is_source).bits()
+    }
+}
+
+/// Eight triangles in vectors.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Triangles<S: Simd> {
+    pub(super) x: [I8<S>; 3],
+    pub(super) y: [I8<S>; 3],
+    pub(super) depth: [F8<S>; 3],
+}
+
+impl<S: Simd> Triangles<S> {
+    /// The lanes whose boxes meet a box of images and that are not all deeper than `farthest`.
+    #[inline(always)]
+    pub(super) fn over(&self, simd: S, rect: &Rect, farthest: f32) -> u32 {
+        let nearest = self.depth[0].min(self.depth[1]).min(self.depth[2]);
+        let mut beside = nearest.gt(simd.splat8(farthest));
+        beside =
+            beside | simd.splat_int8(rect.max[0]).lt(least(self.x)) | most(self.x).lt(simd.splat_int8(rect.min[0]));
+        beside =
+            beside | simd.splat_int8(rect.max[1]).lt(least(self.y)) | most(self.y).lt(simd.splat_int8(rect.min[1]));
+        (!beside).bits()
+    }
+
+    /// The greatest depth.
+    #[inline(always)]
+    pub(super) fn farthest(&self) -> F8<S> {
+        self.depth[0].max(self.depth[1]).max(self.depth[2])
+    }
+}
+
+#[inline(always)]
+fn least<V: Int<WIDTH>>(values: [V; 3]) -> V {
+    values[0].min(values[1]).min(values[2])
+}
+
+#[inline(always)]
+fn most<V: Int<WIDTH>>(values: [V; 3]) -> V {
+    values[0].max(values[1]).max(values[2])
+}

@@ -1,0 +1,281 @@
+//! Eight occluders against a patch: in each row, the columns that each one hides.
+//!
+//! An edge function of an occluder, and the difference of its plane's depth and the receiver's, are linear in row and column
+//! once multiplied by the sample's third coordinate, which is positive: f(i, j) = first + i·row + j·column. A sample is
+//! blocked where all of them exceed their tolerances, not blocked where one is below its negative; between, the pair
+//! is in doubt. In a row each function bounds the columns from one side, at −(first + i·row)/column. NUMERICS.md, "Samples by scan
+//! conversion", derives the tolerances.
+
+use umbriel_geometry::simd::{F8, Float, I8, Int, Lanes, M8, Mask, Simd};
+
+use super::{
+    pack::{ROUNDOFF, Triangles},
+    patch::Patch,
+    tree::WIDTH,
+};
+
+/// Rows that are scanned at once.
+pub(super) const ROWS: u32 = 8;
+
+/// A step of a column is made at least this part of the tolerance, so that spans have an end.
+const LEAST_STEP: f32 = 1.0 / 1024.0;
+
+/// Beyond all columns.
+const FAR: f32 = 1e12;
+
+/// More than half of any range of depths that is known.
+const UNBOUNDED: f32 = 1e15;
+
+/// A linear function of row and column, a lane an occluder.
+#[derive(Clone, Copy, Debug)]
+struct Linear<V> {
+    first: V,
+    row: V,
+    column: V,
+    tolerance: V,
+}
+
+impl<V: Float<WIDTH>> Linear<V> {
+    #[inline(always)]
+    fn at(&self, row: V, column: V) -> V {
+        self.first + row * self.row + column * self.column
+    }
+
+    /// The least and the greatest value up to the last row and column.
+    #[inline(always)]
+    fn range<S: Lanes<WIDTH, Float = V>>(&self, simd: S, rows: V, columns: V) -> [V; 2] {
+        let none = simd.splat(0.0);
+        let (along, across) = (rows * self.row, columns * self.column);
+        let low = self.first + along.min(none) + across.min(none);
+        [low, self.first + along.max(none) + across.max(none)]
+    }
+}
+
+/// Eight occluders as functions over a patch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Functions<S: Simd> {
+    edges: [Linear<F8<S>>; 3],
+    /// Twice the area times how much nearer than the patch's plane.
+    plane: Linear<F8<S>>,
+    /// Occluders all of which is nearer than all of the patch.
+    nearer: M8<S>,
+    /// Occluders of which nothing is certain inside.
+    thin: M8<S>,
+}
+
+/// How exact images and depths are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Errors {
+    pub(super) image: f32,
+    pub(super) depth: f32,
+}
+
+impl Errors {
+    /// How much deeper than `depth` something must be to be deeper for certain.
+    #[inline(always)]
+    pub(super) fn depth_slack(&self, depth: f32) -> f32 {
+        2.0 * self.depth + 32.0 * f32::EPSILON * depth.abs()
+    }
+}
+
+impl<S: Simd> Functions<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, triangles: &Triangles<S>, patch: &Patch, errors: &Errors) -> Self {
+        let center = [simd.splat_int8(patch.center[0]), simd.splat_int8(patch.center[1])];
+        let (mut x, mut y) = ([simd.splat8(0.0); 3], [simd.splat8(0.0); 3]);
+        let (mut along, mut length) = ([[simd.splat8(0.0); 2]; 3], simd.splat8(0.0));
+        let mut reach = simd.splat8(patch.reach);
+        for k in 0..3 {
+            x[k] = (triangles.x[k] - center[0]).to_float();
+            y[k] = (triangles.y[k] - center[1]).to_float();
+            reach = reach.max(x[k].abs()).max(y[k].abs());
+            // Differences of integers are exact.
+            let (from, to) = ((k + 1) % 3, (k + 2) % 3);
+            along[k][0] = (triangles.x[to] - triangles.x[from]).to_float();
+            along[k][1] = (triangles.y[to] - triangles.y[from]).to_float();
+            length = length.max(along[k][0].abs()).max(along[k][1].abs());
+        }
+        let error = simd.splat8(errors.image);
+        let area = along[0][0] * along[1][1] - along[0][1] * along[1][0];
+        let area_off = simd.splat8(9.0) * (error * (length + error) + simd.splat8(ROUNDOFF) * length * length);
+        let is_thin = area.le(area_off);
+        let thin = (area_off + area_off).select(is_thin, simd.splat8(0.0));
+        let tolerance =
+            simd.splat8(10.0 * errors.image) * (reach + length) + simd.splat8(256.0 * ROUNDOFF) * length * reach + thin;
+        let none = simd.splat8(0.0);
+        let mut edges = [Linear { first: none, row: none, column: none, tolerance }; 3];
+        for (k, edge) in edges.iter_mut().enumerate() {
+            let from = [x[(k + 1) % 3], y[(k + 1) % 3]];
+            edge.first = turn(simd, along[k], from, patch, 0);
+            edge.row = turn(simd, along[k], from, patch, 1);
+            edge.column = turn(simd, along[k], from, patch, 2);
+        }
+        let limit = patch.nearest - errors.depth_slack(patch.nearest);
+        Self {
+            edges,
+            plane: plane(simd, (triangles, area), patch, &edges, errors),
+            nearer: triangles.farthest().lt(simd.splat8(limit)),
+            thin: is_thin,
+        }
+    }
+
+    /// One sample against all eight: those that block it for certain, and those in doubt.
+    #[inline(always)]
+    pub(super) fn at(&self, simd: S, row: u32, column: u32) -> [u32; 2] {
+        let (row, column) = (simd.splat8(row as f32), simd.splat8(column as f32));
+        let [a, b, c] = &self.edges;
+        let least = a.at(row, column).min(b.at(row, column)).min(c.at(row, column));
+        let tolerance = self.edges[0].tolerance;
+        // Not "at least": what is no number is in doubt.
+        let beside = least.lt(-tolerance);
+        if beside.bits() == 0xff {
+            return [0, 0];
+        }
+        let (nearer, off) = (self.plane.at(row, column), self.plane.tolerance);
+        let certain = least.gt(tolerance) & (self.nearer | nearer.gt(off)) & !self.thin;
+        let beyond = nearer.lt(-off) & !(self.nearer | self.thin);
+        [certain.bits(), (!(beside | beyond | certain)).bits()]
+    }
+
+    /// The lanes that block no sample of the patch, and those that block all of it: functions over a box are between
+    /// their values at its corners.
+    #[inline(always)]
+    pub(super) fn over_all(&self, simd: S, patch: &Patch) -> [u32; 2] {
+        let (rows, columns) = (simd.splat8((patch.rows - 1) as f32), simd.splat8((patch.columns - 1) as f32));
+        let mut missed = simd.mask8(0);
+        let mut covered = !self.thin;
+        for edge in &self.edges {
+            let [low, high] = edge.range(simd, rows, columns);
+            missed = missed | high.lt(-edge.tolerance);
+            covered = covered & low.gt(edge.tolerance);
+        }
+        let [low, high] = self.plane.range(simd, rows, columns);
+        missed = missed | (high.lt(-self.plane.tolerance) & !(self.nearer | self.thin));
+        covered = covered & (self.nearer | low.gt(self.plane.tolerance));
+        [missed.bits(), covered.bits()]
+    }
+
+    /// The functions as bounds of columns.
+    #[inline(always)]
+    pub(super) fn bounds(&self, simd: S) -> Bounds {
+        let [(a, a_holds), (b, b_holds), (c, c_holds)] =
+            [side(simd, &self.edges[0]), side(simd, &self.edges[1]), side(simd, &self.edges[2])];
+        let (plane, plane_holds) = side(simd, &self.plane);
+        let uses_plane = !(self.nearer | self.thin);
+        let holds = a_holds & b_holds & c_holds & (plane_holds | !uses_plane) & !self.thin;
+        Bounds { sides: [a, b, c, plane], uses_plane: uses_plane.bits(), uncertain: (!holds).bits() }
+    }
+}
+
+/// How far the n-th vector of a patch is to the left of an edge, times the edge's length.
+#[inline(always)]
+fn turn<S: Simd>(simd: S, along: [F8<S>; 2], from: [F8<S>; 2], patch: &Patch, n: usize) -> F8<S> {
+    let (x, y, z) = (simd.splat8(patch.x[n]), simd.splat8(patch.y[n]), simd.splat8(patch.z[n]));
+    along[0] * (y - from[1] * z) - along[1] * (x - from[0] * z)
+}
+
+/// The receiver's depth less the occluder's, times twice the occluder's area: the mean of the corners' differences,
+/// weighted by the edge functions.
+#[inline(always)]
+fn plane<S: Simd>(
+    simd: S,
+    (triangles, area): (&Triangles<S>, F8<S>),
+    patch: &Patch,
+    edges: &[Linear<F8<S>>; 3],
+    errors: &Errors,
+) -> Linear<F8<S>> {
+    let middle = simd.splat8(patch.middle);
+    let depth = [triangles.depth[0] - middle, triangles.depth[1] - middle, triangles.depth[2] - middle];
+    // A patch whose depths nothing bounds has a plane that tells nothing.
+    let half_range = (0.5 * (patch.farthest - patch.nearest) + errors.depth_slack(patch.middle)).min(UNBOUNDED);
+    let size = depth[0].abs().max(depth[1].abs()).max(depth[2].abs()).max(simd.splat8(half_range));
+    let tolerance = edges[0].tolerance;
+    let off = simd.splat8(errors.depth) + simd.splat8(16.0 * ROUNDOFF) * (size + middle.abs());
+    let reach = area + simd.splat8(4.0) * tolerance;
+    Linear {
+        first: area * simd.splat8(patch.depth[0])
+            - (edges[0].first * depth[0] + edges[1].first * depth[1] + edges[2].first * depth[2]),
+        row: area * simd.splat8(patch.depth[1])
+            - (edges[0].row * depth[0] + edges[1].row * depth[1] + edges[2].row * depth[2]),
+        column: area * simd.splat8(patch.depth[2])
+            - (edges[0].column * depth[0] + edges[1].column * depth[1] + edges[2].column * depth[2]),
+        tolerance: simd.splat8(5.0) * size * tolerance + simd.splat8(3.0) * reach * off,
+    }
+}
+
+/// One function of each of eight occluders as a bound of columns.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    /// Where the function is 0 in row 0, and how that moves with the row.
+    base: [f32; WIDTH],
+    slope: [f32; WIDTH],
+    /// What is added to it for the first column for certain, the first in doubt, the last for certain, the last in
+    /// doubt.
+    offsets: [[f32; WIDTH]; 4],
+}
+
+/// The bound, and where its numbers are such.
+#[inline(always)]
+fn side<S: Simd>(simd: S, f: &Linear<F8<S>>) -> (Side, M8<S>) {
+    let least = f.tolerance * simd.splat8(LEAST_STEP);
+    let column = least.select(f.column.abs().lt(least), f.column);
+    let inverse = simd.splat8(-1.0) / column;
+    let wide = f.tolerance * inverse.abs() * simd.splat8(1.2);
+    let far = simd.splat8(FAR);
+    let is_low = column.gt(simd.splat8(0.0));
+    let (base, slope) = (f.first * inverse, f.row * inverse);
+    let holds = (base.abs() + slope.abs() + wide).lt(simd.splat8(1e-2 * FAR));
+    let side = Side {
+        base: base.to_array(),
+        slope: slope.to_array(),
+        offsets: [
+            wide.select(is_low, -far).to_array(),
+            (-wide).select(is_low, -far).to_array(),
+            far.select(is_low, -wide).to_array(),
+            far.select(is_low, wide).to_array(),
+        ],
+    };
+    (side, holds)
+}
+
+/// Eight occluders as bounds of columns.
+#[derive(Clone, Debug)]
+pub(super) struct Bounds {
+    /// Of the edges and the plane.
+    sides: [Side; 4],
+    /// Lanes in which the plane matters.
+    uses_plane: u32,
+    /// Lanes that hide nothing for certain.
+    uncertain: u32,
+}
+
+impl Bounds {
+    /// The columns that one occluder hides in eight rows from `row` on: those for certain, and those and the doubtful.
+    #[inline(always)]
+    pub(super) fn spans<S: Simd>(&self, simd: S, lane: usize, row: u32) -> [I8<S>; 2] {
+        const STEPS: [f32; WIDTH] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        let rows = simd.load(&STEPS) + simd.splat8(row as f32);
+        let (before, beyond) = (simd.splat8(-1.0), simd.splat8(33.0));
+        let mut limits = [before, before, beyond, beyond];
+        let count = if self.uses_plane >> lane & 1 == 1 { 4 } else { 3 };
+        for side in &self.sides[..count] {
+            let zero = simd.splat8(side.base[lane]) + rows * simd.splat8(side.slope[lane]);
+            // In this order what is no number bounds nothing.
+            limits[0] = (zero + simd.splat8(side.offsets[0][lane])).max(limits[0]);
+            limits[1] = (zero + simd.splat8(side.offsets[1][lane])).max(limits[1]);
+            limits[2] = (zero + simd.splat8(side.offsets[2][lane])).min(limits[2]);
+            limits[3] = (zero + simd.splat8(side.offsets[3][lane])).min(limits[3]);
+        }
+        let maybe = columns_after(simd, limits[1]).without(columns_after(simd, limits[3].max(before)));
+        if self.uncertain >> lane & 1 == 1 {
+            return [simd.splat_int8(0), maybe];
+        }
+        [columns_after(simd, limits[0]).without(columns_after(simd, limits[2].max(before))), maybe]
+    }
+}
+
+/// The bits of the columns beyond a limit.
+#[inline(always)]
+fn columns_after<S: Simd>(simd: S, limit: F8<S>) -> I8<S> {
+    (limit.floor().to_int() + simd.splat_int8(1)).bits_from()
+}
