@@ -174,6 +174,7 @@ impl Facets {
     ///
     /// # Panics
     /// If there is no such facet.
+    #[inline]
     pub fn facet(&self, facet: usize) -> Facet {
         match &self.faces {
             Faces::OfMesh(mesh) => Facet::Triangle(mesh.triangles()[facet]),
@@ -209,6 +210,7 @@ impl Facets {
     }
 
     /// The points' float positions, world coordinates in metres; within half an ulp of the exact ones.
+    #[inline]
     pub fn positions(&self) -> &[DVec3] {
         match &self.positions {
             Positions::OfMesh(mesh) => mesh.positions(),
@@ -303,15 +305,25 @@ impl Facets {
     ///
     /// # Panics
     /// If there is no such facet.
+    #[inline(always)]
     pub fn area(&self, facet: usize) -> Approx {
-        let corners = self.facet(facet).corners();
-        let corners = [corners[0], corners[1], corners[corners.len() - 1]];
+        let corners = match self.facet(facet) {
+            Facet::Triangle(corners) => corners,
+            Facet::Parallelogram([a, b, _, d]) => [a, b, d],
+        };
+        let at = |corner: u32| self.positions()[corner as usize];
         if self.inexact.is_empty()
-            && let Some(area) = area_of_exact(corners.map(|corner| self.positions()[corner as usize]))
+            && let Some(area) = area_of_exact([at(corners[0]), at(corners[1]), at(corners[2])])
         {
             let scale = if matches!(self.faces, Faces::OfMesh(_) | Faces::Triangles(_)) { 0.5 } else { 1.0 };
             return Approx { value: area.value * scale, error: area.error * scale };
         }
+        self.area_with_bounds(corners)
+    }
+
+    /// The area of a facet with a first, second and last corner of any kind.
+    #[inline(never)]
+    fn area_with_bounds(&self, corners: [u32; 3]) -> Approx {
         let [a, b, d] = corners.map(|corner| self.point(corner).coordinates());
         let (u, v): ([Approx; 3], [Approx; 3]) =
             (std::array::from_fn(|i| b[i] - a[i]), std::array::from_fn(|i| d[i] - a[i]));
@@ -359,7 +371,7 @@ impl Facets {
 ///
 /// With each difference, product and sum rounded once (u = 2^-53), a component is off by 4.1u times the sum P of its two
 /// products' sizes, a vector by no more than the sum of its components' errors, and squares, sums and root add 3u.
-#[inline]
+#[inline(always)]
 fn area_of_exact([a, b, d]: [DVec3; 3]) -> Option<Approx> {
     let (u, v) = (b - a, d - a);
     let normal = u.cross(v);

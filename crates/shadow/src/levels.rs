@@ -60,6 +60,7 @@ fn length(v: DVec3) -> f64 {
 }
 
 /// The squares of a vector's coordinates, summed smallest first.
+#[inline(always)]
 pub(crate) fn length_squared(v: DVec3) -> f64 {
     let [x, y, z] = (v * v).to_array();
     let (low, high) = (x.min(y), x.max(y));

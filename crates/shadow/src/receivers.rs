@@ -195,8 +195,9 @@ pub(crate) fn first_corner(facets: &Facets, face: usize) -> u8 {
 
 /// The corner opposite the longest side, the first of equals, and the lengths of the two sides that meet there: to the
 /// next corner and to the last.
+#[inline(always)]
 pub(crate) fn edges_of_triangle([a, b, c]: [DVec3; 3]) -> (u8, [f64; 2]) {
-    let opposite = [b - c, c - a, a - b].map(length_squared);
+    let opposite = [length_squared(b - c), length_squared(c - a), length_squared(a - b)];
     let longer = |first: usize, k: usize| if opposite[k] > opposite[first] { k } else { first };
     let first = longer(longer(0, 1), 2);
     (first as u8, [opposite[(first + 2) % 3].sqrt(), opposite[(first + 1) % 3].sqrt()])

@@ -91,7 +91,7 @@ impl<'a> Samples<'a> {
 }
 
 fn report(object: usize, layout: &Layout, samples: SampleCount) -> ObjectReport {
-    let upper = layout.areas.upper.rounded_up();
+    let upper = layout.areas.whole();
     let share = samples.lit as f64 / samples.samples.max(1) as f64;
     let (area, area_error) = layout.areas.area();
     let estimate = if samples.lit == samples.samples { area } else { area * share };

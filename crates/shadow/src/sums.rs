@@ -30,11 +30,20 @@ impl AreaSums {
         self.estimate.add(likely.value);
     }
 
-    /// Adds a face of which nothing is proved.
-    pub(crate) fn add_undecided(&mut self, area: Approx) {
+    /// Adds a face of which only the area is asked.
+    #[inline(always)]
+    pub(crate) fn add_whole(&mut self, area: Approx) {
+        let is_bounded = area.error.is_finite();
         self.area.add(area.value);
-        self.slack.add(area.error);
-        self.upper.add(area.upper());
+        self.slack.add(if is_bounded { area.error } else { 0.0 });
+        self.is_unbounded |= !is_bounded;
+    }
+
+    /// A float not below the area.
+    pub(crate) fn whole(&self) -> f64 {
+        let mut whole = self.area.clone();
+        whole.append(self.slack.clone());
+        if self.is_unbounded { f64::INFINITY } else { whole.rounded_up() }
     }
 
     /// The area as a float, and how far that may be off: what the faces may be, and half an ulp where it is rounded.
@@ -83,23 +92,42 @@ impl ExactSum {
     const ROOM: u32 = 1 << 26;
 
     /// Adds a finite term.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn add(&mut self, term: f64) {
+        let bits = term.to_bits();
+        let exponent = ((bits >> 52) & 0x7ff) as i32 - 1075;
+        let shift = exponent.wrapping_sub(self.low);
+        if self.room == 0 || !(0..=47).contains(&shift) {
+            return self.add_beside(term);
+        }
+        self.add_shifted(term, shift);
+    }
+
+    /// Adds a term that the window does not hold, or opens one for it.
+    #[cold]
+    fn add_beside(&mut self, term: f64) {
         if term == 0.0 {
             return;
         }
-        let bits = term.to_bits();
-        let exponent = ((bits >> 52) & 0x7ff) as i32 - 1075;
+        let exponent = ((term.to_bits() >> 52) & 0x7ff) as i32 - 1075;
         if self.room == 0 {
             self.flush();
             // Powers of two in the middle of the range of floats, so that the window's parts are floats.
             self.low = (exponent - 24).clamp(-900, 800);
             self.room = Self::ROOM;
         }
-        let shift = exponent.wrapping_sub(self.low);
-        if !(0..=47).contains(&shift) {
-            return self.add_to_rest(Dyadic::new(term));
+        let shift = exponent - self.low;
+        if (0..=47).contains(&shift) {
+            self.add_shifted(term, shift);
+        } else {
+            self.add_to_rest(Dyadic::new(term));
         }
+    }
+
+    /// Adds a term, a multiple of the window's unit shifted this far.
+    #[inline(always)]
+    fn add_shifted(&mut self, term: f64, shift: i32) {
+        let bits = term.to_bits();
         let size = i128::from(bits & ((1 << 52) - 1) | 1 << 52) << shift;
         self.window += if term < 0.0 { -size } else { size };
         self.room -= 1;

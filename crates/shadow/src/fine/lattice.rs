@@ -3,7 +3,7 @@
 //! On squares the points are ((a + ½)/n, (b + ½)/m). On triangles they are ((a + ⅓)/n, (b + ⅓)/m) strictly below
 //! u + v = 1, so every face has one at least. The rounded floats *are* the points.
 
-use std::ops::Range;
+use std::{ops::Range, sync::OnceLock};
 
 use umbriel_octree::Quadrant;
 
@@ -12,6 +12,28 @@ use umbriel_octree::Quadrant;
 pub(crate) struct Lattice {
     counts: [u32; 2],
     is_triangle: bool,
+}
+
+/// The points of a small lattice.
+#[derive(Clone, Debug)]
+pub(crate) struct SmallRows {
+    /// A word a row, a bit a column.
+    pub(crate) words: Vec<i32>,
+    /// How many points there are.
+    points: u64,
+}
+
+impl SmallRows {
+    fn new(lattice: &Lattice) -> Self {
+        let lens = || (0..lattice.counts[0]).map(|row| lattice.row_len(row));
+        Self { words: lens().map(first_bits).collect(), points: lens().map(u64::from).sum() }
+    }
+}
+
+/// `count` low bits, 32 at most.
+#[inline(always)]
+pub(crate) fn first_bits(count: u32) -> i32 {
+    ((1_u64 << count) - 1) as i32
 }
 
 /// How far apart points are, metres.
@@ -24,10 +46,14 @@ pub(crate) enum Spacing {
 }
 
 impl Lattice {
-    /// No points.
-    pub(crate) const EMPTY: Self = Self { counts: [0; 2], is_triangle: false };
+    /// With so many rows and columns, at most.
+    #[inline(always)]
+    pub(crate) fn of_counts(counts: [u32; 2], is_triangle: bool) -> Self {
+        Self { counts, is_triangle }
+    }
 
     /// A lattice on a face with edges of these lengths, metres.
+    #[inline(always)]
     pub(crate) fn new(edges: [f64; 2], spacing: Spacing, is_triangle: bool) -> Self {
         // 2^24 points along an edge keep a whole lattice countable.
         let count = |length: f64| {
@@ -39,7 +65,7 @@ impl Lattice {
             };
             count.clamp(1.0, 16_777_216.0) as u32
         };
-        Self { counts: edges.map(count), is_triangle }
+        Self { counts: [count(edges[0]), count(edges[1])], is_triangle }
     }
 
     /// Whether points end at u + v = 1.
@@ -52,18 +78,26 @@ impl Lattice {
         self.counts
     }
 
-    /// Rows times columns; a triangle has about half as many points.
-    pub(crate) fn len_at_most(&self) -> u64 {
-        u64::from(self.counts[0]) * u64::from(self.counts[1])
+    /// How many points. O(rows) for a large triangle.
+    #[inline]
+    pub(crate) fn len(&self) -> u64 {
+        if !self.is_triangle {
+            return u64::from(self.counts[0]) * u64::from(self.counts[1]);
+        }
+        match self.small_rows() {
+            Some(rows) => rows.points,
+            None => (0..self.counts[0]).map(|row| u64::from(self.row_len(row))).sum(),
+        }
     }
 
-    /// How many points. O(rows) for a triangle.
-    pub(crate) fn len(&self) -> u64 {
-        if self.is_triangle {
-            (0..self.counts[0]).map(|row| u64::from(self.row_len(row))).sum()
-        } else {
-            self.len_at_most()
-        }
+    /// The points of a triangle with at most 32 rows and columns; made once for each size.
+    #[inline]
+    pub(crate) fn small_rows(&self) -> Option<&'static SmallRows> {
+        const SIZES: usize = 33;
+        static KNOWN: [OnceLock<SmallRows>; SIZES * SIZES] = [const { OnceLock::new() }; SIZES * SIZES];
+        let [rows, columns] = self.counts.map(|count| count as usize);
+        let is_small = self.is_triangle && rows < SIZES && columns < SIZES;
+        is_small.then(|| KNOWN[rows * SIZES + columns].get_or_init(|| SmallRows::new(self)))
     }
 
     /// How many points a row has: all with u + v < 1 on a triangle.
@@ -92,19 +126,6 @@ impl Lattice {
             len += 1;
         }
         len
-    }
-
-    /// The columns of a row with low ≤ v ≤ high; the limits may be off by 2^-46.
-    pub(crate) fn columns_between(&self, row: u32, low: f64, high: f64) -> Range<u32> {
-        let count = f64::from(self.counts[1]);
-        let shift = if self.is_triangle { 1.0 / 3.0 } else { 0.5 };
-        let slack = count * 2f64.powi(-47);
-        let (first, last) = ((low * count - shift - slack).ceil(), (high * count - shift + slack).floor());
-        if !(first <= last && last >= 0.0) {
-            return 0..0;
-        }
-        let end = (last.min(count) as u32 + 1).min(self.row_len(row));
-        (first.max(0.0).min(count) as u32).min(end)..end
     }
 
     /// One coordinate of point `index`.

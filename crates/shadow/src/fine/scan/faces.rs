@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use umbriel_geometry::{Facet, Facets, Sign};
+use umbriel_geometry::{Facet, Facets};
 
 use super::{
     clip::clip,
@@ -197,17 +197,5 @@ impl Faces<'_> {
                 Some([corners[0], corners[place + 1], corners[place + 2]])
             }
         }
-    }
-
-    /// Which way the corners of a face turn as seen from the light, where its images tell.
-    #[inline(always)]
-    pub(super) fn turn(&self, corners: &[Image; 4], view: &View) -> Option<Sign> {
-        let away = |k: usize| [corners[k].x - corners[0].x, corners[k].y - corners[0].y].map(f64::from);
-        let ([bx, by], [dx, dy]) = (away(1), away(3));
-        let doubled = bx * dy - by * dx;
-        // Differences are off by twice the error of an image each.
-        let off = 2.0 * view.error * (bx.abs() + by.abs() + dx.abs() + dy.abs()) + 8.0 * view.error * view.error;
-        let is_certain = doubled.abs() > off * (1.0 + 1e-9);
-        is_certain.then(|| if (doubled > 0.0) == view.is_mirrored() { Sign::Negative } else { Sign::Positive })
     }
 }

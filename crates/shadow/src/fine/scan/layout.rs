@@ -1,7 +1,10 @@
-//! Where the samples of an object are, and which bit holds which answer. Does not depend on the light.
+//! Where the samples of an object are, and which bits hold which answers. Does not depend on the light.
 
 use rayon::prelude::*;
-use umbriel_geometry::{Facet, Facets};
+use umbriel_geometry::{
+    Facet, Facets,
+    simd::{Kernel, Simd, dispatch},
+};
 
 use super::lit_bits::LitBits;
 use crate::{
@@ -12,14 +15,16 @@ use crate::{
     sums::AreaSums,
 };
 
-/// Faces that one thread takes at a time.
+/// Faces that one thread takes at a time, and whose answers are counted from a common byte.
 const FACES: usize = 1 << 12;
 
-/// A face's lattice and the corner from which it is counted.
+/// A face's lattice, the corner from which it is counted, and where its answers are.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FaceLattice {
-    pub(crate) lattice: Lattice,
-    pub(crate) corner: u8,
+pub(super) struct FaceLattice {
+    pub(super) lattice: Lattice,
+    pub(super) corner: u8,
+    /// The byte that holds the first answers. Rows have whole bytes.
+    pub(super) first_byte: u64,
 }
 
 impl FaceLattice {
@@ -30,17 +35,19 @@ impl FaceLattice {
     }
 }
 
-/// The bytes that hold a row of so many bits, and how many each holds.
-fn bytes_of(bits: u32) -> impl Iterator<Item = (u64, u32)> {
-    (0..bits.div_ceil(8)).map(move |byte| (u64::from(byte), (bits - 8 * byte).min(8)))
+/// As [`FaceLattice`], in 16 bytes: corner and kind are the lowest three bits of the place, counted within a part.
+#[derive(Clone, Copy, Debug, Default)]
+struct Packed {
+    counts: [u32; 2],
+    place: u64,
 }
 
 /// The samples of one object's flat faces.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
-    faces: Vec<FaceLattice>,
-    /// The first byte of each face's answers, and the end of the last. A row has whole bytes.
-    first: Vec<u64>,
+    faces: Vec<Packed>,
+    /// The first byte of each part of [`FACES`] faces, and the end of the last.
+    parts: Vec<u64>,
     /// How many samples there are.
     pub(crate) samples: u64,
     /// The faces' areas.
@@ -50,48 +57,29 @@ pub(crate) struct Layout {
 impl Layout {
     /// Of faces with area; others have no samples.
     pub(crate) fn new(facets: &Facets, spacing: Spacing) -> Self {
-        let lattice = |face: usize| {
-            let (corner, edges, is_triangle) = match facets.facet(face) {
-                Facet::Triangle(corners) => {
-                    let (corner, edges) = edges_of_triangle(corners.map(|corner| facets.positions()[corner as usize]));
-                    (corner, edges, true)
-                }
-                Facet::Parallelogram(_) => (0, FaceSize::of_flat(&flat_corners(facets, face, 0), false).edges, false),
-            };
-            let has_area = facets.area(face).upper() > 0.0;
-            let lattice = if has_area { Lattice::new(edges, spacing, is_triangle) } else { Lattice::EMPTY };
-            FaceLattice { lattice, corner }
-        };
-        let faces: Vec<FaceLattice> = (0..facets.len()).into_par_iter().with_min_len(FACES).map(lattice).collect();
-        let samples = faces.par_iter().with_min_len(FACES).map(|face| face.lattice.len()).sum();
-        let areas = (0..facets.len().div_ceil(FACES)).into_par_iter().map(|part| {
-            let mut areas = AreaSums::default();
-            for face in part * FACES..facets.len().min((part + 1) * FACES) {
-                let area = facets.area(face);
-                areas.add_undecided(area);
-            }
-            areas
+        let mut faces = vec![Packed::default(); facets.len()];
+        let parts = faces.par_chunks_mut(FACES).enumerate().map(|(number, faces)| {
+            dispatch(Part { facets, spacing, first: number * FACES, faces })
         });
-        let areas = areas.reduce(AreaSums::default, |mut sum, part| {
-            sum.append(part);
-            sum
-        });
-        let mut first = Vec::with_capacity(faces.len() + 1);
-        let mut byte = 0;
-        for face in &faces {
-            first.push(byte);
-            byte += u64::from(face.lattice.counts()[0]) * face.row_bytes();
+        let totals: Vec<Totals> = parts.collect();
+        let mut layout = Self { faces, parts: vec![0], samples: 0, areas: AreaSums::default() };
+        let mut end = 0;
+        for totals in totals {
+            end += totals.bytes;
+            layout.parts.push(end);
+            layout.samples += totals.samples;
+            layout.areas.append(totals.areas);
         }
-        first.push(byte);
-        Self { faces, first, samples, areas }
+        layout
     }
 
     /// The answers alone, without the bits that no sample uses.
     pub(crate) fn answers(&self, lit: &LitBits) -> SampleAnswers {
         let mut answers = SampleAnswers::default();
-        for (face, &first) in self.faces.iter().zip(&self.first) {
+        for face in 0..self.faces.len() {
+            let face = self.face(face);
             for row in 0..face.lattice.counts()[0] {
-                let start = first + u64::from(row) * face.row_bytes();
+                let start = face.first_byte + u64::from(row) * face.row_bytes();
                 for (byte, len) in bytes_of(face.lattice.row_len(row)) {
                     answers.push(u64::from(lit.byte(start + byte)), len);
                 }
@@ -101,15 +89,70 @@ impl Layout {
     }
 
     /// How many bytes answers take.
-    pub(crate) fn bytes(&self) -> u64 {
-        self.first.last().copied().unwrap_or_default()
+    pub(super) fn bytes(&self) -> u64 {
+        self.parts.last().copied().unwrap_or_default()
     }
 
-    pub(crate) fn face(&self, face: usize) -> &FaceLattice {
-        &self.faces[face]
+    /// Of one face.
+    #[inline(always)]
+    pub(super) fn face(&self, face: usize) -> FaceLattice {
+        let Packed { counts, place } = self.faces[face];
+        FaceLattice {
+            lattice: Lattice::of_counts(counts, place & 4 != 0),
+            corner: (place & 3) as u8,
+            first_byte: self.parts[face / FACES] + (place >> 3),
+        }
     }
+}
 
-    pub(crate) fn first_byte(&self, face: usize) -> u64 {
-        self.first[face]
+/// The bytes that hold a row of so many bits, and how many each holds.
+fn bytes_of(bits: u32) -> impl Iterator<Item = (u64, u32)> {
+    (0..bits.div_ceil(8)).map(move |byte| (u64::from(byte), (bits - 8 * byte).min(8)))
+}
+
+/// Some faces to be laid out.
+struct Part<'a> {
+    facets: &'a Facets,
+    spacing: Spacing,
+    first: usize,
+    faces: &'a mut [Packed],
+}
+
+/// What a part takes.
+struct Totals {
+    bytes: u64,
+    samples: u64,
+    areas: AreaSums,
+}
+
+impl Kernel for Part<'_> {
+    type Output = Totals;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> Totals {
+        let Self { facets, spacing, first, faces } = self;
+        let mut totals = Totals { bytes: 0, samples: 0, areas: AreaSums::default() };
+        for (k, packed) in faces.iter_mut().enumerate() {
+            let face = first + k;
+            let area = facets.area(face);
+            totals.areas.add_whole(area);
+            if area.upper() <= 0.0 {
+                continue;
+            }
+            let (corner, edges, is_triangle) = match facets.facet(face) {
+                Facet::Triangle([a, b, c]) => {
+                    let at = |corner: u32| facets.positions()[corner as usize];
+                    let (corner, edges) = edges_of_triangle([at(a), at(b), at(c)]);
+                    (corner, edges, true)
+                }
+                Facet::Parallelogram(_) => (0, FaceSize::of_flat(&flat_corners(facets, face, 0), false).edges, false),
+            };
+            let lattice = Lattice::new(edges, spacing, is_triangle);
+            let counts = lattice.counts();
+            *packed = Packed { counts, place: totals.bytes << 3 | u64::from(is_triangle) << 2 | u64::from(corner) };
+            totals.bytes += u64::from(counts[0]) * u64::from(counts[1].div_ceil(8));
+            totals.samples += lattice.len();
+        }
+        totals
     }
 }

@@ -15,7 +15,9 @@
 mod batch;
 mod clip;
 mod faces;
+mod group;
 mod images;
+mod large;
 mod layout;
 mod lit_bits;
 mod order;

@@ -60,10 +60,9 @@ pub(super) struct Order {
 }
 
 impl Order {
-    /// The faces of a group.
-    pub(super) fn group(&self, group: usize) -> &[Piece] {
-        let first = if group == 0 { 0 } else { self.ends[group - 1] };
-        &self.pieces[first..self.ends[group]]
+    /// The places of a group's pieces.
+    pub(super) fn group(&self, group: usize) -> Range<usize> {
+        if group == 0 { 0..self.ends[0] } else { self.ends[group - 1]..self.ends[group] }
     }
 
     /// Adds faces sorted by the bits of their keys from `shift` on: in groups that differ in leading bits.
@@ -267,6 +266,6 @@ mod tests {
         assert!(faces.len() == 5000 && faces.windows(2).all(|pair| keys(&pair[0]) < keys(&pair[1])));
         let groups = (0..order.ends.len()).map(|group| order.group(group));
         assert!(groups.clone().all(|group| group.len() <= GROUP && group.len() % WIDTH == 0));
-        assert_eq!(groups.map(<[Piece]>::len).sum::<usize>(), order.pieces.len());
+        assert_eq!(groups.map(|group| group.len()).sum::<usize>(), order.pieces.len());
     }
 }

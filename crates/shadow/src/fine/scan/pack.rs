@@ -19,6 +19,8 @@ pub(super) struct Pack {
     depth: [[f32; WIDTH]; 3],
     source: [i32; WIDTH],
     number: [i32; WIDTH],
+    /// The lanes whose second and third corner have changed places.
+    turned: u8,
 }
 
 impl Pack {
@@ -29,6 +31,7 @@ impl Pack {
         depth: [[f32::INFINITY; WIDTH]; 3],
         source: [-1; WIDTH],
         number: [-1; WIDTH],
+        turned: 0,
     };
 
     /// Of eight pieces of faces at most.
@@ -46,11 +49,21 @@ impl Pack {
     fn set(&mut self, lane: usize, face: Face, [a, b, c]: &[Image; 3]) {
         let away = |image: &Image| [i64::from(image.x) - i64::from(a.x), i64::from(image.y) - i64::from(a.y)];
         let ([bx, by], [cx, cy]) = (away(b), away(c));
-        let corners = if bx * cy < by * cx { [a, c, b] } else { [a, b, c] };
+        let is_turned = bx * cy < by * cx;
+        let corners = if is_turned { [a, c, b] } else { [a, b, c] };
+        self.turned |= u8::from(is_turned) << lane;
         for (k, corner) in corners.into_iter().enumerate() {
             (self.x[k][lane], self.y[k][lane], self.depth[k][lane]) = (corner.x, corner.y, corner.depth);
         }
         (self.source[lane], self.number[lane]) = (face.source as i32, face.number as i32);
+    }
+
+    /// The corners of the triangle in a lane, as the face has them.
+    #[inline(always)]
+    pub(super) fn corners(&self, lane: usize) -> [Image; 3] {
+        let corner = |k: usize| Image { x: self.x[k][lane], y: self.y[k][lane], depth: self.depth[k][lane] };
+        let [a, b, c] = [corner(0), corner(1), corner(2)];
+        if self.turned >> lane & 1 == 1 { [a, c, b] } else { [a, b, c] }
     }
 
     /// The face in a lane.

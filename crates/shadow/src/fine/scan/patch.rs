@@ -4,14 +4,12 @@
 //! its third coordinate is linear, too. Small faces find these vectors from the images of their corners, others in f64 from the
 //! corners themselves; f32 within a patch, relative to its middle.
 
-use std::sync::OnceLock;
-
 use super::{
     faces::{Face, Rect, depths},
     layout::FaceLattice,
     view::{Image, View},
 };
-use crate::fine::lattice::Lattice;
+use crate::fine::lattice::{Lattice, first_bits};
 
 /// Most rows and columns of a patch.
 pub(super) const EDGE: u32 = 32;
@@ -48,13 +46,14 @@ impl Frame {
     #[inline(always)]
     pub(super) fn of_corners([a, b, d]: [Homogeneous; 3], lattice: &Lattice) -> Self {
         let [u, v] = [lattice.coordinate(0, 0), lattice.coordinate(1, 0)];
-        let [rows, columns] = [f64::from(lattice.counts()[0]), f64::from(lattice.counts()[1])];
+        // One division for four: an ulp matters nowhere here.
+        let [rows, columns] = [1.0 / f64::from(lattice.counts()[0]), 1.0 / f64::from(lattice.counts()[1])];
         let mut frame = Self { first: a, row: [0.0; 4], column: [0.0; 4] };
         for k in 0..4 {
             let along = [b[k] - a[k], d[k] - a[k]];
             frame.first[k] += u * along[0] + v * along[1];
-            frame.row[k] = along[0] / rows;
-            frame.column[k] = along[1] / columns;
+            frame.row[k] = along[0] * rows;
+            frame.column[k] = along[1] * columns;
         }
         frame
     }
@@ -142,12 +141,39 @@ impl Patch {
     pub(super) fn whole(face: Face, frame: &Frame, extent: &Extent, lattice: &FaceLattice) -> Self {
         let [rows, columns] = lattice.lattice.counts();
         let mut open = [0; EDGE as usize];
-        if lattice.lattice.is_triangle() {
-            open[..rows as usize].copy_from_slice(masks_of_triangle(&lattice.lattice));
-        } else {
-            open[..rows as usize].fill(first_bits(columns));
+        match lattice.lattice.small_rows() {
+            Some(triangle) => open[..rows as usize].copy_from_slice(&triangle.words),
+            None => open[..rows as usize].fill(first_bits(columns)),
         }
-        Self::new((face, [0, 0]), frame, extent, [rows, columns], open)
+        let mut patch = Self::new((face, [0, 0]), frame, extent, [rows, columns], open);
+        patch.tighten();
+        patch
+    }
+
+    /// Makes the extent that of the samples, which lie between those at the ends of rows and columns; their images by
+    /// the patch's own vectors are off by less than 2^-20 of its reach and a quantum.
+    #[inline(always)]
+    fn tighten(&mut self) {
+        let ends = [(self.rows - 1) as f32, (self.columns - 1) as f32];
+        let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        for [row, column] in [[0.0, 0.0], [ends[0], 0.0], [0.0, ends[1]], ends] {
+            let z = self.z[0] + row * self.z[1] + column * self.z[2];
+            if z <= 0.0 {
+                return;
+            }
+            for (k, vector) in [&self.x, &self.y, &self.depth].into_iter().enumerate() {
+                let value = (vector[0] + row * vector[1] + column * vector[2]) / z;
+                low[k] = low[k].min(value);
+                high[k] = high[k].max(value);
+            }
+        }
+        let margin = self.reach * 2f32.powi(-20) + 2.0;
+        for k in 0..2 {
+            self.rect.min[k] = self.rect.min[k].max(self.center[k].saturating_add((low[k] - margin) as i32));
+            self.rect.max[k] = self.rect.max[k].min(self.center[k].saturating_add((high[k] + margin) as i32));
+        }
+        self.nearest = self.nearest.max(self.middle + low[2]);
+        self.farthest = self.farthest.min(self.middle + high[2]);
     }
 
     /// The patch from `origin` on of a face with extent `whole`; `None` if it holds no samples, or none in the window of a
@@ -245,32 +271,19 @@ fn keep_seen(open: &mut [i32; EDGE as usize], frame: &Frame, origin: [u32; 2], v
     }
 }
 
-/// `count` low bits.
-#[inline(always)]
-fn first_bits(count: u32) -> i32 {
-    (u64::MAX >> (64 - count.max(1)) & if count == 0 { 0 } else { u64::MAX }) as i32
-}
-
-/// The samples of a small triangle's lattice, a word a row; made once for each size.
-#[inline(always)]
-fn masks_of_triangle(lattice: &Lattice) -> &'static [i32] {
-    const SIZES: usize = EDGE as usize + 1;
-    static KNOWN: [OnceLock<Vec<i32>>; SIZES * SIZES] = [const { OnceLock::new() }; SIZES * SIZES];
-    let [rows, columns] = lattice.counts().map(|count| count as usize);
-    KNOWN[rows * SIZES + columns].get_or_init(|| (0..rows as u32).map(|row| first_bits(lattice.row_len(row))).collect())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::fine::lattice::Spacing;
 
     #[test]
-    fn masks_hold_every_sample_once() {
+    fn words_hold_every_sample_once() {
         for edges in [[1.0, 1.0], [1.0, 5.0], [16.0, 16.0], [7.0, 32.0], [32.0, 32.0]] {
             let lattice = Lattice::new(edges, Spacing::AtMost(1.0), true);
-            let samples: u32 = masks_of_triangle(&lattice).iter().map(|row| row.count_ones()).sum();
-            assert_eq!(u64::from(samples), lattice.len());
+            let words = &lattice.small_rows().expect("it is small").words;
+            let samples: u32 = words.iter().map(|row| row.count_ones()).sum();
+            let rows = 0..lattice.counts()[0];
+            assert_eq!(samples, rows.map(|row| lattice.row_len(row)).sum::<u32>());
         }
         assert_eq!([0, 1, 31, 32].map(first_bits), [0, 1, i32::MAX, -1]);
     }

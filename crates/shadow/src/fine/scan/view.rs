@@ -9,7 +9,7 @@
 //! 2^-22 of their own size (a lamp). Differences of two images are exact integers. NUMERICS.md, "Images".
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, LightSource};
+use umbriel_geometry::{Aabb, LightSource, Sign};
 
 use super::faces::Rect;
 
@@ -215,9 +215,23 @@ impl View {
         (0..2).all(|k| f64::from(rect.min[k]) >= -self.half[k] && f64::from(rect.max[k]) <= self.half[k])
     }
 
+    /// Which way a face turns as seen from the light, by the images of its first, second and last corner (the fourth
+    /// of these), where they tell.
+    #[inline(always)]
+    pub(super) fn turn(&self, corners: &[Image; 4]) -> Option<Sign> {
+        let [a, b, _, d] = corners;
+        let (bx, by) = (f64::from(b.x - a.x), f64::from(b.y - a.y));
+        let (dx, dy) = (f64::from(d.x - a.x), f64::from(d.y - a.y));
+        let doubled = bx * dy - by * dx;
+        // Differences are off by twice the error of an image each.
+        let off = 2.0 * self.error * (bx.abs() + by.abs() + dx.abs() + dy.abs()) + 8.0 * self.error * self.error;
+        let is_certain = doubled.abs() > off * (1.0 + 1e-9);
+        is_certain.then(|| if (doubled > 0.0) == self.is_mirrored() { Sign::Negative } else { Sign::Positive })
+    }
+
     /// Whether what turns counter-clockwise in the image turns clockwise for somebody at the light.
     #[inline(always)]
-    pub(super) fn is_mirrored(&self) -> bool {
+    fn is_mirrored(&self) -> bool {
         self.rows[0].cross(self.rows[1]).dot(self.rows[2]) > 0.0
     }
 
