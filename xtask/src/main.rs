@@ -9,6 +9,7 @@ mod downstream;
 mod fixtures;
 mod layers;
 mod regress;
+mod soak;
 mod tidy;
 mod workspace;
 
@@ -36,6 +37,8 @@ enum Task {
     },
     /// Measure the whole job against ray engines
     Bench(bench::Options),
+    /// Let the judges look at millions of adversarial cases; hours, unless --minutes says otherwise
+    Soak(soak::Options),
     /// Check which crate uses which, and what the lower layers must not use
     Layers,
     /// Use each layer from a crate outside the workspace, by the example of its README
@@ -52,6 +55,7 @@ fn main() -> ExitCode {
         Task::Regress { bless: None } => regress::compare(),
         Task::Regress { bless: Some(reason) } => regress::bless(&reason),
         Task::Bench(options) => bench::run(&options),
+        Task::Soak(options) => soak::run(&options),
         Task::Layers => layers::run(),
         Task::Downstream => downstream::run(),
         Task::Tidy => tidy::run(),

@@ -21,6 +21,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+#[cfg(feature = "test-support")]
+pub mod adversarial;
+
 pub use umbriel_bvh as bvh;
 pub use umbriel_geometry as geometry;
 pub use umbriel_io as io;

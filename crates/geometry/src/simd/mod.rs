@@ -113,11 +113,13 @@ pub trait Kernel {
     fn run<S: Simd>(self, simd: S) -> Self::Output;
 }
 
-/// Runs the kernel at the best level of this processor. Cost: a load and a jump.
+/// Runs the kernel at the best level of this processor that [`Level::limit`] leaves. Cost: two loads and a jump.
 #[inline]
 pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
-    static BEST: OnceLock<Proof> = OnceLock::new();
-    BEST.get_or_init(|| Proof::at(Level::best())).run(kernel)
+    // The widest for each limit: asking the processor every time would cost more than small kernels do.
+    static WIDEST: OnceLock<[Proof; Level::ALL.len()]> = OnceLock::new();
+    let widest = WIDEST.get_or_init(|| Level::ALL.map(Proof::at));
+    widest[usize::from(LIMIT.load(Ordering::Relaxed))].run(kernel)
 }
 
 /// Runs the kernel at this level, or at the widest below it that the processor has. The result is the same.

@@ -4,7 +4,8 @@
 //! ([`number`]). It shares nothing with the code it judges but the plain data of a scene: shapes, matrices, lights. A
 //! point x is lit by L when L is strictly on its lit side and the open segment between them meets no surface.
 //!
-//! The environment variable `UMBRIEL_CASES` sets how many cases a judge looks at, in place of its own small number.
+//! The environment variable `UMBRIEL_CASES` sets how many cases a judge looks at, in place of its own small number;
+//! `UMBRIEL_FIRST` the number of the first one, for judges that count.
 
 #![allow(dead_code, reason = "every judge uses its own part of the oracle")]
 
@@ -21,6 +22,8 @@ pub(crate) mod patches;
 pub(crate) mod sheets;
 pub(crate) mod slack;
 pub(crate) mod solids;
+
+use std::ops::Range;
 
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Object, Scene};
@@ -121,5 +124,15 @@ pub(crate) fn cases(default: u64) -> u64 {
 
 /// The number of cases that was asked for, if any.
 pub(crate) fn asked_cases() -> Option<u64> {
-    std::env::var("UMBRIEL_CASES").ok().and_then(|text| text.parse().ok())
+    number_from("UMBRIEL_CASES")
+}
+
+/// The numbers of the cases to look at: from `UMBRIEL_FIRST`, else zero, as many as [`cases`] says.
+pub(crate) fn case_numbers(default: u64) -> Range<u64> {
+    let first = number_from("UMBRIEL_FIRST").unwrap_or(0);
+    first..first + cases(default)
+}
+
+fn number_from(variable: &str) -> Option<u64> {
+    std::env::var(variable).ok().and_then(|text| text.parse().ok())
 }
