@@ -150,7 +150,7 @@ impl Towards<'_> {
     pub fn any_hit_where(&mut self, origin: DVec3, slack: f64, decide: impl FnMut(u32) -> bool) -> bool {
         let parts = &self.bvh.parts;
         let way = Way::towards(&self.light, origin, slack);
-        self.last = simd::dispatch(AnyHit { parts, way, first: self.last, decide });
+        self.last = simd::dispatch(&mut AnyHit { parts, way: &way, first: self.last, decide });
         self.last.is_some()
     }
 }

@@ -18,19 +18,20 @@ use super::{
 /// Finds a pack with a triangle that blocks the ray.
 pub(super) struct AnyHit<'a, D> {
     pub(super) parts: &'a Parts,
-    pub(super) way: Way,
+    pub(super) way: &'a Way,
     /// The pack to try first.
     pub(super) first: Option<u32>,
     /// Decides about a triangle in doubt.
     pub(super) decide: D,
 }
 
-impl<D: FnMut(u32) -> bool> Kernel for AnyHit<'_, D> {
+// Through a reference, which goes into the kernel in a register: the processor would have to wait for a copy.
+impl<D: FnMut(u32) -> bool> Kernel for &mut AnyHit<'_, D> {
     type Output = Option<u32>;
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) -> Option<u32> {
-        let ray = &LocalRay::new(&self.parts.frame, &self.way, self.parts.corner_error)?;
+    fn run<S: Simd>(self, simd: S) -> Option<u32> {
+        let ray = &LocalRay::new(&self.parts.frame, self.way, self.parts.corner_error)?;
         // Doubts are left to the walk, which comes to the pack if the ray does.
         if let Some(first) = self.first
             && pack_test::test(simd, &self.parts.packs[first as usize], ray).hits != 0

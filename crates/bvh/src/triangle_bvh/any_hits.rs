@@ -119,6 +119,6 @@ impl Segments<'_> {
     #[inline(always)]
     fn single<S: Simd>(&self, simd: S, origin: DVec3, first: Option<u32>) -> Option<u32> {
         let decide = |triangle| self.exact(origin, triangle);
-        AnyHit { parts: &self.bvh.parts, way: self.way(origin), first, decide }.run(simd)
+        (&mut AnyHit { parts: &self.bvh.parts, way: &self.way(origin), first, decide }).run(simd)
     }
 }

@@ -16,20 +16,23 @@ const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
 pub(super) struct Frame {
     origin: DVec3,
     scale: f64,
+    /// Relative error of a localised coordinate: one rounding, or none where the origin is zero.
+    rounding: f64,
 }
 
 impl Frame {
     /// A frame in which all of `bounds` lies between −1 and 1.
     pub(super) fn around(bounds: &Aabb) -> Self {
         if bounds.is_empty() {
-            return Self { origin: DVec3::ZERO, scale: 1.0 };
+            return Self { origin: DVec3::ZERO, scale: 1.0, rounding: 0.0 };
         }
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         let half = bounds.size().max_element() * 0.5;
         let (origin, extent) = if reach <= 4.0 * half { (DVec3::ZERO, reach) } else { (bounds.center(), half) };
         // The middle and the size are rounded; the power of two above them leaves room, but not where they are equal.
         let room = extent * (1.0 + 4.0 * f64::EPSILON) + 4.0 * f64::EPSILON * reach * f64::from(origin != DVec3::ZERO);
-        Self { origin, scale: reciprocal_power_of_two(room) }
+        let rounding = if origin == DVec3::ZERO { 0.0 } else { UNIT_ROUNDOFF };
+        Self { origin, scale: reciprocal_power_of_two(room), rounding }
     }
 
     /// The point in the frame, with an error of at most [`Frame::error`].
@@ -43,10 +46,10 @@ impl Frame {
         self.scale
     }
 
-    /// How far a localised coordinate of size `size` may be off: one rounding, or none where the origin is zero.
+    /// How far a localised coordinate of size `size` may be off.
     #[inline(always)]
     pub(super) fn error(&self, size: f64) -> f64 {
-        if self.origin == DVec3::ZERO { 0.0 } else { size * UNIT_ROUNDOFF }
+        size * self.rounding
     }
 
     /// The box of a triangle, rounded outward.

@@ -92,10 +92,11 @@ fn look<S: Simd>(simd: S, pack: &Pack, ray: &LocalRay) -> Seen<F8<S>> {
 /// One corner of all triangles: sheared coordinates and depth.
 #[inline(always)]
 fn see<S: Simd>(simd: S, corner: &[[f32; WIDTH]; 3], ray: &LocalRay) -> [F8<S>; 3] {
-    let x = simd.load(&corner[ray.axes[0]]) - simd.splat8(ray.origin[0]);
-    let y = simd.load(&corner[ray.axes[1]]) - simd.splat8(ray.origin[1]);
-    let z = simd.load(&corner[ray.axes[2]]) - simd.splat8(ray.origin[2]);
-    [x - simd.splat8(ray.shear[0]) * z, y - simd.splat8(ray.shear[1]) * z, z]
+    let [i, j, k] = ray.axes;
+    let x = simd.load(&corner[i]) - simd.splat8(ray.origin[i]);
+    let y = simd.load(&corner[j]) - simd.splat8(ray.origin[j]);
+    let z = simd.load(&corner[k]) - simd.splat8(ray.origin[k]);
+    [x - simd.splat8(ray.slope[i]) * z, y - simd.splat8(ray.slope[j]) * z, z]
 }
 
 #[inline(always)]
@@ -132,10 +133,9 @@ fn depths<S: Simd>(simd: S, pack: &Pack, edges: &Edges<F8<S>>, ray: &LocalRay) -
 #[inline(always)]
 fn volume<S: Simd>(simd: S, pack: &Pack, reach: F8<S>, ray: &LocalRay) -> (F8<S>, F8<S>) {
     let [a, b, c] = &pack.corners;
-    let [i, j, k] = ray.axes;
-    let (ax, ay, az) = (simd.load(&a[i]), simd.load(&a[j]), simd.load(&a[k]));
-    let (bx, by, bz) = (simd.load(&b[i]) - ax, simd.load(&b[j]) - ay, simd.load(&b[k]) - az);
-    let (cx, cy, cz) = (simd.load(&c[i]) - ax, simd.load(&c[j]) - ay, simd.load(&c[k]) - az);
+    let (ax, ay, az) = (simd.load(&a[0]), simd.load(&a[1]), simd.load(&a[2]));
+    let (bx, by, bz) = (simd.load(&b[0]) - ax, simd.load(&b[1]) - ay, simd.load(&b[2]) - az);
+    let (cx, cy, cz) = (simd.load(&c[0]) - ax, simd.load(&c[1]) - ay, simd.load(&c[2]) - az);
     let [ox, oy, oz] = ray.origin;
     let (ax, ay, az) = (ax - simd.splat8(ox), ay - simd.splat8(oy), az - simd.splat8(oz));
     let (p, q, r) = (by * cz, bz * cx, bx * cy);

@@ -15,7 +15,7 @@
 //! segments to one light (or parallel ones to a sun). A fraction m of the way towards the light they are within |1 − m|·s of
 //! each other; across the frame |m| is at most its width over the length of the way.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 use umbriel_geometry::LightSource;
 
 use super::frame::Frame;
@@ -72,10 +72,9 @@ impl Way {
 pub(super) struct LocalRay {
     /// The main axis comes last.
     pub(super) axes: [usize; 3],
-    /// The origin on these axes.
     pub(super) origin: [f32; 3],
-    /// Direction over its main component, on the first two of these axes.
-    pub(super) shear: [f32; 2],
+    /// Direction over its main component.
+    pub(super) slope: [f32; 3],
     /// 1 or −1: the main component's sign.
     pub(super) forward: f32,
     /// Where the segment ends: t of the light, or a number beyond the frame.
@@ -84,22 +83,23 @@ pub(super) struct LocalRay {
     pub(super) end_error: f32,
     /// How far the difference of a corner and the origin may be off on one axis, without its own rounding.
     pub(super) error: f32,
-    /// The box test on x, y and z.
-    pub(super) slabs: [Slab; 3],
+    /// The box test.
+    pub(super) slabs: Slabs,
     /// Boxes entered behind this are of no interest.
     pub(super) box_end: f32,
     /// Lengths of the direction become t when multiplied by the first and lessened by the second.
     unit: [f64; 2],
 }
 
-/// One axis of the box test: rows of the near and the far plane in a node, origins for either, the reciprocal.
+/// The box test on x, y and z: rows of the near and the far planes in a node, origins for either, reciprocals of the
+/// direction over the size of its main component.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Slab {
-    pub(super) near: usize,
-    pub(super) far: usize,
-    pub(super) near_origin: f32,
-    pub(super) far_origin: f32,
-    pub(super) reciprocal: f32,
+pub(super) struct Slabs {
+    pub(super) near: [usize; 3],
+    pub(super) far: [usize; 3],
+    pub(super) near_origin: [f32; 3],
+    pub(super) far_origin: [f32; 3],
+    pub(super) reciprocal: [f32; 3],
 }
 
 impl LocalRay {
@@ -108,15 +108,13 @@ impl LocalRay {
     /// `None` where it certainly misses the frame, or has no direction.
     #[inline(always)]
     pub(super) fn new(frame: &Frame, way: &Way, corner_error: f32) -> Option<Self> {
-        let size = way.direction.abs();
-        let main = if size.x >= size.y && size.x >= size.z { 0 } else { 1 + usize::from(size.z > size.y) };
-        let along = size[main];
+        let (main, component) = main_component(way.direction);
+        let along = component.abs();
         if along.is_nan() || along <= 0.0 {
             return None;
         }
-        let axes = AXES[main];
-        // One unit forward along the main axis.
-        let slope = way.direction * (1.0 / along);
+        // One unit along the main axis.
+        let (slope, forward) = (way.direction * (1.0 / component), 1f32.copysign(component as f32));
         let step = along * frame.scale();
         let mut start = frame.localise(way.origin);
         let reach = start.abs().max_element();
@@ -125,35 +123,31 @@ impl LocalRay {
             error += way.slack * frame.scale() * (2.0 + f64::from(BEYOND) / end);
         }
         if reach > FAR {
-            let (way_in, slack) = way_to_frame(start, slope)?;
+            let forward = slope * f64::from(forward);
+            let (way_in, slack) = way_to_frame(start, forward)?;
             (advance, error) = (way_in, error + slack);
-            (start, end) = (start + slope * advance, end - advance);
+            (start, end) = (start + forward * advance, end - advance);
         }
         if error.is_nan() || error >= UNKNOWN {
             (start, error) = (DVec3::ZERO, UNKNOWN);
         }
-        let rounded = start.as_vec3();
+        let rounded = start.as_vec3a();
         error += (start - rounded.as_dvec3()).abs().max_element();
         // The widened origins are rounded too: by 2u of at most the reach, which the last term covers.
         let error = error as f32 * (1.0 + 4.0 * U);
         let widening = error + SLOPE_SLACK + 4.0 * U * rounded.abs().max_element();
-        let slope = slope.as_vec3();
-        let forward = if way.direction[main] < 0.0 { -1.0 } else { 1.0 };
+        let slope = slope.as_vec3a();
         let (end, end_error) =
             if end < f64::from(BEYOND) { (end as f32, error + end.abs() as f32 * 2.0 * U) } else { (BEYOND, 1.0) };
         Some(Self {
-            axes,
-            origin: [rounded[axes[0]], rounded[axes[1]], rounded[axes[2]]],
-            shear: [slope[axes[0]] * forward, slope[axes[1]] * forward],
+            axes: AXES[main],
+            origin: rounded.to_array(),
+            slope: slope.to_array(),
             forward,
             end,
             end_error,
             error: error + corner_error,
-            slabs: [
-                Slab::new(0, rounded.x, slope.x, widening),
-                Slab::new(1, rounded.y, slope.y, widening),
-                Slab::new(2, rounded.z, slope.z, widening),
-            ],
+            slabs: Slabs::new(rounded, slope * forward, widening),
             box_end: (end + end_error) * OUTWARD,
             unit: [step, advance],
         })
@@ -168,15 +162,37 @@ impl LocalRay {
 /// For each main axis the three axes, in an order that keeps right hands right.
 pub(super) const AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 
-impl Slab {
+/// The axis of the largest component, and this component.
+#[inline(always)]
+fn main_component(direction: DVec3) -> (usize, f64) {
+    let DVec3 { x, y, z } = direction.abs();
+    if x >= y && x >= z {
+        (0, direction.x)
+    } else if z > y {
+        (2, direction.z)
+    } else {
+        (1, direction.y)
+    }
+}
+
+impl Slabs {
+    /// `direction` is over the size of its main component. Near planes are met earlier, far ones later, by `widening`.
     #[inline(always)]
-    fn new(axis: usize, origin: f32, slope: f32, widening: f32) -> Self {
-        let (low, high) = (origin - widening, origin + widening);
-        let reciprocal = 1.0 / slope.abs().max(LEAST_SLOPE);
-        if slope >= 0.0 {
-            Self { near: axis, far: axis + 3, near_origin: high, far_origin: low, reciprocal }
-        } else {
-            Self { near: axis + 3, far: axis, near_origin: low, far_origin: high, reciprocal: -reciprocal }
+    fn new(origin: Vec3A, direction: Vec3A, widening: f32) -> Self {
+        let reciprocal = Vec3A::ONE / direction.abs().max(Vec3A::splat(LEAST_SLOPE));
+        let outward = Vec3A::splat(widening).copysign(direction);
+        let backward = direction.is_negative_bitmask() as usize;
+        let (mut near, mut far) = ([0, 1, 2], [3, 4, 5]);
+        for axis in 0..3 {
+            let back = 3 * (backward >> axis & 1);
+            (near[axis], far[axis]) = (near[axis] + back, far[axis] - back);
+        }
+        Self {
+            near,
+            far,
+            near_origin: (origin + outward).to_array(),
+            far_origin: (origin - outward).to_array(),
+            reciprocal: reciprocal.copysign(direction).to_array(),
         }
     }
 }

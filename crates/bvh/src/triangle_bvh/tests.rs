@@ -31,7 +31,8 @@ fn any_hits(bvh: &TriangleBvh, origin: DVec3, light: LightSource) -> Vec<bool> {
         let corners = bvh.corners(triangle).map(Point::exact);
         polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &light)
     };
-    let at = |level| simd::dispatch_at(level, AnyHit { parts: &bvh.parts, way, first: None, decide }).is_some();
+    let at =
+        |level| simd::dispatch_at(level, &mut AnyHit { parts: &bvh.parts, way: &way, first: None, decide }).is_some();
     Level::ALL.into_iter().map(at).collect()
 }
 
