@@ -5,7 +5,7 @@ use umbriel_geometry::simd::{Float, Simd};
 /// A box as its least coordinates and its negated greatest ones. Lanes 3 and 7 are not part of the box.
 // | min x | min y | min z | tag | −max x | −max y | −max z | – |   32 bytes
 #[derive(Clone, Copy, Debug)]
-#[repr(C, align(32))]
+#[repr(C, align(16))]
 pub(super) struct Bounds([f32; 8]);
 
 const _: () = assert!(size_of::<Bounds>() == 32);

@@ -47,3 +47,8 @@ pub(super) struct Pack {
 }
 
 const _: () = assert!(size_of::<Pack>() == 320);
+
+impl Pack {
+    /// To be filled.
+    pub(super) const ZERO: Self = Self { corners: [[[0.0; WIDTH]; 3]; 3], triangles: [0; WIDTH] };
+}

@@ -1,12 +1,12 @@
 //! Morton's curve (Morton, "A computer oriented geodetic data base", IBM 1966): neighbours on it are neighbours in space.
 //!
-//! Codes have 8 or 10 bits an axis; they are sorted by a radix sort, 12 bits a pass, O(n). What has the same code keeps
+//! Codes have 8 or 10 bits an axis; they are sorted by a radix sort, up to 12 bits a pass, O(n). What has the same code keeps
 //! its order.
 
 use glam::DVec3;
 use umbriel_geometry::Aabb;
 
-/// Bits of a pass.
+/// Bits of a pass, at most.
 const DIGIT: u32 = 12;
 const BUCKETS: usize = 1 << DIGIT;
 
@@ -22,8 +22,9 @@ pub(super) fn morton_order(points: &[DVec3]) -> Vec<u32> {
         let cell = (*point - bounds.min) * factor;
         code([cell.x as u32, cell.y as u32, cell.z as u32], POINT_BITS)
     };
-    let sorted = sorted(points.iter().map(code).zip(0..).collect(), 3 * POINT_BITS);
-    sorted.into_iter().map(|(_, index)| index).collect()
+    let mut pairs: Vec<(u32, u32)> = points.iter().map(code).zip(0..).collect();
+    sort(&mut pairs, &mut vec![(0, 0); points.len()], 3 * POINT_BITS);
+    pairs.into_iter().map(|(_, index)| index).collect()
 }
 
 /// The code of a cell; `bits` are 10 at most, and greater coordinates count as the greatest.
@@ -42,23 +43,33 @@ fn spread(number: u32) -> u32 {
     (number | number << 2) & 0x0924_9249
 }
 
-/// Codes of so many bits, with what belongs to them, in rising order.
-pub(super) fn sorted(mut pairs: Vec<(u32, u32)>, bits: u32) -> Vec<(u32, u32)> {
-    let mut other = vec![(0, 0); pairs.len()];
-    for shift in (0..bits).step_by(DIGIT as usize) {
-        let digit = |code: u32| (code >> shift) as usize % BUCKETS;
-        let mut places = [0u32; BUCKETS];
-        pairs.iter().for_each(|&(code, _)| places[digit(code)] += 1);
-        let mut sum = 0;
-        for count in &mut places {
-            (*count, sum) = (sum, sum + *count);
-        }
-        for &pair in &pairs {
-            let place = &mut places[digit(pair.0)];
-            other[*place as usize] = pair;
-            *place += 1;
-        }
+/// Puts codes, with what belongs to them, in rising order of their low `bits`. `other` is as long, and of no meaning.
+pub(super) fn sort<'a>(mut pairs: &'a mut [(u32, u32)], mut other: &'a mut [(u32, u32)], bits: u32) {
+    let mut ends = [0; BUCKETS];
+    let passes = bits.div_ceil(DIGIT);
+    let digit_bits = bits.div_ceil(passes.max(1));
+    for pass in 0..passes {
+        let (shift, mask) = (pass * digit_bits, (1 << digit_bits) - 1);
+        let ends = &mut ends[..=mask as usize];
+        ends.fill(0);
+        scatter(pairs, other, ends, |code| (code >> shift & mask) as usize);
         std::mem::swap(&mut pairs, &mut other);
     }
-    pairs
+    if passes % 2 == 1 {
+        other.copy_from_slice(pairs);
+    }
+}
+
+/// Copies the pairs in rising order of their codes' digits. `ends` are zeros, and become the ends of the digits' ranges.
+pub(super) fn scatter(pairs: &[(u32, u32)], sorted: &mut [(u32, u32)], ends: &mut [u32], digit: impl Fn(u32) -> usize) {
+    pairs.iter().for_each(|&(code, _)| ends[digit(code)] += 1);
+    let mut sum = 0;
+    for count in ends.iter_mut() {
+        (*count, sum) = (sum, sum + *count);
+    }
+    for &pair in pairs {
+        let end = &mut ends[digit(pair.0)];
+        sorted[*end as usize] = pair;
+        *end += 1;
+    }
 }

@@ -1,91 +1,232 @@
 //! A binary tree along Morton's curve, for trees that are not used for long.
 //!
 //! Lauterbach, Garland, Sengupta, Luebke and Manocha, "Fast BVH construction on GPUs", Eurographics 2009: triangles are
-//! sorted by the codes of their middles, and a part is cut where the highest bit changes in which its codes differ. Parts
-//! below [`FINE`] triangles are built by the surface-area heuristic, which costs little there. O(n); the depth is that of
-//! `binary.rs`. Boxes are known when the children are.
+//! sorted by the codes of their middles, and a part is cut where the highest bit changes in which its codes differ.
+//! Up to [`PAIR`] triangles in a row make two packs, cut where their boxes are smallest. The codes alone tell the tree's
+//! shape, so every pack has its place before any is filled. O(n); the depth is that of `binary.rs`.
 
 use std::num::NonZeroU32;
+
+use glam::{DVec3, Vec3A};
+use umbriel_geometry::Aabb;
 
 use super::{
     super::{
         bounds::Bounds,
-        morton::{code, sorted},
+        layout::{Pack, WIDTH},
+        morton::{code, scatter, sort},
     },
-    binary::{BinaryNode, MAX_DEPTH, Part, centers_of, halvings},
+    binary::{BinaryNode, MAX_DEPTH, halvings},
+    corners::Corners,
+    tasks::{CHUNK, for_each, join},
 };
 
 /// Bits of a code on an axis.
 const BITS: u32 = 10;
 
-/// Parts that are not larger are left to the heuristic.
-const FINE: usize = 16;
+/// The codes are sorted in parts, by their high bits: about so many in a part, and at most so many bits.
+const PART: usize = 1 << 12;
+const PART_BITS: u32 = 9;
 
-/// Builds the tree over tagged boxes, which are put in leaf order. `items` must not be empty.
-pub(super) fn build(items: &mut Vec<Bounds>) -> Vec<BinaryNode> {
-    let codes = sort(items);
-    let mut nodes = Vec::with_capacity(items.len() / 2);
-    let scratch = &mut vec![Bounds::ZERO; FINE.min(items.len())];
-    Stretch { items, codes: &codes, scratch, first: 0, depth: 1 }.build(&mut nodes);
-    nodes
+/// Not more triangles become two packs.
+const PAIR: usize = 2 * WIDTH;
+
+/// Below so many triangles a part is not worth a thread.
+const SERIAL: usize = 4096;
+
+/// A code, and which triangle has it.
+type Coded = (u32, u32);
+
+/// The binary tree over the triangles in `bounds`, of which there must be some, and its leaves: the packs. A node's `first` is its first pack.
+pub(super) fn build(corners: &Corners, count: usize, bounds: &Aabb) -> (Vec<BinaryNode>, Vec<Pack>) {
+    let codes = sorted_codes(corners, count, bounds);
+    let mut outline = Outline { nodes: Vec::with_capacity(count / 2), packs: 0 };
+    outline.add(&codes, 1);
+    let Outline { mut nodes, packs } = outline;
+    let mut packs = vec![Pack::ZERO; packs as usize];
+    Subtree { nodes: &mut nodes, index: 0, packs: &mut packs, codes: &codes }.fill(corners);
+    (nodes, packs)
 }
 
-/// Puts the boxes in order; returns their codes, each with where the box was.
-fn sort(items: &mut Vec<Bounds>) -> Vec<(u32, u32)> {
-    let all = centers_of(items);
-    let cells = (1u32 << BITS) as f32;
-    let factor = |axis: usize| {
-        let factor = cells / (all.max(axis) - all.min(axis));
-        if factor.is_finite() { factor } else { 0.0 }
+/// The triangles along the curve. What has the same code keeps its order.
+fn sorted_codes(corners: &Corners, count: usize, bounds: &Aabb) -> Vec<Coded> {
+    let coder = Coder::new(bounds);
+    let part_bits = (count / PART).checked_ilog2().map_or(0, |bits| bits + 1).min(PART_BITS);
+    let (low_bits, parts) = (3 * BITS - part_bits, 1 << part_bits);
+    let part = |code: u32| (code >> low_bits) as usize;
+    // Each chunk is sorted by parts; then each part is gathered from all chunks, and sorted.
+    let mut chunked = vec![(0, 0); count];
+    let firsts = (0u32..).step_by(CHUNK);
+    let mut chunks: Vec<_> =
+        chunked.chunks_mut(CHUNK).zip(firsts).map(|(codes, first)| (codes, first, vec![0; parts])).collect();
+    for_each(&mut chunks, &|(codes, first, ends)| {
+        let triangles = *first..*first + codes.len() as u32;
+        let coded: Vec<Coded> = triangles.map(|triangle| (coder.code(corners, triangle), triangle)).collect();
+        scatter(&coded, codes, ends, part);
+    });
+    let chunks: Vec<(&[Coded], Vec<u32>)> = chunks.into_iter().map(|(codes, _, ends)| (&*codes, ends)).collect();
+    let in_part = |part: usize, (_, ends): &(&[Coded], Vec<u32>)| {
+        let first = part.checked_sub(1).map_or(0, |before| ends[before]);
+        first as usize..ends[part] as usize
     };
-    let factor = [factor(0), factor(1), factor(2)];
-    let code_of = |item: &Bounds| {
-        let center = item.twice_center();
-        let cell = |axis: usize| ((center[axis] - all.min(axis)) * factor[axis]) as u32;
-        code([cell(0), cell(1), cell(2)], BITS)
-    };
-    let codes = sorted(items.iter().map(code_of).zip(0..).collect(), 3 * BITS);
-    *items = codes.iter().map(|&(_, index)| items[index as usize]).collect();
+    let mut codes = vec![(0, 0); count];
+    let mut rest = &mut codes[..];
+    let mut tasks = Vec::with_capacity(parts);
+    for part in 0..parts {
+        let size = chunks.iter().map(|chunk| in_part(part, chunk).len()).sum();
+        let (own, others) = rest.split_at_mut(size);
+        tasks.push((part, own));
+        rest = others;
+    }
+    for_each(&mut tasks, &|(part, codes)| {
+        let mut end = 0;
+        for chunk in &chunks {
+            let range = in_part(*part, chunk);
+            codes[end..end + range.len()].copy_from_slice(&chunk.0[range.clone()]);
+            end += range.len();
+        }
+        sort(codes, &mut vec![(0, 0); end], low_bits);
+    });
+    drop(tasks);
     codes
 }
 
-/// Items in a row on the curve that become a subtree.
-struct Stretch<'a> {
-    items: &'a mut [Bounds],
-    codes: &'a [(u32, u32)],
-    /// For the heuristic; of no meaning.
-    scratch: &'a mut [Bounds],
-    /// Index of the first item in leaf order.
-    first: u32,
-    depth: usize,
+/// Gives triangles codes.
+struct Coder {
+    /// Twice the least corner.
+    low: Vec3A,
+    /// Of twice a box's middle, to cells.
+    factor: Vec3A,
 }
 
-impl Stretch<'_> {
-    /// Appends the subtree to `nodes`.
-    fn build(self, nodes: &mut Vec<BinaryNode>) {
-        let Self { items, codes, scratch, first, depth } = self;
-        let (index, count) = (nodes.len(), items.len());
-        if count <= FINE {
-            return Part::new(items, &mut scratch[..count], first, depth).build(nodes);
+impl Coder {
+    fn new(bounds: &Aabb) -> Self {
+        let cells = f64::from(1u32 << BITS);
+        let factor =
+            (DVec3::splat(cells / 2.0) / bounds.size()).map(|factor| if factor.is_finite() { factor } else { 0.0 });
+        Self { low: (bounds.min * 2.0).as_vec3a(), factor: factor.as_vec3a() }
+    }
+
+    #[inline(always)]
+    fn code(&self, corners: &Corners, triangle: u32) -> u32 {
+        let [a, b, c] = corners.of(triangle);
+        let cell = (a.min(b).min(c) + a.max(b).max(c) - self.low) * self.factor;
+        code([cell.x as u32, cell.y as u32, cell.z as u32], BITS)
+    }
+}
+
+/// The shape of the tree.
+struct Outline {
+    nodes: Vec<BinaryNode>,
+    packs: u32,
+}
+
+impl Outline {
+    /// Appends the subtree over triangles in a row on the curve.
+    fn add(&mut self, codes: &[Coded], depth: usize) {
+        let (index, count) = (self.nodes.len(), codes.len());
+        self.push(count);
+        if count <= WIDTH {
+            self.packs += 1;
+            return;
         }
-        let middle = if depth + halvings(count) >= MAX_DEPTH { count / 2 } else { cut(codes) };
-        nodes.push(BinaryNode { bounds: Bounds::EMPTY, first, count: count as u32, right: None });
-        let ((left, right), (left_codes, right_codes)) = (items.split_at_mut(middle), codes.split_at(middle));
-        let depth = depth + 1;
-        Stretch { items: left, codes: left_codes, scratch, first, depth }.build(nodes);
-        let second = nodes.len();
-        Stretch { items: right, codes: right_codes, scratch, first: first + middle as u32, depth }.build(nodes);
-        nodes[index].right = NonZeroU32::new(second as u32);
-        nodes[index].bounds = nodes[index + 1].bounds.union(&nodes[second].bounds);
+        let right = if count <= PAIR {
+            // How many each pack gets is found when they are filled.
+            self.push(0);
+            self.packs += 1;
+            self.push(0);
+            self.packs += 1;
+            index + 2
+        } else {
+            let middle = if depth + halvings(count) >= MAX_DEPTH { count / 2 } else { cut(codes) };
+            let (left, right) = codes.split_at(middle);
+            self.add(left, depth + 1);
+            let second = self.nodes.len();
+            self.add(right, depth + 1);
+            second
+        };
+        self.nodes[index].right = NonZeroU32::new(right as u32);
+    }
+
+    fn push(&mut self, count: usize) {
+        self.nodes.push(BinaryNode { bounds: Bounds::EMPTY, first: self.packs, count: count as u32, right: None });
     }
 }
 
 /// Where the highest bit changes in which the codes differ; the middle where none does.
-fn cut(codes: &[(u32, u32)]) -> usize {
+fn cut(codes: &[Coded]) -> usize {
     let differing = codes[0].0 ^ codes[codes.len() - 1].0;
     if differing == 0 {
         return codes.len() / 2;
     }
     let bit = 1 << differing.ilog2();
     codes.partition_point(|(code, _)| code & bit == 0)
+}
+
+/// A subtree to be filled: its nodes, the first of them at `index` in the tree, its packs and triangles.
+struct Subtree<'a> {
+    nodes: &'a mut [BinaryNode],
+    index: usize,
+    packs: &'a mut [Pack],
+    codes: &'a [Coded],
+}
+
+impl Subtree<'_> {
+    /// Fills packs and boxes; returns the box around all.
+    fn fill(self, corners: &Corners) -> Bounds {
+        let Self { nodes, index, packs, codes } = self;
+        let Some((root, below)) = nodes.split_first_mut() else { return Bounds::EMPTY };
+        root.bounds = match root.right {
+            None => fill_pack(corners, codes, &mut packs[0]),
+            Some(_) if codes.len() <= PAIR => fill_pair(corners, codes, below, packs),
+            Some(right) => {
+                let middle = right.get() as usize - index - 1;
+                let (left, right) = below.split_at_mut(middle);
+                let (left_packs, right_packs) = packs.split_at_mut((right[0].first - root.first) as usize);
+                let (left_codes, right_codes) = codes.split_at(left[0].count as usize);
+                let left = Subtree { nodes: left, index: index + 1, packs: left_packs, codes: left_codes };
+                let right = Subtree { nodes: right, index: index + 1 + middle, packs: right_packs, codes: right_codes };
+                let (left, right) = if codes.len() > SERIAL {
+                    join(|| left.fill(corners), || right.fill(corners))
+                } else {
+                    (left.fill(corners), right.fill(corners))
+                };
+                left.union(&right)
+            }
+        };
+        root.bounds
+    }
+}
+
+fn fill_pack(corners: &Corners, codes: &[Coded], pack: &mut Pack) -> Bounds {
+    corners.pack(codes.iter().map(|&(_, triangle)| triangle), pack);
+    codes.iter().fold(Bounds::EMPTY, |all, &(_, triangle)| all.union(&corners.bounds_of(triangle)))
+}
+
+/// Two packs, cut where the sum of their boxes' areas is least.
+fn fill_pair(corners: &Corners, codes: &[Coded], leaves: &mut [BinaryNode], packs: &mut [Pack]) -> Bounds {
+    let count = codes.len();
+    // Entry i: the box of all but the first i.
+    let mut rest = [Bounds::EMPTY; PAIR + 1];
+    for (index, &(_, triangle)) in codes.iter().enumerate().rev() {
+        rest[index] = rest[index + 1].union(&corners.bounds_of(triangle));
+    }
+    let (mut least, mut first) = (f32::INFINITY, Bounds::EMPTY);
+    let mut best = (WIDTH, Bounds::EMPTY);
+    for (index, &(_, triangle)) in codes[..WIDTH].iter().enumerate() {
+        first = first.union(&corners.bounds_of(triangle));
+        let middle = index + 1;
+        let cost = first.half_area() + rest[middle].half_area();
+        if middle + WIDTH >= count && cost < least {
+            (least, best) = (cost, (middle, first));
+        }
+    }
+    let (middle, first) = best;
+    let (left, right) = codes.split_at(middle);
+    let halves = [(left, first), (right, rest[middle])];
+    for ((codes, bounds), (leaf, pack)) in halves.into_iter().zip(leaves.iter_mut().zip(packs)) {
+        (leaf.count, leaf.bounds) = (codes.len() as u32, bounds);
+        corners.pack(codes.iter().map(|&(_, triangle)| triangle), pack);
+    }
+    rest[0]
 }

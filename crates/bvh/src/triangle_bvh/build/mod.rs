@@ -1,17 +1,22 @@
 //! Builds the tree: boxes, a binary tree over them, eight children a node, packs.
 
 mod binary;
+mod corners;
 mod curve;
+mod tasks;
 mod widen;
 
-use glam::DVec3;
-use umbriel_geometry::Mesh;
+use umbriel_geometry::{Aabb, Mesh};
 
 pub(super) use binary::MAX_DEPTH;
 
+use self::{
+    corners::Corners,
+    tasks::{CHUNK, for_each},
+};
 use super::{
     bounds::Bounds,
-    frame::{Frame, above},
+    frame::Frame,
     layout::{Node, Pack, WIDTH},
 };
 
@@ -37,53 +42,52 @@ pub(super) struct Parts {
 }
 
 pub(super) fn build(mesh: &Mesh, quality: BuildQuality) -> Parts {
-    let frame = Frame::around(&mesh.bounds());
-    let bounds = |index: usize| frame.bounds_of(corners(mesh, index)).tagged(index as u32);
-    let mut items: Vec<Bounds> = (0..mesh.triangles().len()).map(bounds).collect();
-    if items.is_empty() {
+    let bounds = bounds_of(mesh);
+    let frame = Frame::around(&bounds);
+    if bounds.is_empty() {
         return Parts { frame, nodes: vec![Node::EMPTY], packs: Vec::new(), corner_error: 0.0 };
     }
-    let binary = match quality {
-        BuildQuality::Fast => curve::build(&mut items),
-        BuildQuality::Good => binary::build(&mut items),
-    };
-    let wide = widen::widen(&binary);
-    let mut packer = Packer { mesh, frame, error: 0.0 };
-    let pack = |&(first, count): &(u32, u32)| packer.pack(&items[first as usize..(first + count) as usize]);
-    let packs = wide.packs.iter().map(pack).collect();
-    Parts { frame, nodes: wide.nodes, packs, corner_error: above(packer.error + frame.error(1.0)) }
-}
-
-#[inline(always)]
-fn corners(mesh: &Mesh, triangle: usize) -> [DVec3; 3] {
-    let [a, b, c] = mesh.triangles()[triangle];
-    let positions = mesh.positions();
-    [positions[a as usize], positions[b as usize], positions[c as usize]]
-}
-
-/// Fills packs.
-struct Packer<'a> {
-    mesh: &'a Mesh,
-    frame: Frame,
-    /// The greatest rounding of a coordinate so far.
-    error: f64,
-}
-
-impl Packer<'_> {
-    fn pack(&mut self, items: &[Bounds]) -> Pack {
-        let mut pack = Pack { corners: [[[0.0; WIDTH]; 3]; 3], triangles: [0; WIDTH] };
-        for lane in 0..WIDTH {
-            let triangle = items.get(lane).unwrap_or(&items[0]).tag();
-            pack.triangles[lane] = triangle;
-            for (corner, position) in corners(self.mesh, triangle as usize).into_iter().enumerate() {
-                let exact = self.frame.localise(position);
-                let rounded = exact.as_vec3();
-                self.error = self.error.max((exact - rounded.as_dvec3()).abs().max_element());
-                for axis in 0..3 {
-                    pack.corners[corner][axis][lane] = rounded[axis];
-                }
-            }
+    let corners = Corners::new(mesh, &frame);
+    let (nodes, packs) = match quality {
+        BuildQuality::Fast => {
+            let bounds = Aabb { min: frame.localise(bounds.min), max: frame.localise(bounds.max) };
+            let (binary, packs) = curve::build(&corners, mesh.triangles().len(), &bounds);
+            (widen::widen(&binary, |leaf| leaf.first), packs)
         }
-        pack
-    }
+        BuildQuality::Good => good(&corners, mesh.triangles().len()),
+    };
+    Parts { frame, nodes, packs, corner_error: corners.error }
+}
+
+/// The box of the corners that triangles use.
+fn bounds_of(mesh: &Mesh) -> Aabb {
+    let mut tasks: Vec<_> = mesh.triangles().chunks(CHUNK).map(|triangles| (triangles, Aabb::EMPTY)).collect();
+    for_each(&mut tasks, &|(triangles, bounds)| {
+        *bounds = Aabb::of(triangles.iter().flatten().map(|&corner| mesh.positions()[corner as usize]));
+    });
+    tasks.iter().fold(Aabb::EMPTY, |all, (_, bounds)| all.union(*bounds))
+}
+
+fn good(corners: &Corners, count: usize) -> (Vec<Node>, Vec<Pack>) {
+    let mut items = vec![Bounds::ZERO; count];
+    let mut tasks: Vec<_> = items.chunks_mut(CHUNK).zip((0u32..).step_by(CHUNK)).collect();
+    for_each(&mut tasks, &|(items, first)| {
+        for (item, triangle) in items.iter_mut().zip(*first..) {
+            *item = corners.bounds_of(triangle).tagged(triangle);
+        }
+    });
+    let binary = binary::build(&mut items);
+    let mut ranges = Vec::with_capacity(binary.len() / 2);
+    let nodes = widen::widen(&binary, |leaf| {
+        ranges.push(leaf.first as usize..(leaf.first + leaf.count) as usize);
+        ranges.len() as u32 - 1
+    });
+    let mut packs = vec![Pack::ZERO; ranges.len()];
+    let mut tasks: Vec<_> = packs.chunks_mut(CHUNK / WIDTH).zip(ranges.chunks(CHUNK / WIDTH)).collect();
+    for_each(&mut tasks, &|(packs, ranges)| {
+        for (pack, range) in packs.iter_mut().zip(*ranges) {
+            corners.pack(items[range.clone()].iter().map(Bounds::tag), pack);
+        }
+    });
+    (nodes, packs)
 }
