@@ -5,14 +5,14 @@
 //! eight occluders, another scans the rows of one occluder after the other. Doubtful pairs are kept to the end and
 //! decided exactly where nothing else blocks the sample. Cost: about ten nanoseconds a patch and occluder over it.
 
-use umbriel_geometry::simd::{Int, Kernel, Simd};
+use umbriel_geometry::simd::{Int, Kernel, Mask, Simd};
 
 use super::{
     faces::{Face, Rect},
     pack::Pack,
-    patch::{EDGE, Patch},
+    patch::Patch,
     sampler::Sampler,
-    spans::{Functions, ROWS},
+    spans::{Bounds, Functions},
     tree::{Node, Step, WIDTH},
 };
 
@@ -148,7 +148,7 @@ impl Batch<'_, '_> {
                         continue;
                     }
                     lanes &= !pack.lanes_of(simd, patch.face);
-                    let functions = Functions::new(simd, &triangles, patch, &sampler.errors);
+                    let functions = Functions::new(simd, &triangles, lanes, patch, &sampler.errors);
                     let mut meeting = Meeting { patch, number: (first + number) as u32, doubts: &mut storage.doubts };
                     if open <= FEW_SAMPLES {
                         meeting.by_samples(simd, pack, lanes, &functions);
@@ -222,37 +222,44 @@ impl Meeting<'_> {
         }
     }
 
-    /// Each of the occluders over all rows.
+    /// The occluders over eight rows after the other.
     #[inline(always)]
-    fn by_spans<S: Simd>(&mut self, simd: S, pack: &Pack, mut lanes: u32, functions: &Functions<S>) {
-        let [missed, covered] = functions.over_all(simd, self.patch);
-        if covered & lanes != 0 {
-            self.patch.open = [0; EDGE as usize];
-            return;
-        }
-        lanes &= !missed;
-        if lanes == 0 {
-            return;
-        }
-        let bounds = functions.bounds(simd);
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize;
-            lanes &= lanes - 1;
-            for (group, open) in self.patch.open.as_chunks_mut::<WIDTH>().0.iter_mut().enumerate() {
-                let first = group as u32 * ROWS;
-                if first >= self.patch.rows {
-                    break;
+    fn by_spans<S: Simd>(&mut self, simd: S, pack: &Pack, lanes: u32, functions: &Functions<S>) {
+        let (mut bounds, mut has_bounds) = (Bounds::EMPTY, false);
+        for first in (0..self.patch.rows).step_by(WIDTH) {
+            let [missed, covered] = functions.over_rows(simd, self.patch, first);
+            let mut lanes = lanes & !missed;
+            if lanes == 0 {
+                continue;
+            }
+            let group = first as usize / WIDTH;
+            let mut left = simd.load_int(&self.patch.open.as_chunks::<WIDTH>().0[group]);
+            if covered & lanes != 0 {
+                (left, lanes) = (simd.splat_int8(0), 0);
+            }
+            while lanes != 0 {
+                let lane = lanes.trailing_zeros() as usize;
+                lanes &= lanes - 1;
+                if !has_bounds {
+                    bounds = functions.bounds(simd);
+                    has_bounds = true;
                 }
                 let [certain, maybe] = bounds.spans(simd, lane, first);
-                let left = simd.load_int(open).without(certain);
-                let doubtful = (maybe & left).to_array();
-                *open = left.to_array();
-                if doubtful != [0; WIDTH] {
-                    let rows = (first..).zip(doubtful).filter(|&(_, columns)| columns != 0);
-                    let (patch, face) = (self.number, pack.face(lane));
-                    self.doubts.extend(rows.map(|(row, columns)| Doubt { patch, row, columns: columns as u32, face }));
+                left = left.without(certain);
+                let doubtful = maybe & left;
+                if !doubtful.eq(simd.splat_int8(0)).bits() & 0xff != 0 {
+                    self.doubt(first, pack.face(lane), doubtful.to_array());
                 }
             }
+            self.patch.open.as_chunks_mut::<WIDTH>().0[group] = left.to_array();
         }
+    }
+
+    /// Keeps samples that a face may block.
+    #[cold]
+    fn doubt(&mut self, first: u32, face: Face, doubtful: [i32; WIDTH]) {
+        let rows = (first..).zip(doubtful).filter(|&(_, columns)| columns != 0);
+        let patch = self.number;
+        self.doubts.extend(rows.map(|(row, columns)| Doubt { patch, row, columns: columns as u32, face }));
     }
 }

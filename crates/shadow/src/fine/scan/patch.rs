@@ -188,15 +188,19 @@ impl Patch {
         let counts = lattice.counts();
         let size = [0, 1].map(|k| (counts[k] - origin[k]).min(EDGE));
         let extent = Extent::of_part(frame, origin, size, whole);
-        if extent.rect.is_empty() {
+        let is_beside = view.is_some_and(|view| !view.meets(&extent.rect));
+        if extent.rect.is_empty() || is_beside {
             return None;
         }
+        let columns = |row: u32| lattice.row_len(origin[0] + row).saturating_sub(origin[1]).min(size[1]);
         let mut open = [0; EDGE as usize];
-        for row in 0..size[0] {
-            let columns = lattice.row_len(origin[0] + row).saturating_sub(origin[1]).min(size[1]);
-            open[row as usize] = first_bits(columns);
+        // Rows do not get longer.
+        if columns(size[0] - 1) == size[1] {
+            open[..size[0] as usize].fill(first_bits(size[1]));
+        } else {
+            (0..size[0]).for_each(|row| open[row as usize] = first_bits(columns(row)));
         }
-        if let Some(view) = view {
+        if let Some(view) = view.filter(|view| !view.holds(&extent.rect)) {
             keep_seen(&mut open, frame, origin, view);
         }
         (open != [0; EDGE as usize]).then(|| Self::new((face, origin), frame, &extent, size, open))

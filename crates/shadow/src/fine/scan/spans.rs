@@ -15,7 +15,7 @@ use super::{
 };
 
 /// Rows that are scanned at once.
-pub(super) const ROWS: u32 = 8;
+const ROWS: u32 = 8;
 
 /// A step of a column is made at least this part of the tolerance, so that spans have an end.
 const LEAST_STEP: f32 = 1.0 / 1024.0;
@@ -41,13 +41,13 @@ impl<V: Float<WIDTH>> Linear<V> {
         self.first + row * self.row + column * self.column
     }
 
-    /// The least and the greatest value up to the last row and column.
+    /// The least and the greatest value in some rows and columns beyond the first ones.
     #[inline(always)]
-    fn range<S: Lanes<WIDTH, Float = V>>(&self, simd: S, rows: V, columns: V) -> [V; 2] {
+    fn range<S: Lanes<WIDTH, Float = V>>(&self, simd: S, row: V, rows: V, columns: V) -> [V; 2] {
         let none = simd.splat(0.0);
+        let start = self.first + row * self.row;
         let (along, across) = (rows * self.row, columns * self.column);
-        let low = self.first + along.min(none) + across.min(none);
-        [low, self.first + along.max(none) + across.max(none)]
+        [start + along.min(none) + across.min(none), start + along.max(none) + across.max(none)]
     }
 }
 
@@ -61,6 +61,8 @@ pub(super) struct Functions<S: Simd> {
     nearer: M8<S>,
     /// Occluders of which nothing is certain inside.
     thin: M8<S>,
+    /// Whether some lane is neither.
+    is_plane_used: bool,
 }
 
 /// How exact images and depths are.
@@ -80,7 +82,7 @@ impl Errors {
 
 impl<S: Simd> Functions<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, triangles: &Triangles<S>, patch: &Patch, errors: &Errors) -> Self {
+    pub(super) fn new(simd: S, triangles: &Triangles<S>, lanes: u32, patch: &Patch, errors: &Errors) -> Self {
         let center = [simd.splat_int8(patch.center[0]), simd.splat_int8(patch.center[1])];
         let (mut x, mut y) = ([simd.splat8(0.0); 3], [simd.splat8(0.0); 3]);
         let (mut along, mut length) = ([[simd.splat8(0.0); 2]; 3], simd.splat8(0.0));
@@ -111,12 +113,11 @@ impl<S: Simd> Functions<S> {
             edge.column = turn(simd, along[k], from, patch, 2);
         }
         let limit = patch.nearest - errors.depth_slack(patch.nearest);
-        Self {
-            edges,
-            plane: plane(simd, (triangles, area), patch, &edges, errors),
-            nearer: triangles.farthest().lt(simd.splat8(limit)),
-            thin: is_thin,
-        }
+        let nearer = triangles.farthest().lt(simd.splat8(limit));
+        // Mostly the depths alone tell.
+        let is_plane_used = (!(nearer | is_thin)).bits() & lanes != 0;
+        let plane = if is_plane_used { plane(simd, (triangles, area), patch, &edges, errors) } else { edges[0] };
+        Self { edges, plane, nearer, thin: is_thin, is_plane_used }
     }
 
     /// One sample against all eight: those that block it for certain, and those in doubt.
@@ -137,21 +138,25 @@ impl<S: Simd> Functions<S> {
         [certain.bits(), (!(beside | beyond | certain)).bits()]
     }
 
-    /// The lanes that block no sample of the patch, and those that block all of it: functions over a box are between
-    /// their values at its corners.
+    /// The lanes that block no sample in eight rows from `row` on, and those that block all: functions over a box are
+    /// between their values at its corners.
     #[inline(always)]
-    pub(super) fn over_all(&self, simd: S, patch: &Patch) -> [u32; 2] {
-        let (rows, columns) = (simd.splat8((patch.rows - 1) as f32), simd.splat8((patch.columns - 1) as f32));
+    pub(super) fn over_rows(&self, simd: S, patch: &Patch, row: u32) -> [u32; 2] {
+        let first = simd.splat8(row as f32);
+        let rows = simd.splat8((patch.rows - row).min(ROWS) as f32 - 1.0);
+        let columns = simd.splat8((patch.columns - 1) as f32);
         let mut missed = simd.mask8(0);
         let mut covered = !self.thin;
         for edge in &self.edges {
-            let [low, high] = edge.range(simd, rows, columns);
+            let [low, high] = edge.range(simd, first, rows, columns);
             missed = missed | high.lt(-edge.tolerance);
             covered = covered & low.gt(edge.tolerance);
         }
-        let [low, high] = self.plane.range(simd, rows, columns);
-        missed = missed | (high.lt(-self.plane.tolerance) & !(self.nearer | self.thin));
-        covered = covered & (self.nearer | low.gt(self.plane.tolerance));
+        if self.is_plane_used {
+            let [low, high] = self.plane.range(simd, first, rows, columns);
+            missed = missed | (high.lt(-self.plane.tolerance) & !(self.nearer | self.thin));
+            covered = covered & (self.nearer | low.gt(self.plane.tolerance));
+        }
         [missed.bits(), covered.bits()]
     }
 
@@ -160,7 +165,8 @@ impl<S: Simd> Functions<S> {
     pub(super) fn bounds(&self, simd: S) -> Bounds {
         let [(a, a_holds), (b, b_holds), (c, c_holds)] =
             [side(simd, &self.edges[0]), side(simd, &self.edges[1]), side(simd, &self.edges[2])];
-        let (plane, plane_holds) = side(simd, &self.plane);
+        let (plane, plane_holds) =
+            if self.is_plane_used { side(simd, &self.plane) } else { (Side::EMPTY, simd.mask8(0xff)) };
         let uses_plane = !(self.nearer | self.thin);
         let holds = a_holds & b_holds & c_holds & (plane_holds | !uses_plane) & !self.thin;
         Bounds { sides: [a, b, c, plane], uses_plane: uses_plane.bits(), uncertain: (!holds).bits() }
@@ -170,7 +176,11 @@ impl<S: Simd> Functions<S> {
 /// How far the n-th vector of a patch is to the left of an edge, times the edge's length.
 #[inline(always)]
 fn turn<S: Simd>(simd: S, along: [F8<S>; 2], from: [F8<S>; 2], patch: &Patch, n: usize) -> F8<S> {
-    let (x, y, z) = (simd.splat8(patch.x[n]), simd.splat8(patch.y[n]), simd.splat8(patch.z[n]));
+    let (x, y) = (simd.splat8(patch.x[n]), simd.splat8(patch.y[n]));
+    if patch.z[n] == 0.0 {
+        return along[0] * y - along[1] * x;
+    }
+    let z = simd.splat8(patch.z[n]);
     along[0] * (y - from[1] * z) - along[1] * (x - from[0] * z)
 }
 
@@ -214,6 +224,10 @@ struct Side {
     offsets: [[f32; WIDTH]; 4],
 }
 
+impl Side {
+    const EMPTY: Self = Self { base: [0.0; WIDTH], slope: [0.0; WIDTH], offsets: [[0.0; WIDTH]; 4] };
+}
+
 /// The bound, and where its numbers are such.
 #[inline(always)]
 fn side<S: Simd>(simd: S, f: &Linear<F8<S>>) -> (Side, M8<S>) {
@@ -250,6 +264,13 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
+    /// Of nothing yet.
+    pub(super) const EMPTY: Self = Self {
+        sides: [Side::EMPTY; 4],
+        uses_plane: 0,
+        uncertain: 0,
+    };
+
     /// The columns that one occluder hides in eight rows from `row` on: those for certain, and those and the doubtful.
     #[inline(always)]
     pub(super) fn spans<S: Simd>(&self, simd: S, lane: usize, row: u32) -> [I8<S>; 2] {

@@ -215,6 +215,12 @@ impl View {
         (0..2).all(|k| f64::from(rect.min[k]) >= -self.half[k] && f64::from(rect.max[k]) <= self.half[k])
     }
 
+    /// Whether a box of images comes near the window.
+    pub(super) fn meets(&self, rect: &Rect) -> bool {
+        let half = self.half.map(|half| half + 8.0 * self.error + 2.0);
+        (0..2).all(|k| f64::from(rect.max[k]) >= -half[k] && f64::from(rect.min[k]) <= half[k])
+    }
+
     /// Which way a face turns as seen from the light, by the images of its first, second and last corner (the fourth
     /// of these), where they tell.
     #[inline(always)]
