@@ -29,7 +29,7 @@ const CELL_BITS: u32 = 12;
 const BUCKET: usize = 1 << 13;
 
 /// Faces of a group at most.
-const GROUP: usize = 256;
+const GROUP: usize = 128;
 
 /// A face and its place in the order.
 #[derive(Clone, Copy, Debug)]
