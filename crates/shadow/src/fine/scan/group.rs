@@ -112,8 +112,7 @@ fn write(sampler: &Sampler, patch: &Patch) {
     let (layout, _) = sampler.objects[source].receives.expect("patches are of receivers");
     let lattice = layout.face(patch.face.number as usize);
     let row_bytes = lattice.row_bytes();
-    let mut byte =
-        lattice.first_byte + u64::from(patch.origin[0]) * row_bytes + u64::from(patch.origin[1] / 8);
+    let mut byte = lattice.first_byte + u64::from(patch.origin[0]) * row_bytes + u64::from(patch.origin[1] / 8);
     for &open in &patch.open[..patch.rows as usize] {
         if open != 0 {
             sampler.lit[source].set(byte, open as u32);

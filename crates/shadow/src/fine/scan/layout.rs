@@ -58,9 +58,10 @@ impl Layout {
     /// Of faces with area; others have no samples.
     pub(crate) fn new(facets: &Facets, spacing: Spacing) -> Self {
         let mut faces = vec![Packed::default(); facets.len()];
-        let parts = faces.par_chunks_mut(FACES).enumerate().map(|(number, faces)| {
-            dispatch(Part { facets, spacing, first: number * FACES, faces })
-        });
+        let parts = faces
+            .par_chunks_mut(FACES)
+            .enumerate()
+            .map(|(number, faces)| dispatch(Part { facets, spacing, first: number * FACES, faces }));
         let totals: Vec<Totals> = parts.collect();
         let mut layout = Self { faces, parts: vec![0], samples: 0, areas: AreaSums::default() };
         let mut end = 0;

@@ -62,8 +62,8 @@ impl Frame {
     #[inline(always)]
     pub(super) fn at(&self, row: f64, column: f64) -> Homogeneous {
         let mut sample = self.first;
-        for k in 0..4 {
-            sample[k] += row * self.row[k] + column * self.column[k];
+        for (k, x) in sample.iter_mut().enumerate() {
+            *x += row * self.row[k] + column * self.column[k];
         }
         sample
     }
@@ -150,8 +150,8 @@ impl Patch {
         patch
     }
 
-    /// Makes the extent that of the samples, which lie between those at the ends of rows and columns; their images by
-    /// the patch's own vectors are off by less than 2^-20 of its reach and a quantum.
+    /// Makes the extent that of the samples, which lie between those at the ends of rows and columns; what the patch's own
+    /// vectors say of them is off by less than 2^-18 of its reach and of its range of depths.
     #[inline(always)]
     fn tighten(&mut self) {
         let ends = [(self.rows - 1) as f32, (self.columns - 1) as f32];
@@ -167,13 +167,14 @@ impl Patch {
                 high[k] = high[k].max(value);
             }
         }
-        let margin = self.reach * 2f32.powi(-20) + 2.0;
+        let margin = self.reach * 2f32.powi(-18) + 2.0;
+        let depth_margin = (self.farthest - self.nearest) * 2f32.powi(-18);
         for k in 0..2 {
             self.rect.min[k] = self.rect.min[k].max(self.center[k].saturating_add((low[k] - margin) as i32));
             self.rect.max[k] = self.rect.max[k].min(self.center[k].saturating_add((high[k] + margin) as i32));
         }
-        self.nearest = self.nearest.max(self.middle + low[2]);
-        self.farthest = self.farthest.min(self.middle + high[2]);
+        self.nearest = self.nearest.max(self.middle + low[2] - depth_margin);
+        self.farthest = self.farthest.min(self.middle + high[2] + depth_margin);
     }
 
     /// The patch from `origin` on of a face with extent `whole`; `None` if it holds no samples, or none in the window of a

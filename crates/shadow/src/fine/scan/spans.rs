@@ -23,7 +23,7 @@ const LEAST_STEP: f32 = 1.0 / 1024.0;
 /// Beyond all columns.
 const FAR: f32 = 1e12;
 
-/// More than half of any range of depths that is known.
+/// More than any range of depths that is known.
 const UNBOUNDED: f32 = 1e15;
 
 /// A linear function of row and column, a lane an occluder.
@@ -197,8 +197,9 @@ fn plane<S: Simd>(
     let middle = simd.splat8(patch.middle);
     let depth = [triangles.depth[0] - middle, triangles.depth[1] - middle, triangles.depth[2] - middle];
     // A patch whose depths nothing bounds has a plane that tells nothing.
-    let half_range = (0.5 * (patch.farthest - patch.nearest) + errors.depth_slack(patch.middle)).min(UNBOUNDED);
-    let size = depth[0].abs().max(depth[1].abs()).max(depth[2].abs()).max(simd.splat8(half_range));
+    let range = (patch.farthest - patch.middle).max(patch.middle - patch.nearest);
+    let range = (range + errors.depth_slack(patch.middle)).min(UNBOUNDED);
+    let size = depth[0].abs().max(depth[1].abs()).max(depth[2].abs()).max(simd.splat8(range));
     let tolerance = edges[0].tolerance;
     let off = simd.splat8(errors.depth) + simd.splat8(16.0 * ROUNDOFF) * (size + middle.abs());
     let reach = area + simd.splat8(4.0) * tolerance;
@@ -265,11 +266,7 @@ pub(super) struct Bounds {
 
 impl Bounds {
     /// Of nothing yet.
-    pub(super) const EMPTY: Self = Self {
-        sides: [Side::EMPTY; 4],
-        uses_plane: 0,
-        uncertain: 0,
-    };
+    pub(super) const EMPTY: Self = Self { sides: [Side::EMPTY; 4], uses_plane: 0, uncertain: 0 };
 
     /// The columns that one occluder hides in eight rows from `row` on: those for certain, and those and the doubtful.
     #[inline(always)]
