@@ -12,7 +12,7 @@ use super::{
     pack::Pack,
     patch::Patch,
     sampler::Sampler,
-    spans::{Bounds, Functions},
+    spans::{Bounds, Errors, Functions},
     tree::{Node, Step, WIDTH},
 };
 
@@ -130,6 +130,7 @@ impl Batch<'_, '_> {
     #[inline(always)]
     fn round<S: Simd>(&mut self, simd: S, first: usize, end: usize) {
         let Self { sampler, storage, patches } = self;
+        let mut dense = Pack::EMPTY;
         for (number, patch) in patches[first..end].iter_mut().enumerate() {
             let open = patch.count_open();
             if open == 0 {
@@ -137,28 +138,36 @@ impl Batch<'_, '_> {
             }
             let rect = patch.rect.widened(sampler.wide);
             let farthest = patch.farthest + sampler.errors.depth_slack(patch.farthest);
+            let mut count = 0;
             'packs: for (n, node) in storage.nodes.iter().enumerate() {
                 let mut children = node.overlapping(simd, &rect, farthest);
                 while children != 0 {
                     let pack = &sampler.packs[storage.found[n * WIDTH + children.trailing_zeros() as usize]];
                     children &= children - 1;
-                    let triangles = pack.load(simd);
-                    let mut lanes = triangles.over(simd, &rect, farthest);
-                    if lanes == 0 {
-                        continue;
-                    }
-                    lanes &= !pack.lanes_of(simd, patch.face);
-                    let functions = Functions::new(simd, &triangles, lanes, patch, &sampler.errors);
-                    let mut meeting = Meeting { patch, number: (first + number) as u32, doubts: &mut storage.doubts };
-                    if open <= FEW_SAMPLES {
-                        meeting.by_samples(simd, pack, lanes, &functions);
-                    } else {
-                        meeting.by_spans(simd, pack, lanes, &functions);
-                    }
-                    if patch.is_done() {
-                        break 'packs;
+                    let mut lanes = pack.load(simd).over(simd, &rect, farthest);
+                    while lanes != 0 {
+                        let lane = lanes.trailing_zeros() as usize;
+                        lanes &= lanes - 1;
+                        if pack.face(lane) == patch.face {
+                            continue;
+                        }
+                        dense.copy(count, pack, lane);
+                        count += 1;
+                        if count == WIDTH {
+                            count = 0;
+                            let mut meeting =
+                                Meeting { patch, number: (first + number) as u32, doubts: &mut storage.doubts };
+                            meeting.run(simd, &dense, 0xff, (open, &sampler.errors));
+                            if patch.is_done() {
+                                break 'packs;
+                            }
+                        }
                     }
                 }
+            }
+            if count != 0 {
+                let mut meeting = Meeting { patch, number: (first + number) as u32, doubts: &mut storage.doubts };
+                meeting.run(simd, &dense, (1 << count) - 1, (open, &sampler.errors));
             }
         }
         storage.clear();
@@ -199,6 +208,16 @@ struct Meeting<'a> {
 }
 
 impl Meeting<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(&mut self, simd: S, pack: &Pack, lanes: u32, (open, errors): (u32, &Errors)) {
+        let functions = Functions::new(simd, &pack.load(simd), lanes, self.patch, errors);
+        if open <= FEW_SAMPLES {
+            self.by_samples(simd, pack, lanes, &functions);
+        } else {
+            self.by_spans(simd, pack, lanes, &functions);
+        }
+    }
+
     /// Each open sample against the eight occluders.
     #[inline(always)]
     fn by_samples<S: Simd>(&mut self, simd: S, pack: &Pack, lanes: u32, functions: &Functions<S>) {

@@ -25,7 +25,7 @@ pub(super) struct Pack {
 
 impl Pack {
     /// Triangles beyond every window.
-    const EMPTY: Self = Self {
+    pub(super) const EMPTY: Self = Self {
         x: [[i32::MAX; WIDTH]; 3],
         y: [[i32::MAX; WIDTH]; 3],
         depth: [[f32::INFINITY; WIDTH]; 3],
@@ -56,6 +56,17 @@ impl Pack {
             (self.x[k][lane], self.y[k][lane], self.depth[k][lane]) = (corner.x, corner.y, corner.depth);
         }
         (self.source[lane], self.number[lane]) = (face.source as i32, face.number as i32);
+    }
+
+    /// Takes a triangle over from another pack.
+    #[inline(always)]
+    pub(super) fn copy(&mut self, to: usize, other: &Self, from: usize) {
+        for k in 0..3 {
+            self.x[k][to] = other.x[k][from];
+            self.y[k][to] = other.y[k][from];
+            self.depth[k][to] = other.depth[k][from];
+        }
+        (self.source[to], self.number[to]) = (other.source[from], other.number[from]);
     }
 
     /// The corners of the triangle in a lane, as the face has them.
@@ -93,14 +104,6 @@ impl Pack {
             y: [simd.load_int(&self.y[0]), simd.load_int(&self.y[1]), simd.load_int(&self.y[2])],
             depth: [simd.load(&self.depth[0]), simd.load(&self.depth[1]), simd.load(&self.depth[2])],
         }
-    }
-
-    /// The lanes that hold a face.
-    #[inline(always)]
-    pub(super) fn lanes_of<S: Simd>(&self, simd: S, face: Face) -> u32 {
-        let is_number = simd.load_int(&self.number).eq(simd.splat_int8(face.number as i32));
-        let is_source = simd.load_int(&self.source).eq(simd.splat_int8(face.source as i32));
-        (is_number & is_source).bits()
     }
 }
 
