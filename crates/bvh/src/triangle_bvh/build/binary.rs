@@ -5,9 +5,15 @@
 //! eight triangles. O(n log n); the depth is at most [`MAX_DEPTH`]. Nodes lie in preorder. The tree depends on the
 //! triangles and their order alone.
 
+use std::num::NonZeroU32;
+
 use umbriel_geometry::simd::{self, Kernel, Simd};
 
-use super::super::{bounds::Bounds, layout::WIDTH};
+use super::{
+    super::{bounds::Bounds, layout::WIDTH},
+    tasks::{CHUNK, for_each, join},
+    widen::Forest,
+};
 
 /// Most nodes on a way from the root to a leaf.
 pub(in super::super) const MAX_DEPTH: usize = 48;
@@ -16,7 +22,6 @@ pub(in super::super) const MAX_DEPTH: usize = 48;
 const BINS: usize = 16;
 
 /// Below so many triangles a part is not worth a thread.
-#[cfg(feature = "rayon")]
 const SERIAL: usize = 4096;
 
 /// A node over the items `first .. first + count`.
@@ -26,7 +31,29 @@ pub(super) struct BinaryNode {
     pub(super) first: u32,
     pub(super) count: u32,
     /// The right child; the left one is the next node. `None` for a leaf.
-    pub(super) right: Option<std::num::NonZeroU32>,
+    pub(super) right: Option<NonZeroU32>,
+    /// What the wide tree may make of it.
+    pub(super) forest: Forest,
+}
+
+impl BinaryNode {
+    /// Of at most eight items.
+    pub(super) fn leaf(bounds: Bounds, first: u32, count: u32) -> Self {
+        Self { bounds, first, count, right: None, forest: Forest::of_pack(&bounds) }
+    }
+
+    /// Finds what the wide tree may make of a node whose children know it, `offset` being the index of the first of
+    /// `nodes` in the tree.
+    pub(super) fn choose(nodes: &mut [Self], index: usize, offset: usize) {
+        let node = &nodes[index];
+        nodes[index].forest = match node.right {
+            None => Forest::of_pack(&node.bounds),
+            Some(right) => {
+                let (left, right) = (&nodes[index + 1], &nodes[right.get() as usize - offset]);
+                Forest::join(&node.bounds, node.count, &left.forest, &right.forest)
+            }
+        };
+    }
 }
 
 /// Builds the tree over tagged boxes, which are put in leaf order. `items` must not be empty.
@@ -84,27 +111,31 @@ impl<'a> Part<'a> {
     pub(super) fn build(self, nodes: &mut Vec<BinaryNode>) {
         let index = nodes.len();
         let (first, count) = (self.first, self.items.len() as u32);
-        nodes.push(BinaryNode { bounds: self.bounds, first, count, right: None });
+        nodes.push(BinaryNode::leaf(self.bounds, first, count));
         if self.items.len() <= WIDTH {
             return;
         }
         let (left, right) = self.split();
-        #[cfg(feature = "rayon")]
-        if count as usize > SERIAL {
-            let subtree = |part: Part| {
-                let mut nodes = Vec::with_capacity(part.items.len() / 2);
-                part.build(&mut nodes);
-                nodes
-            };
-            let (left, right) = rayon::join(|| subtree(left), || subtree(right));
+        let second = if cfg!(feature = "rayon") && count as usize > SERIAL {
+            let (left, right) = join(|| left.subtree(), || right.subtree());
             append(nodes, left);
-            nodes[index].right = std::num::NonZeroU32::new(nodes.len() as u32);
+            let second = nodes.len();
             append(nodes, right);
-            return;
-        }
-        left.build(nodes);
-        nodes[index].right = std::num::NonZeroU32::new(nodes.len() as u32);
-        right.build(nodes);
+            second
+        } else {
+            left.build(nodes);
+            let second = nodes.len();
+            right.build(nodes);
+            second
+        };
+        nodes[index].right = NonZeroU32::new(second as u32);
+        BinaryNode::choose(nodes, index, 0);
+    }
+
+    fn subtree(self) -> Vec<BinaryNode> {
+        let mut nodes = Vec::with_capacity(self.items.len() / 2);
+        self.build(&mut nodes);
+        nodes
     }
 
     fn split(self) -> (Part<'a>, Part<'a>) {
@@ -164,7 +195,6 @@ fn divide(items: &mut [Bounds], scratch: &mut [Bounds], plane: &Plane) -> usize 
 }
 
 /// Puts a subtree behind the nodes that are there.
-#[cfg(feature = "rayon")]
 fn append(nodes: &mut Vec<BinaryNode>, subtree: Vec<BinaryNode>) {
     let offset = nodes.len() as u32;
     let moved = |node: BinaryNode| BinaryNode { right: node.right.and_then(|right| right.checked_add(offset)), ..node };
@@ -209,6 +239,7 @@ struct Plane {
     right: Bounds,
 }
 
+#[derive(Clone)]
 struct Bins {
     binning: Binning,
     bounds: [[Bounds; BINS]; 3],
@@ -240,10 +271,31 @@ impl Kernel for Fill<'_> {
 
 impl Bins {
     fn fill(part: &Part) -> Self {
-        let binning = Binning::new(&part.centers, part.items.len());
-        let mut bins = Self { binning, bounds: [[Bounds::EMPTY; BINS]; 3], counts: [[0; BINS]; 3] };
-        simd::dispatch(Fill { items: part.items, bins: &mut bins });
-        bins
+        let empty = Self {
+            binning: Binning::new(&part.centers, part.items.len()),
+            bounds: [[Bounds::EMPTY; BINS]; 3],
+            counts: [[0; BINS]; 3],
+        };
+        let fill = |(items, bins): &mut (&[Bounds], Self)| simd::dispatch(Fill { items, bins });
+        if part.items.len() <= CHUNK {
+            let mut task = (&*part.items, empty);
+            fill(&mut task);
+            return task.1;
+        }
+        let mut tasks: Vec<_> = part.items.chunks(CHUNK).map(|items| (items, empty.clone())).collect();
+        for_each(&mut tasks, &fill);
+        tasks.iter().fold(empty, |all, (_, bins)| all.with(bins))
+    }
+
+    /// All that is in either.
+    fn with(mut self, other: &Self) -> Self {
+        for (own, other) in self.bounds.as_flattened_mut().iter_mut().zip(other.bounds.as_flattened()) {
+            *own = own.union(other);
+        }
+        for (own, other) in self.counts.as_flattened_mut().iter_mut().zip(other.counts.as_flattened()) {
+            *own += other;
+        }
+        self
     }
 
     /// The split with the least cost; `None` where all middles are in one bin on every axis.

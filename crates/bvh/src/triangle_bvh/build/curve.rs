@@ -1,9 +1,10 @@
 //! A binary tree along Morton's curve, for trees that are not used for long.
 //!
 //! Lauterbach, Garland, Sengupta, Luebke and Manocha, "Fast BVH construction on GPUs", Eurographics 2009: triangles are
-//! sorted by the codes of their middles, and a part is cut where the highest bit changes in which its codes differ.
-//! Up to [`PAIR`] triangles in a row make two packs, cut where their boxes are smallest. The codes alone tell the tree's
-//! shape, so every pack has its place before any is filled. O(n); the depth is that of `binary.rs`.
+//! sorted by the codes of their boxes' middles, and a part is cut where the highest bit changes in which its codes
+//! differ. Up to [`PAIR`] triangles in a row make two packs, cut where their boxes are smallest. The codes alone tell the
+//! tree's shape, so every pack has its place before any is filled, and threads fill them side by side. O(n); the depth
+//! is that of `binary.rs`.
 
 use std::num::NonZeroU32;
 
@@ -17,7 +18,7 @@ use super::{
         morton::{code, scatter, sort},
     },
     binary::{BinaryNode, MAX_DEPTH, halvings},
-    corners::Corners,
+    corners::{Corners, Triangle, fill_up},
     tasks::{CHUNK, for_each, join},
 };
 
@@ -37,7 +38,8 @@ const SERIAL: usize = 4096;
 /// A code, and which triangle has it.
 type Coded = (u32, u32);
 
-/// The binary tree over the triangles in `bounds`, of which there must be some, and its leaves: the packs. A node's `first` is its first pack.
+/// The binary tree over the triangles, of which there must be some, and its leaves: the packs. A leaf's `first` is its
+/// pack. `bounds` are those of the triangles, in the frame.
 pub(super) fn build(corners: &Corners, count: usize, bounds: &Aabb) -> (Vec<BinaryNode>, Vec<Pack>) {
     let codes = sorted_codes(corners, count, bounds);
     let mut outline = Outline { nodes: Vec::with_capacity(count / 2), packs: 0 };
@@ -109,8 +111,8 @@ impl Coder {
 
     #[inline(always)]
     fn code(&self, corners: &Corners, triangle: u32) -> u32 {
-        let [a, b, c] = corners.of(triangle);
-        let cell = (a.min(b).min(c) + a.max(b).max(c) - self.low) * self.factor;
+        let [min, max] = corners.of(triangle).extremes();
+        let cell = (min + max - self.low) * self.factor;
         code([cell.x as u32, cell.y as u32, cell.z as u32], BITS)
     }
 }
@@ -149,7 +151,7 @@ impl Outline {
     }
 
     fn push(&mut self, count: usize) {
-        self.nodes.push(BinaryNode { bounds: Bounds::EMPTY, first: self.packs, count: count as u32, right: None });
+        self.nodes.push(BinaryNode::leaf(Bounds::EMPTY, self.packs, count as u32));
     }
 }
 
@@ -176,7 +178,7 @@ impl Subtree<'_> {
     fn fill(self, corners: &Corners) -> Bounds {
         let Self { nodes, index, packs, codes } = self;
         let Some((root, below)) = nodes.split_first_mut() else { return Bounds::EMPTY };
-        root.bounds = match root.right {
+        let bounds = match root.right {
             None => fill_pack(corners, codes, &mut packs[0]),
             Some(_) if codes.len() <= PAIR => fill_pair(corners, codes, below, packs),
             Some(right) => {
@@ -194,39 +196,55 @@ impl Subtree<'_> {
                 left.union(&right)
             }
         };
-        root.bounds
+        nodes[0].bounds = bounds;
+        BinaryNode::choose(nodes, 0, index);
+        bounds
     }
 }
 
 fn fill_pack(corners: &Corners, codes: &[Coded], pack: &mut Pack) -> Bounds {
-    corners.pack(codes.iter().map(|&(_, triangle)| triangle), pack);
-    codes.iter().fold(Bounds::EMPTY, |all, &(_, triangle)| all.union(&corners.bounds_of(triangle)))
+    let mut bounds = Bounds::EMPTY;
+    for (lane, &(_, index)) in codes.iter().enumerate() {
+        let triangle = corners.of(index);
+        bounds = bounds.union(&triangle.bounds());
+        triangle.put(index, lane, pack);
+    }
+    fill_up(codes.len(), pack);
+    bounds
 }
 
 /// Two packs, cut where the sum of their boxes' areas is least.
 fn fill_pair(corners: &Corners, codes: &[Coded], leaves: &mut [BinaryNode], packs: &mut [Pack]) -> Bounds {
+    let ([first_leaf, second_leaf], [first_pack, second_pack]) = (leaves, packs) else { return Bounds::EMPTY };
     let count = codes.len();
+    let mut triangles = [Triangle([Vec3A::ZERO; 3]); PAIR];
+    let mut boxes = [Bounds::EMPTY; PAIR];
+    for (&(_, index), (triangle, bounds)) in codes.iter().zip(triangles.iter_mut().zip(&mut boxes)) {
+        *triangle = corners.of(index);
+        *bounds = triangle.bounds();
+    }
     // Entry i: the box of all but the first i.
     let mut rest = [Bounds::EMPTY; PAIR + 1];
-    for (index, &(_, triangle)) in codes.iter().enumerate().rev() {
-        rest[index] = rest[index + 1].union(&corners.bounds_of(triangle));
+    for index in (0..count).rev() {
+        rest[index] = rest[index + 1].union(&boxes[index]);
     }
-    let (mut least, mut first) = (f32::INFINITY, Bounds::EMPTY);
-    let mut best = (WIDTH, Bounds::EMPTY);
-    for (index, &(_, triangle)) in codes[..WIDTH].iter().enumerate() {
-        first = first.union(&corners.bounds_of(triangle));
-        let middle = index + 1;
-        let cost = first.half_area() + rest[middle].half_area();
-        if middle + WIDTH >= count && cost < least {
-            (least, best) = (cost, (middle, first));
+    let (mut least, mut middle, mut first, mut bounds) = (f32::INFINITY, WIDTH, Bounds::EMPTY, Bounds::EMPTY);
+    for size in 1..=WIDTH {
+        first = first.union(&boxes[size - 1]);
+        let cost = first.half_area() + rest[size].half_area();
+        if size + WIDTH >= count && cost < least {
+            (least, middle, bounds) = (cost, size, first);
         }
     }
-    let (middle, first) = best;
-    let (left, right) = codes.split_at(middle);
-    let halves = [(left, first), (right, rest[middle])];
-    for ((codes, bounds), (leaf, pack)) in halves.into_iter().zip(leaves.iter_mut().zip(packs)) {
-        (leaf.count, leaf.bounds) = (codes.len() as u32, bounds);
-        corners.pack(codes.iter().map(|&(_, triangle)| triangle), pack);
+    for lane in 0..middle {
+        triangles[lane].put(codes[lane].1, lane, first_pack);
     }
+    for lane in middle..count {
+        triangles[lane].put(codes[lane].1, lane - middle, second_pack);
+    }
+    fill_up(middle, first_pack);
+    fill_up(count - middle, second_pack);
+    *first_leaf = BinaryNode::leaf(bounds, first_leaf.first, middle as u32);
+    *second_leaf = BinaryNode::leaf(rest[middle], second_leaf.first, (count - middle) as u32);
     rest[0]
 }
