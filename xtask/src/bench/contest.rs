@@ -2,9 +2,9 @@
 
 use std::process::Command;
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use umbriel_scene::Scene;
-use umbriel_shadow::{Points, Queries};
+use umbriel_shadow::{Place, Points, Queries, Request, SamplePoint, Silent, bake};
 
 use super::{
     clock::MemoryPeak,
@@ -12,10 +12,13 @@ use super::{
     embree::{Embree, Order, Setup, scratch},
     judge::{Verdicts, judge},
     options::Options,
-    rays::Soup,
+    rays::{Numbered, Soup},
     rivals::{Starts, all},
     table::{OwnFigures, PeerFigures, RivalFigures, Row},
 };
+
+/// Samples that are compared one by one at most.
+const MOST_LISTED: u64 = 1 << 24;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,6 +118,7 @@ impl Contest<'_> {
         };
         let (own, peer) = duel.run(embree.as_deref_mut(), case.finalists)?;
         let differing = match (&peer, embree) {
+            (Some(peer), Some(embree)) if self.task == Task::Samples => self.differing_samples(case, peer, embree)?,
             (Some(peer), Some(embree)) => self.differing(&own, peer, &points, lights[0], embree)?,
             _ => None,
         };
@@ -169,6 +173,29 @@ impl Contest<'_> {
         let source = &self.scene.lights[light].source;
         let is_lit = |index: usize| queries.lit(&points.place(index), source).is_ok_and(|answer| answer.lit);
         Ok(Some(judge(own, &theirs, is_lit)))
+    }
+
+    /// Compares the samples of a bake that keeps its answers, one by one, unless there are too many to list.
+    fn differing_samples(&self, case: &Case, peer: &Peer, embree: &mut Embree) -> Result<Option<Verdicts>> {
+        let ([light], true) = (case.lights, case.samples <= MOST_LISTED) else { return Ok(None) };
+        let asked = Request { keep_cells: true, ..request(self.scene, case.lights, case.samples) };
+        let report = bake(self.scene, &asked, &Silent).map_err(|_| anyhow!("the bake was cancelled"))?;
+        let answers = report.lights[0].objects.iter().filter_map(|object| object.answers.as_ref());
+        let answers: Vec<bool> = answers.flat_map(|object| (0..object.len()).map(|n| object.is_lit(n))).collect();
+        let (mut own, mut places) = (Vec::new(), Vec::new());
+        case.soup.for_each_start(self.scene, &asked, |Numbered { number, sample }, _| {
+            own.push(answers[number]);
+            places.push(sample);
+        });
+        embree.build(peer.setup.build, 1)?;
+        embree.set_light(&self.scene.lights[*light].source)?;
+        embree.trace(peer.setup.rays, self.task.order(), 1)?;
+        let queries = Queries::new(self.scene);
+        let is_lit = |index: usize| {
+            let SamplePoint { object, face, u, v } = places[index];
+            queries.lit(&Place::Surface { object, face, u, v }, &self.scene.lights[*light].source).is_ok_and(|a| a.lit)
+        };
+        Ok(Some(judge(&own, &embree.answers()?, is_lit)))
     }
 
     /// The peak of one bake in a process of its own.

@@ -32,6 +32,13 @@ pub(super) struct Soup {
     two_sided: Vec<bool>,
 }
 
+/// A sample and its number among all of the bake.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Numbered {
+    pub(super) number: usize,
+    pub(super) sample: SamplePoint,
+}
+
 /// Where a ray starts, before the offset.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
@@ -68,9 +75,10 @@ impl Soup {
         Ok(Self { positions, triangles, offset: (OFFSET * bounds.size().length()) as f32, facets, two_sided })
     }
 
-    /// Calls `visit` with every sample, in the order of the bake. Slivers whose normal rounds to nothing are left out:
+    /// Calls `visit` with every sample and its number, in the order of the bake. Slivers whose normal rounds to nothing are left out:
     /// ray engines cannot tell their sides.
-    pub(super) fn for_each_start(&self, scene: &Scene, request: &Request, mut visit: impl FnMut(SamplePoint, Start)) {
+    pub(super) fn for_each_start(&self, scene: &Scene, request: &Request, mut visit: impl FnMut(Numbered, Start)) {
+        let mut number = 0;
         let mut known = (usize::MAX, usize::MAX);
         let (mut corner, mut along, mut normal) = (DVec3::ZERO, [DVec3::ZERO; 2], DVec3::ZERO);
         for_each_sample(scene, request, |sample| {
@@ -84,8 +92,12 @@ impl Soup {
             }
             let position = corner + along[0] * sample.u + along[1] * sample.v;
             if normal != DVec3::ZERO {
-                visit(sample, Start { position, normal, is_two_sided: self.two_sided[sample.object] });
+                visit(
+                    Numbered { number, sample },
+                    Start { position, normal, is_two_sided: self.two_sided[sample.object] },
+                );
             }
+            number += 1;
         });
     }
 
