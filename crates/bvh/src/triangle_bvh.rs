@@ -28,9 +28,9 @@ use glam::DVec3;
 use umbriel_geometry::{LightSource, Mesh, simd};
 
 use self::{
-    any_hit::AnyHit,
+    any_hit::{AnyHit, Stack},
     any_hits::{AnyHits, Segments},
-    build::Parts,
+    build::{MAX_DEPTH, Parts},
     morton::morton_order,
     nearest::{Nearest, Shear},
     ray::{LocalRay, Way},
@@ -93,7 +93,7 @@ impl TriangleBvh {
 
     /// Segments to one light.
     pub fn towards(&self, light: LightSource) -> Towards<'_> {
-        Towards { bvh: self, light, last: None }
+        Towards { bvh: self, light, last: None, stack: [(0, 0); MAX_DEPTH] }
     }
 
     /// The first triangle that the ray `origin + t direction` hits for 0 < t ≤ `t_max`; the lower one of equals.
@@ -115,6 +115,8 @@ pub struct Towards<'a> {
     light: LightSource,
     /// The pack that blocked the last segment.
     last: Option<u32>,
+    /// For the walk through the tree.
+    stack: Stack,
 }
 
 impl Towards<'_> {
@@ -150,7 +152,7 @@ impl Towards<'_> {
     pub fn any_hit_where(&mut self, origin: DVec3, slack: f64, decide: impl FnMut(u32) -> bool) -> bool {
         let parts = &self.bvh.parts;
         let way = Way::towards(&self.light, origin, slack);
-        self.last = simd::dispatch(&mut AnyHit { parts, way: &way, first: self.last, decide });
+        self.last = simd::dispatch(&mut AnyHit { parts, way: &way, first: self.last, stack: &mut self.stack, decide });
         self.last.is_some()
     }
 }

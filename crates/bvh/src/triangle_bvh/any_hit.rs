@@ -10,10 +10,13 @@ use umbriel_geometry::simd::{Kernel, Simd};
 use super::{
     boxes::boxes_met,
     build::{MAX_DEPTH, Parts},
-    layout::WIDTH,
+    layout::{Pack, WIDTH},
     pack_test,
     ray::{LocalRay, Way},
 };
+
+/// What is left to visit.
+pub(super) type Stack = [(u32, u32); MAX_DEPTH];
 
 /// Finds a pack with a triangle that blocks the ray.
 pub(super) struct AnyHit<'a, D> {
@@ -21,6 +24,8 @@ pub(super) struct AnyHit<'a, D> {
     pub(super) way: &'a Way,
     /// The pack to try first.
     pub(super) first: Option<u32>,
+    /// Nodes, and those of their children that are still to be visited. Of no meaning before and after.
+    pub(super) stack: &'a mut Stack,
     /// Decides about a triangle in doubt.
     pub(super) decide: D,
 }
@@ -38,10 +43,11 @@ impl<D: FnMut(u32) -> bool> Kernel for &mut AnyHit<'_, D> {
         {
             return Some(first);
         }
-        let mut stack = [(0u32, 0u32); MAX_DEPTH];
+        // Lent, as clearing one for each ray would take longer than a node.
+        let AnyHit { parts, stack, decide, .. } = self;
         let mut depth = 0;
         let mut index = 0;
-        let mut open = boxes_met(simd, &self.parts.nodes[0], ray);
+        let mut open = boxes_met(simd, &parts.nodes[0], ray);
         loop {
             while open == 0 {
                 if depth == 0 {
@@ -50,12 +56,12 @@ impl<D: FnMut(u32) -> bool> Kernel for &mut AnyHit<'_, D> {
                 depth -= 1;
                 (index, open) = stack[depth];
             }
-            let node = &self.parts.nodes[index as usize];
+            let node = &parts.nodes[index as usize];
             let lane = open.trailing_zeros();
             open &= open - 1;
             let child = node.children[lane as usize % WIDTH];
             if node.leaves >> lane & 1 == 1 {
-                if self.blocks(simd, ray, child) {
+                if blocks(simd, ray, &parts.packs[child as usize], &mut *decide) {
                     return Some(child);
                 }
             } else {
@@ -64,17 +70,15 @@ impl<D: FnMut(u32) -> bool> Kernel for &mut AnyHit<'_, D> {
                     depth += 1;
                 }
                 index = child;
-                open = boxes_met(simd, &self.parts.nodes[index as usize], ray);
+                open = boxes_met(simd, &parts.nodes[index as usize], ray);
             }
         }
     }
 }
 
-impl<D: FnMut(u32) -> bool> AnyHit<'_, D> {
-    #[inline(always)]
-    fn blocks<S: Simd>(&mut self, simd: S, ray: &LocalRay, index: u32) -> bool {
-        let pack = &self.parts.packs[index as usize];
-        let verdicts = pack_test::test(simd, pack, ray);
-        verdicts.hits != 0 || verdicts.any_doubt(pack, &mut self.decide)
-    }
+/// Whether a triangle of the pack blocks the ray.
+#[inline(always)]
+fn blocks<S: Simd>(simd: S, ray: &LocalRay, pack: &Pack, decide: impl FnMut(u32) -> bool) -> bool {
+    let verdicts = pack_test::test(simd, pack, ray);
+    verdicts.hits != 0 || verdicts.any_doubt(pack, decide)
 }

@@ -12,7 +12,8 @@ use umbriel_geometry::{
 
 use super::{
     TriangleBvh,
-    any_hit::AnyHit,
+    any_hit::{AnyHit, Stack},
+    build::MAX_DEPTH,
     layout::Pack,
     pack_test,
     packet::{LocalLight, PACKET, Packet, Walk},
@@ -41,7 +42,7 @@ impl Kernel for AnyHits<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let light = LocalLight::new(&self.segments.bvh.parts.frame, &self.segments.light);
-        let (mut last, mut last_single) = (None, None);
+        let (mut last, mut last_single, mut stack) = (None, None, [(0, 0); MAX_DEPTH]);
         for first in (0..self.origins.len()).step_by(PACKET) {
             let count = PACKET.min(self.origins.len() - first);
             let (mut origins, mut indices) = ([self.origins[self.index(first)]; PACKET], [0; PACKET]);
@@ -57,7 +58,7 @@ impl Kernel for AnyHits<'_> {
             while open != 0 {
                 let lane = open.trailing_zeros() as usize % PACKET;
                 open &= open - 1;
-                last_single = self.segments.single(simd, origins[lane], last_single);
+                last_single = self.segments.single(simd, origins[lane], last_single, &mut stack);
                 hits |= u32::from(last_single.is_some()) << lane;
             }
             for (lane, &index) in indices.iter().enumerate().take(count) {
@@ -117,8 +118,8 @@ impl Segments<'_> {
 
     /// The segment on its own: the pack that blocks it.
     #[inline(always)]
-    fn single<S: Simd>(&self, simd: S, origin: DVec3, first: Option<u32>) -> Option<u32> {
+    fn single<S: Simd>(&self, simd: S, origin: DVec3, first: Option<u32>, stack: &mut Stack) -> Option<u32> {
         let decide = |triangle| self.exact(origin, triangle);
-        (&mut AnyHit { parts: &self.bvh.parts, way: &self.way(origin), first, decide }).run(simd)
+        (&mut AnyHit { parts: &self.bvh.parts, way: &self.way(origin), first, stack, decide }).run(simd)
     }
 }

@@ -49,7 +49,8 @@ pub(super) fn sort<'a>(mut pairs: &'a mut [(u32, u32)], mut other: &'a mut [(u32
     let passes = bits.div_ceil(DIGIT);
     let digit_bits = bits.div_ceil(passes.max(1));
     for pass in 0..passes {
-        let (shift, mask) = (pass * digit_bits, (1 << digit_bits) - 1);
+        let shift = pass * digit_bits;
+        let mask = (1 << digit_bits.min(bits - shift)) - 1;
         let ends = &mut ends[..=mask as usize];
         ends.fill(0);
         scatter(pairs, other, ends, |code| (code >> shift & mask) as usize);

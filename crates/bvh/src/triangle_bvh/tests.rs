@@ -5,7 +5,7 @@ use umbriel_geometry::{
     simd::Level,
 };
 
-use super::*;
+use super::{build::MAX_DEPTH, *};
 use crate::arbitrary::{light, point, whole_light, whole_point};
 
 fn bvh(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> TriangleBvh {
@@ -31,8 +31,13 @@ fn any_hits(bvh: &TriangleBvh, origin: DVec3, light: LightSource) -> Vec<bool> {
         let corners = bvh.corners(triangle).map(Point::exact);
         polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &light)
     };
-    let at =
-        |level| simd::dispatch_at(level, &mut AnyHit { parts: &bvh.parts, way: &way, first: None, decide }).is_some();
+    let at = |level| {
+        simd::dispatch_at(
+            level,
+            &mut AnyHit { parts: &bvh.parts, way: &way, first: None, stack: &mut [(0, 0); MAX_DEPTH], decide },
+        )
+        .is_some()
+    };
     Level::ALL.into_iter().map(at).collect()
 }
 
@@ -244,6 +249,27 @@ fn star(heights: &[f64]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     }
     let positions = lattice.iter().zip(heights).map(|(p, height)| p.normalize() * *height).collect();
     (positions, triangles)
+}
+
+#[test]
+fn corners_of_no_triangle_do_not_count() {
+    let far = [[1e30, 0.0, 0.0], [0.3, 0.1, 0.7]];
+    let positions = [[0.25, 0.0, 0.0], [1.0, 0.0, 0.5], [0.0, 0.5, 1.0]];
+    let mesh = Mesh::new([&positions[..], &far].concat(), vec![[0, 1, 2]]).expect("a mesh");
+    let bvh = TriangleBvh::build(Arc::new(mesh));
+    assert_eq!(bvh.check(), Ok(()));
+    assert!(bvh.parts.corner_error <= f32::EPSILON / 4.0, "{}", bvh.parts.corner_error);
+}
+
+#[test]
+fn codes_are_sorted_by_their_low_bits_and_keep_their_order() {
+    for (count, bits) in [(0u32, 30), (1, 30), (1000, 0), (1000, 5), (5000, 12), (5000, 21), (5000, 30)] {
+        let mut pairs: Vec<(u32, u32)> = (0..count).map(|n| (n.wrapping_mul(2_654_435_761) >> 2, n)).collect();
+        let mut expected = pairs.clone();
+        expected.sort_by_key(|&(code, _)| code & ((1 << bits) - 1));
+        morton::sort(&mut pairs, &mut vec![(0, 0); count as usize], bits);
+        assert_eq!(pairs, expected, "{count} by {bits} bits");
+    }
 }
 
 #[test]
