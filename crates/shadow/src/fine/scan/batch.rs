@@ -5,7 +5,7 @@
 //! eight occluders, another scans the rows of one occluder after the other. Doubtful pairs are kept to the end and
 //! decided exactly where nothing else blocks the sample. Cost: about ten nanoseconds a patch and occluder over it.
 
-use umbriel_geometry::simd::{Int, Kernel, Mask, Simd};
+use umbriel_geometry::simd::{I8, Int, Kernel, Mask, Simd};
 
 use super::{
     faces::{Face, Rect},
@@ -200,6 +200,12 @@ impl Batch<'_, '_> {
     }
 }
 
+/// Whether no bit is set.
+#[inline(always)]
+fn is_none<S: Simd>(simd: S, rows: I8<S>) -> bool {
+    rows.eq(simd.splat_int8(0)).bits() == 0xff
+}
+
 /// A patch that meets occluders.
 struct Meeting<'a> {
     patch: &'a mut Patch,
@@ -265,8 +271,11 @@ impl Meeting<'_> {
                 }
                 let [certain, maybe] = bounds.spans(simd, lane, first);
                 left = left.without(certain);
+                if is_none(simd, left) {
+                    break;
+                }
                 let doubtful = maybe & left;
-                if !doubtful.eq(simd.splat_int8(0)).bits() & 0xff != 0 {
+                if !is_none(simd, doubtful) {
                     self.doubt(first, pack.face(lane), doubtful.to_array());
                 }
             }
