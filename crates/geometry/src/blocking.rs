@@ -9,9 +9,10 @@ use std::cell::LazyCell;
 use glam::DVec3;
 
 use crate::{
+    decisions::decide,
     light::LightSource,
     point::{ExactPoint, Point},
-    predicates::{Target, count_fallback, side_filter},
+    predicates::{Target, side_filter},
     ring::{Ring, Sign, determinant, dot},
 };
 
@@ -50,8 +51,7 @@ impl<R: std::fmt::Debug> std::fmt::Debug for Probe<'_, R> {
 
 /// Whether the closed planar convex polygon with these corners meets the open segment from `x` to the light.
 pub fn polygon_blocks<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSource) -> bool {
-    polygon_blocks_filter(corners, &x.bounds, light).unwrap_or_else(|| {
-        count_fallback();
+    decide(polygon_blocks_filter(corners, &x.bounds, light), || {
         let corners: Vec<ExactPoint<R>> = corners.iter().map(Point::to_exact).collect();
         exact_polygon_blocks(&corners, x.exact(), &ExactPoint::from_light(light))
     })

@@ -18,6 +18,7 @@ mod approx;
 pub mod blocking;
 mod brep;
 mod decide;
+pub mod decisions;
 mod dyadic;
 mod facets;
 mod light;

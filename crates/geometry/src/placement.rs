@@ -9,6 +9,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use crate::{
     aabb::Aabb,
     approx::Approx,
+    decisions::decide,
     dyadic::Dyadic,
     number::{NumberDefect, accept},
     point::ExactPoint,
@@ -56,8 +57,10 @@ impl Placement {
             *entry = accept(*entry).map_err(place)?;
         }
         let map = DAffine3::from_cols_array(&entries);
-        let rows: [[Dyadic; 3]; 3] = exact_matrix(&map.matrix3);
-        match determinant(&rows).sign() {
+        let turn = decide(determinant(&approx_matrix(&map.matrix3)).sign(), || {
+            determinant::<Dyadic>(&exact_matrix(&map.matrix3)).sign()
+        });
+        match turn {
             Sign::Zero => Err(PlacementDefect::Singular),
             sign => Ok(Self { map, mirrored: sign == Sign::Negative }),
         }

@@ -1,27 +1,19 @@
 //! Signs that decide: each a floating-point filter with a running error bound, then exact arithmetic.
 
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use glam::DVec3;
 
 use crate::{
     approx::{Approx, UNIT_ROUNDOFF},
+    decisions::{Decisions, decide},
     dyadic::Dyadic,
     light::LightSource,
     point::{ExactPoint, Point},
     ring::{Ring, Sign, determinant},
 };
 
-static EXACT_FALLBACKS: AtomicU64 = AtomicU64::new(0);
-
-/// How many decisions of this process went on to exact arithmetic so far. A statistic; nothing depends on it.
+/// How many decisions of this process went on to exact arithmetic so far; [`Decisions`] has all levels.
 pub fn exact_fallbacks() -> u64 {
-    EXACT_FALLBACKS.load(Ordering::Relaxed)
-}
-
-/// Counts one decision that the filter left open.
-pub(crate) fn count_fallback() {
-    EXACT_FALLBACKS.fetch_add(1, Ordering::Relaxed);
+    Decisions::of_process().exact
 }
 
 /// What [`side_value`] is asked about: a point, or a light.
@@ -57,15 +49,13 @@ pub fn side_value(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
         return Approx::exact(0.0);
     }
     let filtered = side_filter(a, b, c, x);
-    if filtered.sign().is_some() {
-        return filtered;
-    }
-    count_fallback();
-    let exact = match x {
-        Target::Point(p) => p.to_exact(),
-        Target::Light(l) => ExactPoint::from_light(l),
-    };
-    exact_side::<Dyadic>(&a.to_exact(), &b.to_exact(), &c.to_exact(), &exact).to_approx()
+    decide(filtered.sign().map(|_| filtered), || {
+        let exact = match x {
+            Target::Point(p) => p.to_exact(),
+            Target::Light(l) => ExactPoint::from_light(l),
+        };
+        exact_side::<Dyadic>(&a.to_exact(), &b.to_exact(), &c.to_exact(), &exact).to_approx()
+    })
 }
 
 /// The filter of [`side_value`] alone: the bound may straddle zero. Exact points are not looked at, only slacks.
@@ -77,7 +67,7 @@ pub fn side_filter(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
     if a.slack + b.slack + c.slack + slack == DVec3::ZERO {
         return exact_corners_filter(a.position - c.position, b.position - c.position, position - c.position * w);
     }
-    determinant_of(&[minus(a, c), minus(b, c), row_of(x, c)])
+    determinant(&[minus(a, c), minus(b, c), row_of(x, c)])
 }
 
 /// Shewchuk's bound for the determinant of three rows, each a difference of floats (or a float): the error is at most
@@ -121,11 +111,6 @@ fn row_of(x: Target, c: &Point) -> [Approx; 3] {
 
 fn exact_vector(v: DVec3) -> [Approx; 3] {
     v.to_array().map(Approx::exact)
-}
-
-fn determinant_of(rows: &[[Approx; 3]; 3]) -> Approx {
-    let minor = |i: usize, j: usize| rows[1][i] * rows[2][j] - rows[1][j] * rows[2][i];
-    rows[0][0] * minor(1, 2) - rows[0][1] * minor(0, 2) + rows[0][2] * minor(0, 1)
 }
 
 #[cfg(test)]

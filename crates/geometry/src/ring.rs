@@ -60,8 +60,11 @@ pub trait Ring:
     }
 }
 
-/// The exact determinant of three rows.
-pub(crate) fn determinant<R: Ring>(rows: &[[R; 3]; 3]) -> R {
+/// The determinant of three rows, as exact as its numbers.
+pub(crate) fn determinant<T>(rows: &[[T; 3]; 3]) -> T
+where
+    T: Clone + Add<Output = T> + Sub<Output = T> + Mul<Output = T>,
+{
     let minor = |i: usize, j: usize| rows[1][i].clone() * rows[2][j].clone() - rows[1][j].clone() * rows[2][i].clone();
     rows[0][0].clone() * minor(1, 2) - rows[0][1].clone() * minor(0, 2) + rows[0][2].clone() * minor(0, 1)
 }

@@ -19,6 +19,8 @@
 
 use std::{cmp::Ordering, ops::Range};
 
+use umbriel_geometry::decisions::{Level, count};
+
 use crate::{cube::CELLS, morton::Octant, partition::Partition};
 
 mod mark;
@@ -91,6 +93,8 @@ impl<'a> Cast<'a> {
             Ordering::Equal => Mark::BEFORE_ALL,
             _ => self.marks.mark(axis, middle[axis]),
         });
+        // One look at the bounds a child; pairs of marks that are compared exactly count for themselves.
+        count(Level::Double, 8);
         // Bits of the axes along which the ray runs down: the order of its visits is Morton order with these turned.
         let turned = (0..3).filter(|&axis| self.marks.heading(axis).is_lt()).fold(0, |bits, axis| bits | 1 << axis);
         for order in (0..8u8).rev() {

@@ -7,6 +7,7 @@ use glam::DVec3;
 use umbriel_geometry::{
     Dyadic, LightSource, Point,
     blocking::{Probe, polygon_blocks, polygon_blocks_filter},
+    decisions::{Level, count},
     simd::{Kernel, Simd},
 };
 
@@ -98,8 +99,11 @@ impl Segments<'_> {
     pub(super) fn exact(&self, origin: DVec3, triangle: u32) -> bool {
         let [a, b, c] = self.bvh.corners(triangle);
         let corners = [Point::exact(a), Point::exact(b), Point::exact(c)];
-        polygon_blocks_filter(&corners, &Point::exact(origin), &self.light)
-            .unwrap_or_else(|| polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &self.light))
+        if let Some(blocks) = polygon_blocks_filter(&corners, &Point::exact(origin), &self.light) {
+            count(Level::Double, 1);
+            return blocks;
+        }
+        polygon_blocks::<Dyadic>(&corners, &Probe::at(origin), &self.light)
     }
 
     #[inline(always)]

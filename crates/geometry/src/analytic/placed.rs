@@ -16,11 +16,11 @@ use crate::{
     approx::Approx,
     blocking::Probe,
     decide::Decide,
+    decisions::decide,
     dyadic::Dyadic,
     light::LightSource,
     placement::Placement,
     point::{ExactPoint, Point},
-    predicates::count_fallback,
     ring::{Ring, Sign},
 };
 
@@ -114,8 +114,7 @@ impl PlacedAnalytic {
             return Sign::Positive;
         }
         let local = self.forms.pull_back(&x.coordinates(), &Approx::exact(1.0));
-        self.side_of(&self.forms, &local).unwrap_or_else(|| {
-            count_fallback();
+        decide(self.side_of(&self.forms, &local), || {
             let (forms, exact) = (self.exact_forms(), x.to_exact::<Dyadic>());
             self.side_of(forms, &forms.pull_back(&exact.xyz, &exact.w)).unwrap_or(Sign::Zero)
         })
@@ -156,8 +155,7 @@ impl PlacedAnalytic {
         let (source, weight) = (light.xyz().to_array().map(Approx::exact), Approx::exact(light.w()));
         let start = (&x.bounds.coordinates(), &Approx::exact(1.0));
         let segment = Segment::new(&self.forms, start, (&source, &weight));
-        self.is_met(&self.forms, &segment, own, way).unwrap_or_else(|| {
-            count_fallback();
+        decide(self.is_met(&self.forms, &segment, own, way), || {
             let source = ExactPoint::<R>::from_light(light);
             let forms = self.exact_forms().lifted::<R>();
             let segment = Segment::new(&forms, (&x.exact().xyz, &x.exact().w), (&source.xyz, &source.w));
@@ -192,8 +190,7 @@ impl PlacedAnalytic {
         let (one, weight) = (Approx::exact(1.0), Approx::exact(light.w()));
         let local_light = self.forms.pull_back(&light.xyz().to_array().map(Approx::exact), &weight);
         let local_x = self.forms.pull_back(&x.bounds.coordinates(), &one);
-        facing_value(&self.forms, surface, &local_x, &local_light).sign().unwrap_or_else(|| {
-            count_fallback();
+        decide(facing_value(&self.forms, surface, &local_x, &local_light).sign(), || {
             let (forms, x, light) = (self.exact_forms().lifted::<R>(), x.exact(), ExactPoint::<R>::from_light(light));
             let (local_x, local_light) = (forms.pull_back(&x.xyz, &x.w), forms.pull_back(&light.xyz, &light.w));
             facing_value(&forms, surface, &local_x, &local_light).sign()

@@ -7,8 +7,9 @@ use glam::DVec3;
 use super::surface::points;
 use crate::{
     approx::Approx,
+    decisions::decide,
     dyadic::Dyadic,
-    predicates::{Target, count_fallback, side_value},
+    predicates::{Target, side_value},
     ring::{Ring, Sign},
 };
 
@@ -71,8 +72,7 @@ pub(super) fn normal_signs(a: DVec3, b: DVec3, c: DVec3) -> [Sign; 3] {
     let minor = |i: usize, j: usize| {
         let difference = |p: DVec3, k: usize| Approx::exact(p[k]) - Approx::exact(a[k]);
         let filtered = difference(b, i) * difference(c, j) - difference(b, j) * difference(c, i);
-        filtered.sign().unwrap_or_else(|| {
-            count_fallback();
+        decide(filtered.sign(), || {
             let difference = |p: DVec3, k: usize| Dyadic::new(p[k]) - Dyadic::new(a[k]);
             (difference(b, i) * difference(c, j) - difference(b, j) * difference(c, i)).sign()
         })

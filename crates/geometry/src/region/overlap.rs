@@ -15,9 +15,9 @@ use crate::{
     aabb::Aabb,
     approx::Approx,
     decide::Decide,
+    decisions::decide,
     dyadic::Dyadic,
     point::Point,
-    predicates::count_fallback,
     ring::{Ring, Sign},
 };
 
@@ -47,8 +47,7 @@ pub(super) fn meets<const N: usize>(corners: &[Point; N], cell: &Aabb) -> bool {
         return true;
     }
     let coordinates = corners.map(|corner| corner.coordinates());
-    let separated = Seen::new(&coordinates, cell).is_separated(corners).unwrap_or_else(|| {
-        count_fallback();
+    let separated = decide(Seen::new(&coordinates, cell).is_separated(corners), || {
         // The corners of facets have weight 1.
         let coordinates = corners.map(|corner| corner.to_exact::<Dyadic>().xyz);
         Seen::new(&coordinates, cell).is_separated(corners).unwrap_or(false)
@@ -77,12 +76,15 @@ fn compare(point: &Point, axis: usize, value: f64) -> Ordering {
             Ordering::Equal
         };
     }
-    let exact = point.to_exact::<Dyadic>();
-    match (exact.xyz[axis].clone() - Dyadic::new(value) * exact.w).sign() {
-        Sign::Negative => Ordering::Less,
-        Sign::Zero => Ordering::Equal,
-        Sign::Positive => Ordering::Greater,
-    }
+    let order = || {
+        let exact = point.to_exact::<Dyadic>();
+        match (exact.xyz[axis].clone() - Dyadic::new(value) * exact.w).sign() {
+            Sign::Negative => Ordering::Less,
+            Sign::Zero => Ordering::Equal,
+            Sign::Positive => Ordering::Greater,
+        }
+    };
+    decide(None, order)
 }
 
 fn is_exact(point: &Point) -> bool {

@@ -26,9 +26,9 @@ use crate::{
     analytic::{LocalPoint, QuadricForm},
     approx::{Approx, UNIT_ROUNDOFF},
     decide::Decide,
+    decisions::{Level, count, decide},
     dyadic::Dyadic,
-    predicates::count_fallback,
-    ring::Sign,
+    ring::{Sign, determinant},
 };
 
 /// Factors of u₁, u₂, u₃ and a constant.
@@ -199,26 +199,30 @@ const BERNSTEIN_SLACK: f64 = 20.0 * UNIT_ROUNDOFF;
 /// asked only where `approx` leaves a doubt.
 pub(crate) fn reaches_zero(approx: &Problem<Approx>, exact: impl FnOnce() -> Problem<Dyadic>) -> bool {
     if approx.polytope.is_clearly_empty() || is_clearly_positive(&approx.form) {
+        count(Level::Double, 1);
         return false;
     }
     let live = approx.polytope.live();
+    let mut doubtful = Vec::new();
+    decide(reaches_zero_filter(approx, live, &mut doubtful), || {
+        let exact = exact();
+        doubtful.into_iter().any(|set| exact.holds_at(set, live) == Some(true))
+    })
+}
+
+/// [`reaches_zero`] by trying all sets, where floats can tell; else the sets that are left, in `doubtful`.
+fn reaches_zero_filter(approx: &Problem<Approx>, live: PlaneSet, doubtful: &mut Vec<PlaneSet>) -> Option<bool> {
     let free = if approx.polytope.flat.is_some() { 2 } else { 3 };
-    let mut doubtful: Vec<PlaneSet> = Vec::new();
     for size in (0..=free).rev() {
         for set in sets(approx.polytope.planes.len(), live, size) {
             match approx.holds_at(set, live) {
-                Some(true) => return true,
+                Some(true) => return Some(true),
                 Some(false) => {}
                 None => doubtful.push(set),
             }
         }
     }
-    if doubtful.is_empty() {
-        return false;
-    }
-    count_fallback();
-    let exact = exact();
-    doubtful.into_iter().any(|set| exact.holds_at(set, live) == Some(true))
+    doubtful.is_empty().then_some(false)
 }
 
 /// All sets of `size` planes out of those in `live`, without opposite sides of the cube.
@@ -270,11 +274,6 @@ fn tangents<T: Decide>(plane: &Linear<T>) -> Option<[[T; 3]; 2]> {
 fn cross<T: Decide>(a: &Linear<T>, b: &Linear<T>) -> [T; 3] {
     let minor = |i: usize, j: usize| a[i].clone() * b[j].clone() - a[j].clone() * b[i].clone();
     [minor(1, 2), minor(2, 0), minor(0, 1)]
-}
-
-fn determinant<T: Decide>(rows: &[[T; 3]; 3]) -> T {
-    let minor = |i: usize, j: usize| rows[1][i].clone() * rows[2][j].clone() - rows[1][j].clone() * rows[2][i].clone();
-    rows[0][0].clone() * minor(1, 2) - rows[0][1].clone() * minor(0, 2) + rows[0][2].clone() * minor(0, 1)
 }
 
 #[cfg(test)]

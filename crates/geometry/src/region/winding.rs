@@ -9,9 +9,10 @@
 use glam::DVec3;
 
 use crate::{
+    decisions::decide,
     dyadic::Dyadic,
     point::Point,
-    predicates::{count_fallback, side},
+    predicates::side,
     ring::{Ring, Sign},
 };
 
@@ -45,8 +46,7 @@ fn misses(corners: &[Point; 3], point: DVec3) -> bool {
 fn turn_of(a: &Point, b: &Point, c: &Point) -> Sign {
     let ([a_y, a_z], [b_y, b_z], [c_y, c_z]) = (projected(a), projected(b), projected(c));
     let filtered = (b_y - a_y) * (c_z - a_z) - (b_z - a_z) * (c_y - a_y);
-    filtered.sign().unwrap_or_else(|| {
-        count_fallback();
+    decide(filtered.sign(), || {
         let ([a_y, a_z], [b_y, b_z], [c_y, c_z]) = (exact(a), exact(b), exact(c));
         let first = (b_y - a_y.clone()) * (c_z - a_z.clone());
         (first - (b_z - a_z) * (c_y - a_y)).sign()
@@ -69,7 +69,7 @@ fn moved_turn(a: &Point, b: &Point, point: &Point) -> Sign {
 /// The sign of a − b on an axis: exact.
 fn difference(a: &Point, b: &Point, axis: usize) -> Sign {
     let filtered = a.coordinates()[axis] - b.coordinates()[axis];
-    filtered.sign().unwrap_or_else(|| {
+    decide(filtered.sign(), || {
         let [a, b] = [a, b].map(|point| point.to_exact::<Dyadic>().xyz[axis].clone());
         (a - b).sign()
     })

@@ -2,7 +2,10 @@
 
 use std::cmp::Ordering;
 
-use umbriel_geometry::{Dyadic, Ring, Sign};
+use umbriel_geometry::{
+    Dyadic, Ring, Sign,
+    decisions::{Level, count},
+};
 
 use super::ray::Ray;
 use crate::cube::{CELLS, Cube, difference};
@@ -120,6 +123,7 @@ impl Marks {
         if a.low > b.high {
             return false;
         }
+        count(Level::Exact, 1);
         let ((a, a_below), (b, b_below)) = (self.fraction(a.at), self.fraction(b.at));
         (a * b_below - b * a_below).sign() != Sign::Positive
     }

@@ -6,6 +6,7 @@
 
 use umbriel_geometry::{
     Approx, Dyadic, Facet, Ring, Sign,
+    decisions::decide,
     predicates::{Target, exact_side, side_value},
 };
 
@@ -101,7 +102,7 @@ fn volume_sign(surface: &Surface, faces: &[usize]) -> Sign {
         let [a, b, c] = corners(face);
         sum - side_value(&a, &b, &c, Target::Point(&base))
     });
-    let sign = behind.sign().unwrap_or_else(|| {
+    let sign = decide(behind.sign(), || {
         let base = base.to_exact::<Dyadic>();
         let exact = faces.iter().fold(Dyadic::zero(), |sum, face| {
             let [a, b, c] = corners(face).map(|corner| corner.to_exact());

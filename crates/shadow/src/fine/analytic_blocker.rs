@@ -15,6 +15,7 @@ use std::ops::Range;
 use umbriel_geometry::{
     Approx, Dyadic, PlacedAnalytic, Point, Ring, Sign,
     analytic::{LocalPoint, Piece},
+    decisions::decide,
 };
 
 use super::{field::Weights, receiver::Receiver};
@@ -363,7 +364,8 @@ fn is_in_contact<const N: usize>(body: &PlacedAnalytic, plane: usize, receiver: 
         let (forms, exact) = (body.exact_forms(), point.to_exact::<Dyadic>());
         forms.plane(plane, &forms.pull_back(&exact.xyz, &exact.w)).sign() == Sign::Zero
     };
-    points.iter().all(may_vanish) && points.iter().all(vanishes)
+    let filtered = if points.iter().all(may_vanish) { None } else { Some(false) };
+    decide(filtered, || points.iter().all(vanishes))
 }
 
 fn positive(value: Approx) -> bool {

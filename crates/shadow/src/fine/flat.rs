@@ -3,7 +3,11 @@
 //! A quadtree over (u, v); each part inherits the blockers that its parent could not settle. Cost: proportional to the
 //! length of the shadow borders in cells, times the blockers that meet there.
 
-use umbriel_geometry::{Approx, Dyadic, ExactPoint, Point, blocking::Probe};
+use umbriel_geometry::{
+    Approx, Dyadic, ExactPoint, Point,
+    blocking::Probe,
+    decisions::{Level, count as count_decisions},
+};
 use umbriel_octree::{Face, Quadrant};
 
 use super::{
@@ -158,10 +162,11 @@ impl FlatFace<'_> {
     }
 
     fn blocks(&self, entry: Entry, u: f64, v: f64) -> bool {
-        self.blockers.blocks(entry, &self.weights(u, v)).unwrap_or_else(|| {
-            let probe = flat_probe(&self.corners, u, v);
-            (self.blocks_exactly)(&self.blockers, entry, &probe)
-        })
+        if let Some(blocks) = self.blockers.blocks(entry, &self.weights(u, v)) {
+            count_decisions(Level::Double, 1);
+            return blocks;
+        }
+        (self.blocks_exactly)(&self.blockers, entry, &flat_probe(&self.corners, u, v))
     }
 }
 

@@ -4,7 +4,10 @@
 //! seen; which cell that is, and what its list begins with; the groups of the list.
 
 use glam::DVec3;
-use umbriel_geometry::simd::{Kernel, Simd};
+use umbriel_geometry::{
+    decisions::{Level, count},
+    simd::{Kernel, Simd},
+};
 
 use crate::loose::{
     grid::Grid,
@@ -98,6 +101,7 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
                 }
             }
         }
+        count(Level::Single, (self.rows.len() - doubtful.len()) as u64);
         doubtful
     }
 }

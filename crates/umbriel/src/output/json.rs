@@ -3,6 +3,7 @@
 use std::{fs, time::Instant};
 
 use serde::Serialize;
+use umbriel_geometry::decisions::Decisions;
 use umbriel_scene::{Finding, Scene, Shape};
 use umbriel_shadow::{Detail, HourBounds, LitArea, ObjectReport, Report, hours};
 
@@ -118,6 +119,22 @@ struct Work {
     cells: u64,
     rays: u64,
     exact_fallbacks: u64,
+    decisions: DecisionCounts,
+}
+
+/// Signs and orders that were decided, by what settled them: in the whole command, reading included.
+#[derive(Debug, Serialize)]
+struct DecisionCounts {
+    f32: u64,
+    f64: u64,
+    exact: u64,
+}
+
+impl DecisionCounts {
+    fn of_process() -> Self {
+        let Decisions { single, double, exact } = Decisions::of_process();
+        Self { f32: single, f64: double, exact }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -206,6 +223,7 @@ impl Work {
             cells: work.cells,
             rays: work.rays,
             exact_fallbacks: work.exact_fallbacks,
+            decisions: DecisionCounts::of_process(),
         }
     }
 }

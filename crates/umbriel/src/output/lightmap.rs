@@ -11,7 +11,7 @@ use std::{
 };
 
 use rayon::prelude::*;
-use umbriel_geometry::{Dyadic, LightSource, Ring, Sign};
+use umbriel_geometry::{Dyadic, LightSource, Ring, Sign, decisions::decide};
 use umbriel_io::{LightmapLayout, write::GrayPicture};
 use umbriel_scene::Scene;
 use umbriel_shadow::{Cancelled, Place, Progress, Queries, Report, Verdict};
@@ -200,12 +200,12 @@ fn orientation(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> Sign {
     let bound = 4.0 * f64::EPSILON * (left.abs() + right.abs());
     let value = left - right;
     // Where products may have underflowed or overflowed the bound says nothing.
-    if value.abs() > bound && bound > f64::MIN_POSITIVE {
-        return Sign::of(value);
-    }
-    let [a, b, c] = [a, b, c].map(|point| point.map(Dyadic::new));
-    let difference = |p: &[Dyadic; 2], axis: usize| p[axis].clone() - a[axis].clone();
-    (difference(&b, 0) * difference(&c, 1) - difference(&b, 1) * difference(&c, 0)).sign()
+    let is_certain = value.abs() > bound && bound > f64::MIN_POSITIVE;
+    decide(is_certain.then(|| Sign::of(value)), || {
+        let [a, b, c] = [a, b, c].map(|point| point.map(Dyadic::new));
+        let difference = |p: &[Dyadic; 2], axis: usize| p[axis].clone() - a[axis].clone();
+        (difference(&b, 0) * difference(&c, 1) - difference(&b, 1) * difference(&c, 0)).sign()
+    })
 }
 
 /// (u, v) on its face of a point in a triangle of the layout: rounded, then brought back onto the face. `None` where the

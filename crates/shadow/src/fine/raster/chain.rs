@@ -13,6 +13,7 @@
 use glam::DVec3;
 use umbriel_geometry::{
     Aabb, Facets, LightSource, Point, Sign,
+    decisions::{Level, count},
     predicates::{Target, side_value},
 };
 
@@ -73,6 +74,7 @@ pub(super) mod place {
     pub(crate) const HIGH: u8 = 32;
 
     pub(crate) const NEAR: u8 = JUST_ABOVE | JUST_BELOW;
+    pub(crate) const CLEAR: u8 = ABOVE | BELOW;
 }
 
 /// The face that borders are looked for on.
@@ -134,7 +136,10 @@ impl Chain {
         match body.reach(bounds) {
             Reach::Nothing => return Ok(()),
             Reach::Above => {}
-            Reach::Cut => body.states = facets.positions().iter().enumerate().map(|(k, &p)| body.state(k, p)).collect(),
+            Reach::Cut => {
+                body.states = facets.positions().iter().enumerate().map(|(k, &p)| body.state(k, p)).collect();
+                count(Level::Double, body.states.iter().filter(|state| **state & place::CLEAR != 0).count() as u64);
+            }
         }
         body.add_cuts(silhouette, self)?;
         for border in &silhouette.borders {
@@ -205,6 +210,7 @@ impl BodyChain<'_> {
         let height = self.plane.projection.height(position);
         let is_exact = point.slack == DVec3::ZERO && self.plane.corners[0].slack == DVec3::ZERO;
         if let Some(sign) = height.sign().filter(|_| is_exact) {
+            count(Level::Double, 1);
             return sign;
         }
         let [a, b, d] = [0, 1, FLAT - 1].map(|corner| &self.plane.corners[corner]);
