@@ -39,6 +39,8 @@ enum Task {
     Bench(bench::Options),
     /// Let the judges look at millions of adversarial cases; hours, unless --minutes says otherwise
     Soak(soak::Options),
+    /// What distance from the origin does to answers: the table of the README
+    Offsets,
     /// Check which crate uses which, and what the lower layers must not use
     Layers,
     /// Use each layer from a crate outside the workspace, by the example of its README
@@ -56,6 +58,7 @@ fn main() -> ExitCode {
         Task::Regress { bless: Some(reason) } => regress::bless(&reason),
         Task::Bench(options) => bench::run(&options),
         Task::Soak(options) => soak::run(&options),
+        Task::Offsets => bench::offsets(),
         Task::Layers => layers::run(),
         Task::Downstream => downstream::run(),
         Task::Tidy => tidy::run(),

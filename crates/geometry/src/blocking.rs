@@ -9,10 +9,11 @@ use std::cell::LazyCell;
 use glam::DVec3;
 
 use crate::{
+    approx::Approx,
     decisions::decide,
     light::LightSource,
     point::{ExactPoint, Point},
-    predicates::{Target, side_filter},
+    predicates::{Target, side_filter, side_value},
     ring::{Ring, Sign, determinant, dot},
 };
 
@@ -24,12 +25,40 @@ pub struct Probe<'a, R = crate::Dyadic> {
     /// The bounds; its `exact` is not used.
     pub bounds: Point<'static>,
     exact: LazyCell<ExactPoint<R>, Recipe<'a, R>>,
+    place: Option<FacePlace<'a>>,
+}
+
+/// A place on a planar face: A + u·(B − A) + v·(D − A) for its first, second and last corner.
+#[derive(Clone, Copy)]
+struct FacePlace<'a> {
+    corners: [Point<'a>; 3],
+    u: f64,
+    v: f64,
 }
 
 impl<'a, R: Ring> Probe<'a, R> {
     /// A point inside `bounds` whose exact coordinates `exact` gives; called once at most.
     pub fn new(bounds: Point<'static>, exact: impl FnOnce() -> ExactPoint<R> + 'a) -> Self {
-        Self { bounds, exact: LazyCell::new(Box::new(exact)) }
+        Self { bounds, exact: LazyCell::new(Box::new(exact)), place: None }
+    }
+
+    /// The point A + u·(B − A) + v·(D − A) of a planar face with the corners A, B and D, its first, second and last one.
+    pub fn on_face(corners: [Point<'a>; 3], u: f64, v: f64) -> Self {
+        let [a, b, d] = corners.map(|corner| corner.coordinates());
+        let bounds: [Approx; 3] =
+            std::array::from_fn(|k| a[k] + (b[k] - a[k]) * Approx::exact(u) + (d[k] - a[k]) * Approx::exact(v));
+        let bounds = Point {
+            position: bounds.map(|bound| bound.value).into(),
+            slack: bounds.map(|bound| bound.error).into(),
+            exact: None,
+        };
+        let exact = move || {
+            let [a, b, d] = corners.map(|corner| corner.to_exact::<R>().xyz);
+            let along = |from: &R, to: &R, share: f64| R::from_f64(share) * (to.clone() - from.clone());
+            let xyz = std::array::from_fn(|k| a[k].clone() + along(&a[k], &b[k], u) + along(&a[k], &d[k], v));
+            ExactPoint { xyz, w: R::from_f64(1.0) }
+        };
+        Self { place: Some(FacePlace { corners, u, v }), ..Self::new(bounds, exact) }
     }
 
     /// The point with these float coordinates.
@@ -51,7 +80,9 @@ impl<R: std::fmt::Debug> std::fmt::Debug for Probe<'_, R> {
 
 /// Whether the closed planar convex polygon with these corners meets the open segment from `x` to the light.
 pub fn polygon_blocks<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSource) -> bool {
-    decide(polygon_blocks_filter(corners, &x.bounds, light), || {
+    let filtered = polygon_blocks_filter(corners, &x.bounds, light)
+        .or_else(|| x.place.and_then(|place| polygon_blocks_place(corners, &place, light)));
+    decide(filtered, || {
         let corners: Vec<ExactPoint<R>> = corners.iter().map(Point::to_exact).collect();
         exact_polygon_blocks(&corners, x.exact(), &ExactPoint::from_light(light))
     })
@@ -59,9 +90,45 @@ pub fn polygon_blocks<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSou
 
 /// The answer of [`polygon_blocks`] where floats can tell. Looks at no exact coordinates, so they need not be at hand.
 pub fn polygon_blocks_filter(corners: &[Point], x: &Point, light: &LightSource) -> Option<bool> {
-    let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]];
-    let light_side = side_filter(&a, &b, &c, Target::Light(light)).sign()?;
-    let point_side = side_filter(&a, &b, &c, Target::Point(x)).sign()?;
+    let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
+    let light_side = side_filter(a, b, c, Target::Light(light)).sign()?;
+    let plane = side_filter(a, b, c, Target::Point(x));
+    blocks_by_signs(corners.len(), light_side, plane, |i| {
+        side_filter(&corners[i], &corners[(i + 1) % corners.len()], x, Target::Light(light))
+    })
+}
+
+/// The same for a place on a face, by the signs at the corners of the face: they are exact, and so is a zero at all of them.
+/// Tells that neighbours in one plane are in contact, and that edges through a corner or along a side are met there.
+fn polygon_blocks_place(corners: &[Point], place: &FacePlace, light: &LightSource) -> Option<bool> {
+    let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
+    let light_side = Sign::of(side_value(a, b, c, Target::Light(light)).value);
+    let plane = place.mean(|corner| side_value(a, b, c, Target::Point(corner)));
+    blocks_by_signs(corners.len(), light_side, plane, |i| {
+        let (from, to) = (&corners[i], &corners[(i + 1) % corners.len()]);
+        place.mean(|corner| side_value(from, to, corner, Target::Light(light)))
+    })
+}
+
+impl FacePlace<'_> {
+    /// The value here of a function that is affine along the face.
+    fn mean(&self, function: impl Fn(&Point) -> Approx) -> Approx {
+        let [u, v] = [self.u, self.v].map(Approx::exact);
+        let weights = [Approx::exact(1.0) - u - v, u, v];
+        let terms = self.corners.iter().zip(weights).map(|(corner, weight)| function(corner) * weight);
+        terms.fold(Approx::exact(0.0), |sum, term| sum + term)
+    }
+}
+
+/// What follows from the sides of the polygon's plane on which the light and the point lie, and of the planes through the light
+/// and each of its edges (NUMERICS.md, "Blocking as signs").
+fn blocks_by_signs(
+    edges: usize,
+    light_side: Sign,
+    plane: Approx,
+    shadow_plane: impl Fn(usize) -> Approx,
+) -> Option<bool> {
+    let point_side = plane.sign()?;
     if light_side == Sign::Zero {
         return if point_side == Sign::Zero { None } else { Some(false) };
     }
@@ -69,9 +136,8 @@ pub fn polygon_blocks_filter(corners: &[Point], x: &Point, light: &LightSource) 
         return Some(false);
     }
     let mut certain = true;
-    for (i, from) in corners.iter().enumerate() {
-        let to = &corners[(i + 1) % corners.len()];
-        match side_filter(from, to, x, Target::Light(light)).sign() {
+    for i in 0..edges {
+        match shadow_plane(i).sign() {
             Some(sign) if sign.times(light_side) == Sign::Negative => return Some(false),
             Some(_) => {}
             None => certain = false,

@@ -1,4 +1,4 @@
-//! How many decisions were made, and at which level: floats of 32 bits, of 64 bits, exact arithmetic.
+//! How many decisions were made, and at which level: floats of 32 bits, of 64 bits, exact sums of floats, big numbers.
 //!
 //! A decision is a sign or an order of input numbers that something else follows from. Each goes through filters, and to
 //! exact arithmetic only where these leave a doubt; it counts once, at the level that settled it. What coordinates tell by
@@ -22,7 +22,9 @@ pub enum Level {
     Single,
     /// Floats of 64 bits, with their bound.
     Double,
-    /// Exact arithmetic.
+    /// Sums of floats of 64 bits without rounding: exact, without big numbers.
+    Expansion,
+    /// Exact arithmetic with big numbers.
     Exact,
 }
 
@@ -33,7 +35,9 @@ pub struct Decisions {
     pub single: u64,
     /// By floats of 64 bits.
     pub double: u64,
-    /// By exact arithmetic.
+    /// By exact sums of floats.
+    pub expansion: u64,
+    /// By big numbers.
     pub exact: u64,
 }
 
@@ -51,11 +55,20 @@ impl Decisions {
 
     /// How many there are, at all levels.
     pub fn all(self) -> u64 {
-        self.single + self.double + self.exact
+        self.single + self.double + self.expansion + self.exact
     }
 
     fn plus(self, other: Self) -> Self {
-        Self { single: self.single + other.single, double: self.double + other.double, exact: self.exact + other.exact }
+        self.with(other, |a, b| a + b)
+    }
+
+    fn with(self, other: Self, join: impl Fn(u64, u64) -> u64) -> Self {
+        Self {
+            single: join(self.single, other.single),
+            double: join(self.double, other.double),
+            expansion: join(self.expansion, other.expansion),
+            exact: join(self.exact, other.exact),
+        }
     }
 }
 
@@ -64,11 +77,7 @@ impl Sub for Decisions {
 
     /// What was decided between an earlier count and this one.
     fn sub(self, earlier: Self) -> Self {
-        Self {
-            single: self.single - earlier.single,
-            double: self.double - earlier.double,
-            exact: self.exact - earlier.exact,
-        }
+        self.with(earlier, |now, then| now - then)
     }
 }
 
@@ -79,7 +88,7 @@ pub fn count(level: Level, number: u64) {
     let _ = OWN.try_with(|own| own.add(level, number));
 }
 
-/// A filter's answer in floats of 64 bits, or else that of exact arithmetic; counts which of them settled the decision.
+/// A filter's answer in floats of 64 bits, or else that of big numbers; counts which of them settled the decision.
 #[inline]
 pub fn decide<T>(filtered: Option<T>, exact: impl FnOnce() -> T) -> T {
     count(if filtered.is_some() { Level::Double } else { Level::Exact }, 1);
@@ -89,7 +98,7 @@ pub fn decide<T>(filtered: Option<T>, exact: impl FnOnce() -> T) -> T {
 /// The counts of one thread, in a cache line of their own.
 #[derive(Debug, Default)]
 #[repr(align(64))]
-struct Counts([AtomicU64; 3]);
+struct Counts([AtomicU64; 4]);
 
 impl Counts {
     /// For the thread that the counts belong to: no other one writes, so nothing is lost between load and store.
@@ -100,8 +109,8 @@ impl Counts {
     }
 
     fn read(&self) -> Decisions {
-        let [single, double, exact] = self.0.each_ref().map(|counter| counter.load(Ordering::Relaxed));
-        Decisions { single, double, exact }
+        let [single, double, expansion, exact] = self.0.each_ref().map(|counter| counter.load(Ordering::Relaxed));
+        Decisions { single, double, expansion, exact }
     }
 }
 
@@ -113,7 +122,7 @@ struct Threads {
 }
 
 static THREADS: Mutex<Threads> =
-    Mutex::new(Threads { counting: Vec::new(), ended: Decisions { single: 0, double: 0, exact: 0 } });
+    Mutex::new(Threads { counting: Vec::new(), ended: Decisions { single: 0, double: 0, expansion: 0, exact: 0 } });
 
 thread_local! {
     static OWN: Arc<Counts> = register();
@@ -153,7 +162,11 @@ mod tests {
                 Decisions::of_thread()
             });
             let own = thread.join().expect("the thread counts");
-            assert_eq!(own, Decisions { single: 10, double: 2, exact: round }, "a thread counts for itself");
+            assert_eq!(
+                own,
+                Decisions { single: 10, double: 2, expansion: 0, exact: round },
+                "a thread counts for itself"
+            );
         }
         let counted = Decisions::of_process() - before;
         // Other tests count too.

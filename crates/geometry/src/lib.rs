@@ -20,6 +20,7 @@ mod brep;
 mod decide;
 pub mod decisions;
 mod dyadic;
+mod expansion;
 mod facets;
 mod light;
 mod mesh;

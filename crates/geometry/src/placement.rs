@@ -11,6 +11,7 @@ use crate::{
     approx::Approx,
     decisions::decide,
     dyadic::Dyadic,
+    expansion::two_sum,
     number::{NumberDefect, accept},
     point::ExactPoint,
     ring::{Ring, Sign, determinant},
@@ -162,12 +163,12 @@ impl DoubleDouble {
         for i in 0..3 {
             let product = row[i] * local[i];
             let product_error = row[i].mul_add(local[i], -product);
-            let (sum, sum_error) = two_sum(high, product);
+            let [sum, sum_error] = two_sum(high, product);
             high = sum;
             low += sum_error + product_error;
             magnitude += product.abs() + sum.abs();
         }
-        let (high, low) = two_sum(high, low);
+        let [high, low] = two_sum(high, low);
         // `low` sums six terms, each at most u·magnitude, with at most six roundings: 36u² ≤ 2^-100·magnitude.
         Self { high, low, error: magnitude * f64::EPSILON * f64::EPSILON * 16.0 }
     }
@@ -184,12 +185,6 @@ impl DoubleDouble {
         let (down, up) = (self.high + (self.low - self.error), self.high + (self.low + self.error));
         (down == up).then_some(up)
     }
-}
-
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let sum = a + b;
-    let b_part = sum - a;
-    (sum, (a - (sum - b_part)) + (b - b_part))
 }
 
 #[cfg(test)]

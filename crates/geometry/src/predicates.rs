@@ -1,19 +1,23 @@
-//! Signs that decide: each a floating-point filter with a running error bound, then exact arithmetic.
+//! Signs that decide: each a floating-point filter with a running error bound, then exact sums of floats where all coordinates
+//! are floats, then big numbers.
 
 use glam::DVec3;
 
 use crate::{
     approx::{Approx, UNIT_ROUNDOFF},
-    decisions::{Decisions, decide},
+    decisions::{Decisions, Level, count, decide},
     dyadic::Dyadic,
+    expansion::{self, difference},
     light::LightSource,
     point::{ExactPoint, Point},
     ring::{Ring, Sign, determinant},
 };
 
-/// How many decisions of this process went on to exact arithmetic so far; [`Decisions`] has all levels.
+/// How many decisions of this process went on to exact arithmetic so far: exact sums of floats, or big numbers.
+/// [`Decisions`] tells them apart.
 pub fn exact_fallbacks() -> u64 {
-    Decisions::of_process().exact
+    let Decisions { expansion, exact, .. } = Decisions::of_process();
+    expansion + exact
 }
 
 /// What [`side_value`] is asked about: a point, or a light.
@@ -49,13 +53,55 @@ pub fn side_value(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
         return Approx::exact(0.0);
     }
     let filtered = side_filter(a, b, c, x);
-    decide(filtered.sign().map(|_| filtered), || {
+    let known = match filtered.sign() {
+        Some(_) => Some(filtered),
+        None => are_on_two_lines(a, b, c, x).then_some(Approx::exact(0.0)),
+    };
+    if known.is_none()
+        && let Some(rows) = rows_of_floats(a, b, c, x)
+    {
+        count(Level::Expansion, 1);
+        return expansion::determinant(&rows);
+    }
+    decide(known, || {
         let exact = match x {
             Target::Point(p) => p.to_exact(),
             Target::Light(l) => ExactPoint::from_light(l),
         };
         exact_side::<Dyadic>(&a.to_exact(), &b.to_exact(), &c.to_exact(), &exact).to_approx()
     })
+}
+
+/// Whether coordinates alone tell that the four are in one plane: they lie on two lines along the same axis, as the corners of
+/// upright walls do. A sun along the axis is on every such line.
+fn are_on_two_lines(a: &Point, b: &Point, c: &Point, x: Target) -> bool {
+    (0..3).any(|axis| {
+        let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+        let shares =
+            |p: &Point, q: &Point, i: usize| p.position[i] == q.position[i] && p.slack[i] == 0.0 && q.slack[i] == 0.0;
+        let is_above = |p: &Point, q: &Point| shares(p, q, j) && shares(p, q, k);
+        let x = match x {
+            Target::Point(p) => *p,
+            Target::Light(l) if !l.is_sun() => Point::exact(l.xyz()),
+            Target::Light(l) if l.xyz()[j] == 0.0 && l.xyz()[k] == 0.0 => *c,
+            Target::Light(_) => return false,
+        };
+        let (on_c, off_c) = [a, b, &x]
+            .into_iter()
+            .fold((0, None), |(on, off), p| if is_above(p, c) { (on + 1, off) } else { (on, off.or(Some(p))) });
+        on_c >= 2 || off_c.is_some_and(|other| [a, b, &x].into_iter().all(|p| is_above(p, c) || is_above(p, other)))
+    })
+}
+
+/// The rows a − c, b − c, x − w·c without rounding, each entry a float and its rest; `None` unless all coordinates are floats.
+fn rows_of_floats(a: &Point, b: &Point, c: &Point, x: Target) -> Option<[[[f64; 2]; 3]; 3]> {
+    let row = |p: DVec3, c: DVec3| std::array::from_fn(|k| difference(p[k], c[k]));
+    let (position, origin, is_float) = match x {
+        Target::Point(p) => (p.position, c.position, p.slack == DVec3::ZERO),
+        Target::Light(l) => (l.xyz(), if l.is_sun() { DVec3::ZERO } else { c.position }, true),
+    };
+    let are_floats = is_float && [a, b, c].iter().all(|p| p.slack == DVec3::ZERO);
+    are_floats.then(|| [row(a.position, c.position), row(b.position, c.position), row(position, origin)])
 }
 
 /// The filter of [`side_value`] alone: the bound may straddle zero. Exact points are not looked at, only slacks.
@@ -91,9 +137,14 @@ pub fn exact_side<R: Ring>(a: &ExactPoint<R>, b: &ExactPoint<R>, c: &ExactPoint<
     determinant(&[row(a), row(b), row(x)])
 }
 
-/// Whether two points are the same by their floats alone: neighbours on a surface share corners all the time.
-fn coincide(a: &Point, b: &Point) -> bool {
-    a.position == b.position && a.slack == DVec3::ZERO && b.slack == DVec3::ZERO
+/// Whether two points are the same at a glance, by their floats or as one and the same corner of a body: neighbours on a
+/// surface share corners all the time.
+pub fn coincide(a: &Point, b: &Point) -> bool {
+    if a.position != b.position {
+        return false;
+    }
+    let are_floats = a.slack == DVec3::ZERO && b.slack == DVec3::ZERO;
+    are_floats || matches!((a.exact, b.exact), (Some(a), Some(b)) if std::ptr::eq(a, b))
 }
 
 fn minus(a: &Point, c: &Point) -> [Approx; 3] {
@@ -129,7 +180,77 @@ mod tests {
         assert_eq!(light_side(&a, &b, &c, &level), Sign::Zero);
     }
 
+    /// How one decision falls.
+    fn level_of<T>(decide: impl FnOnce() -> T) -> (T, Decisions) {
+        let before = Decisions::of_thread();
+        let answer = decide();
+        (answer, Decisions::of_thread() - before)
+    }
+
+    const DOUBLE: Decisions = Decisions { single: 0, double: 1, expansion: 0, exact: 0 };
+    const EXPANSION: Decisions = Decisions { single: 0, double: 0, expansion: 1, exact: 0 };
+    const EXACT: Decisions = Decisions { single: 0, double: 0, expansion: 0, exact: 1 };
+
+    fn side_of(corners: [[f64; 3]; 4]) -> (Sign, Decisions) {
+        let [a, b, c, x] = corners.map(|corner| Point::exact(corner.into()));
+        level_of(|| side(&a, &b, &c, &x))
+    }
+
+    #[test]
+    fn clear_sides_are_told_by_the_filter() {
+        assert_eq!(side_of([[0.1; 3], [1.3, 0.2, 0.4], [0.3, 1.1, 0.2], [0.2, 0.4, 9.0]]), (Sign::Positive, DOUBLE));
+    }
+
+    #[test]
+    fn points_in_one_plane_that_are_floats_are_told_by_expansions() {
+        // On the plane x + y + z = 1 exactly, and one ulp beside it.
+        let [a, b, c] = [[0.25, 0.25, 0.5], [0.125, 0.625, 0.25], [0.75, 0.1875, 0.0625]];
+        assert_eq!(side_of([a, b, c, [0.5, 0.375, 0.125]]), (Sign::Zero, EXPANSION));
+        let beside = [0.5_f64.next_up(), 0.375, 0.125];
+        let (sign, level) = side_of([a, b, c, beside]);
+        let far = [0.6, 0.475, 0.225];
+        assert_eq!((sign, level), (side_of([a, b, c, far]).0, EXPANSION), "as a point far out on that side");
+    }
+
+    #[test]
+    fn points_in_one_plane_that_are_no_floats_are_told_by_big_numbers() {
+        // The corners of a tilted rectangle: none is a float, and the fourth is in the plane of the others.
+        let turned = glam::DAffine3::from_quat(glam::DQuat::from_xyzw(0.1, 0.7, 0.2, 0.3).normalize());
+        let placement = crate::Placement::new(turned).expect("regular");
+        let facets = crate::Facets::of_rectangle(&crate::Rectangle { size: [3.0, 1.0] }, &placement);
+        let [a, b, c, d] = [0, 1, 2, 3].map(|corner| facets.point(corner));
+        assert_eq!(level_of(|| side(&a, &b, &c, &d)), (Sign::Zero, EXACT));
+        assert_eq!(level_of(|| side(&a, &b, &c, &b)), (Sign::Zero, Decisions::default()), "a corner itself");
+    }
+
+    #[test]
+    fn walls_are_told_by_their_coordinates() {
+        let wall =
+            [[422.421, 1.13, -20.971], [423.815, 2.25, -20.594], [423.815, 1.13, -20.594], [422.421, 2.26, -20.971]];
+        assert_eq!(side_of(wall), (Sign::Zero, DOUBLE));
+        // A sun along the upright edges.
+        let [a, b, c, _] = wall.map(|corner| Point::exact(corner.into()));
+        let zenith = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun overhead");
+        assert_eq!(level_of(|| light_side(&a, &b, &c, &zenith)), (Sign::Zero, DOUBLE));
+    }
+
     proptest! {
+        #[test]
+        fn points_on_two_lines_are_in_one_plane(
+            p in proptest::array::uniform12(0usize..3), is_sun in any::<bool>(),
+        ) {
+            const NUMBERS: [f64; 3] = [0.0, 0.1, 0.7];
+            let [a, b, c, x] = [0, 1, 2, 3].map(|i| DVec3::from_array([0, 1, 2].map(|k| NUMBERS[p[3 * i + k]])));
+            let corners = [a, b, c].map(Point::exact);
+            let [a, b, c] = &corners;
+            let light = if is_sun { LightSource::sun(x.to_array()) } else { LightSource::point(x.to_array()) };
+            let Ok(light) = light else { return Ok(()) };
+            if are_on_two_lines(a, b, c, Target::Light(&light)) {
+                let light = ExactPoint::<Dyadic>::from_light(&light);
+                prop_assert_eq!(exact_side(&a.to_exact(), &b.to_exact(), &c.to_exact(), &light).sign(), Sign::Zero);
+            }
+        }
+
         #[test]
         fn signs_agree_with_the_published_predicate(
             p in proptest::array::uniform12(-1.0..1.0f64), ulps in -4i64..=4, s in 0.0..1.0f64, t in 0.0..1.0f64,

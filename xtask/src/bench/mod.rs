@@ -12,6 +12,7 @@ mod embree;
 mod guard;
 mod judge;
 mod micro;
+mod offsets;
 mod options;
 mod rays;
 mod rivals;
@@ -29,7 +30,7 @@ use embree::{Embree, Order};
 use scenes::{CLASSES, Class};
 use table::{Row, heading, json};
 
-pub(crate) use {guard::run as guard, options::Options};
+pub(crate) use {guard::run as guard, offsets::run as offsets, options::Options};
 
 /// Measures what is asked for.
 pub(crate) fn run(options: &Options) -> Result<()> {

@@ -1,8 +1,10 @@
 //! What no compiler checks: sizes, leftovers, READMEs, lists.
 
+mod literals;
 mod source;
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
@@ -47,14 +49,21 @@ const MACHINE_BOUND: [&str; 6] = [
 pub(crate) fn run() -> Result<()> {
     let files = workspace::files()?;
     ensure!(!files.is_empty(), "git lists no files");
+    let numerics = fs::read_to_string(workspace::root().join("NUMERICS.md"))?;
+    let listed = literals::listed(&numerics);
     let mut complaints = Vec::new();
-    let mut used = Vec::new();
+    let (mut used, mut holding) = (Vec::new(), Vec::new());
     for file in &files {
         let Ok(text) = fs::read_to_string(workspace::root().join(file)) else { continue };
         complaints.extend(machine_bound(file, &text));
         if file.extension().is_some_and(|extension| extension == "rs") {
             complaints.extend(leftovers(file, &text));
             complaints.extend(unsafe_code(file, &text));
+            let small = literals::small_literals(file, &text);
+            if !small.is_empty() {
+                holding.push(file.display().to_string());
+            }
+            complaints.extend(unlisted_literals(file, &small, &listed));
             let large = sizes(file, &text);
             match exception(file) {
                 Some(excepted) if !large.is_empty() => used.push(excepted),
@@ -64,6 +73,7 @@ pub(crate) fn run() -> Result<()> {
     }
     let unused = EXCEPTIONS.iter().filter(|(file, _)| !used.contains(file));
     complaints.extend(unused.map(|(file, reason)| format!("{file}: needs no exception any more ({reason})")));
+    complaints.extend(needless_entries(&listed, &holding));
     complaints.extend(readmes()?);
     complaints.extend(unlisted_fixtures(&files)?);
     no_complaints(&complaints)?;
@@ -89,6 +99,19 @@ fn sizes(file: &Path, text: &str) -> Vec<String> {
         }
     }
     complaints
+}
+
+/// Small literals of a file that NUMERICS.md does not list with a reason.
+fn unlisted_literals(file: &Path, small: &[String], listed: &BTreeMap<&str, &str>) -> Option<String> {
+    let is_listed = listed.get(&*file.display().to_string()).is_some_and(|reason| !reason.is_empty());
+    let text = || format!("{}: {} without a reason in NUMERICS.md (Small literals)", file.display(), small.join(", "));
+    (!small.is_empty() && !is_listed).then(text)
+}
+
+/// Entries of that list that no file needs any more.
+fn needless_entries(listed: &BTreeMap<&str, &str>, holding: &[String]) -> Vec<String> {
+    let needless = listed.keys().filter(|file| !holding.iter().any(|held| held == *file));
+    needless.map(|file| format!("NUMERICS.md (Small literals): {file} has none")).collect()
 }
 
 fn leftovers(file: &Path, text: &str) -> Vec<String> {
@@ -134,14 +157,23 @@ fn readmes() -> Result<Vec<String>> {
     Ok(complaints)
 }
 
-/// Fixtures that the list of fixtures does not name.
+/// Fixtures that the list of fixtures does not name, or whose source or licence it does not tell.
 fn unlisted_fixtures(files: &[PathBuf]) -> Result<Vec<String>> {
     let list = fs::read_to_string(crate::fixtures::folder().join("README.md"))?;
     let fixtures = files.iter().filter_map(|file| file.strip_prefix("fixtures").ok());
     let named = fixtures.map(|file| file.display().to_string());
     let outside = named.filter(|name| name != "README.md" && !name.starts_with("expected/"));
-    let unlisted = outside.filter(|name| !list.contains(&format!("`{name}`")));
-    Ok(unlisted.map(|name| format!("fixtures/{name} is not in fixtures/README.md")).collect())
+    Ok(outside.filter_map(|name| fixture_defect(&list, &name)).collect())
+}
+
+/// What the list of fixtures lacks about one: its row ends with the source and the licence.
+fn fixture_defect(list: &str, name: &str) -> Option<String> {
+    let quoted = format!("`{name}`");
+    let row = list.lines().find(|line| line.split('|').nth(1).is_some_and(|files| files.contains(&quoted)));
+    let Some(row) = row else { return Some(format!("fixtures/{name} is not in fixtures/README.md")) };
+    let cells: Vec<&str> = row.trim_end_matches('|').split('|').map(str::trim).collect();
+    let is_sourced = cells.len() >= 6 && cells[cells.len() - 2..].iter().all(|cell| !cell.is_empty());
+    (!is_sourced).then(|| format!("fixtures/{name} has no source and licence in fixtures/README.md"))
 }
 
 #[cfg(test)]
@@ -163,6 +195,33 @@ mod tests {
         assert!(unsafe_code(Path::new("a.rs"), &text).is_some());
         assert!(unsafe_code(Path::new(UNSAFE_FILES[0]), &text).is_some());
         assert_eq!(unsafe_code(Path::new(UNSAFE_FILES[0]), &format!("// SAFETY: none.\n{text}")), None);
+    }
+
+    #[test]
+    fn small_literals_need_a_reason() {
+        let (file, small) = (Path::new("crates/a/src/lib.rs"), ["1e-9".to_owned()]);
+        let listed = |reason| BTreeMap::from([("crates/a/src/lib.rs", reason)]);
+        assert!(unlisted_literals(file, &small, &BTreeMap::new()).is_some());
+        assert!(unlisted_literals(file, &small, &listed("")).is_some(), "a row without a reason");
+        assert_eq!(unlisted_literals(file, &small, &listed("for printing")), None);
+        assert_eq!(unlisted_literals(file, &[], &BTreeMap::new()), None);
+        assert_eq!(needless_entries(&listed("for printing"), &[]).len(), 1);
+        assert!(needless_entries(&listed("for printing"), &[file.display().to_string()]).is_empty());
+    }
+
+    #[test]
+    fn fixtures_need_a_source() {
+        let list =
+            "| `a.obj` | what for | checks | generated | as the project |\n| `b.obj` | what for | checks | | |\n";
+        assert_eq!(fixture_defect(list, "a.obj"), None);
+        assert!(fixture_defect(list, "b.obj").is_some_and(|defect| defect.contains("source")));
+        assert!(fixture_defect(list, "c.obj").is_some_and(|defect| defect.contains("not in")));
+    }
+
+    #[test]
+    fn ignored_tests_are_leftovers() {
+        let text = format!("#[test]\n{}]\nfn slow() {{}}\n", LEFTOVERS[2]);
+        assert_eq!(leftovers(Path::new("a.rs"), &text).len(), 1);
     }
 
     #[test]

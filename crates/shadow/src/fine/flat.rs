@@ -4,7 +4,7 @@
 //! length of the shadow borders in cells, times the blockers that meet there.
 
 use umbriel_geometry::{
-    Approx, Dyadic, ExactPoint, Point,
+    Point,
     blocking::Probe,
     decisions::{Level, count as count_decisions},
 };
@@ -170,25 +170,9 @@ impl FlatFace<'_> {
     }
 }
 
-/// The exact point A + u·(B − A) + v·(D − A) of a face with corners A, B, …, D, and floats round it.
+/// The point A + u·(B − A) + v·(D − A) of a face with corners A, B, …, D.
 pub(crate) fn flat_probe<'a>(corners: &[Point<'a>], u: f64, v: f64) -> Probe<'a> {
-    let corners = [corners[0], corners[1], corners[corners.len() - 1]];
-    let [a, b, d] = corners.map(|corner| corner.coordinates());
-    let bounds: [Approx; 3] =
-        std::array::from_fn(|k| a[k] + (b[k] - a[k]) * Approx::exact(u) + (d[k] - a[k]) * Approx::exact(v));
-    let bounds = Point {
-        position: bounds.map(|bound| bound.value).into(),
-        slack: bounds.map(|bound| bound.error).into(),
-        exact: None,
-    };
-    Probe::new(bounds, move || {
-        let exact = corners.map(|corner| corner.to_exact::<Dyadic>());
-        let xyz = std::array::from_fn(|k| {
-            let [a, b, d] = [0, 1, 2].map(|i| exact[i].xyz[k].clone());
-            a.clone() + Dyadic::new(u) * (b - a.clone()) + Dyadic::new(v) * (d - a)
-        });
-        ExactPoint { xyz, w: Dyadic::new(1.0) }
-    })
+    Probe::on_face([corners[0], corners[1], corners[corners.len() - 1]], u, v)
 }
 
 /// Counts a cell, and keeps it if cells of its kind are asked for.

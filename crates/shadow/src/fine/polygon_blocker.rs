@@ -42,9 +42,8 @@ impl<const N: usize> PolygonBlocker<N> {
     /// on which the light lies.
     pub(crate) fn new(id: FacetId, corners: &[Point], light_side: Sign, receiver: &Receiver<N>) -> Option<Self> {
         let sign = if light_side == Sign::Negative { -1.0 } else { 1.0 };
-        let plane = [&corners[0], &corners[1], &corners[corners.len() - 1]];
         let edge_on = light_side == Sign::Zero;
-        let nearer = Field::new(receiver.sides_of_plane(plane, -sign));
+        let nearer = Field::new(receiver.sides_of_plane(corners, -sign));
         let beyond_reach = if edge_on { has_one_sign(&nearer) } else { everywhere(&nearer, |v| v <= 0.0) };
         if beyond_reach || receiver.is_before(corners) {
             return None;

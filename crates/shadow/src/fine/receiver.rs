@@ -3,7 +3,7 @@
 use glam::DVec3;
 use umbriel_geometry::{
     Approx, LightSource, Point, Sign,
-    predicates::{Target, side_filter, side_value},
+    predicates::{Target, coincide, side_filter, side_value},
 };
 
 /// Up to N points whose convex hull holds the receiver. Unused corners repeat the first one.
@@ -18,9 +18,13 @@ pub(crate) struct Receiver<'a, const N: usize> {
 }
 
 impl<const N: usize> Receiver<'_, N> {
-    /// The side of the plane (a, b, c) on which each corner lies, times `sign`.
-    pub(crate) fn sides_of_plane(&self, [a, b, c]: [&Point; 3], sign: f64) -> [Approx; N] {
-        self.at_corners(|point| self.evaluate(a, b, c, Target::Point(point), sign))
+    /// The side of a planar polygon on which each corner lies, times `sign`. Corners that the two share lie in its plane.
+    pub(crate) fn sides_of_plane(&self, polygon: &[Point], sign: f64) -> [Approx; N] {
+        let [a, b, c] = [&polygon[0], &polygon[1], &polygon[polygon.len() - 1]];
+        self.at_corners(|point| {
+            let is_shared = polygon.iter().any(|corner| coincide(corner, point));
+            if is_shared { Approx::exact(0.0) } else { self.evaluate(a, b, c, Target::Point(point), sign) }
+        })
     }
 
     /// The side of the shadow plane through the edge (a, b) on which each corner lies, times `sign`.
@@ -52,6 +56,7 @@ impl<const N: usize> Receiver<'_, N> {
         let Some([a, b, c]) = &self.plane else { return false };
         let side = |target: Target| Sign::of(side_value(a, b, c, target).value);
         let facing = self.facing.unwrap_or_else(|| side(Target::Light(self.light)));
-        corners.iter().all(|corner| side(Target::Point(corner)).times(facing) != Sign::Positive)
+        let is_own = |corner: &Point| self.facing.is_some() && self.points.iter().any(|own| coincide(own, corner));
+        corners.iter().all(|corner| is_own(corner) || side(Target::Point(corner)).times(facing) != Sign::Positive)
     }
 }

@@ -127,13 +127,14 @@ struct Work {
 struct DecisionCounts {
     f32: u64,
     f64: u64,
+    expansion: u64,
     exact: u64,
 }
 
 impl DecisionCounts {
     fn of_process() -> Self {
-        let Decisions { single, double, exact } = Decisions::of_process();
-        Self { f32: single, f64: double, exact }
+        let Decisions { single, double, expansion, exact } = Decisions::of_process();
+        Self { f32: single, f64: double, expansion, exact }
     }
 }
 

@@ -6,40 +6,40 @@ use crate::fixtures::meshes::{TriangleMesh, cube};
 
 impl TriangleMesh {
     /// Takes in another mesh.
-    pub(super) fn append(&mut self, other: &Self) {
+    pub(crate) fn append(&mut self, other: &Self) {
         let first = self.positions.len() as u32;
         self.positions.extend(&other.positions);
         self.triangles.extend(other.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
     }
 
     /// Moves every vertex.
-    pub(super) fn map(mut self, place: impl Fn(DVec3) -> DVec3) -> Self {
+    pub(crate) fn map(mut self, place: impl Fn(DVec3) -> DVec3) -> Self {
         self.positions.iter_mut().for_each(|position| *position = place(*position));
         self
     }
 
     /// Turns the surface inside out.
-    pub(super) fn flipped(mut self) -> Self {
+    pub(crate) fn flipped(mut self) -> Self {
         self.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
         self
     }
 }
 
 /// A rectangle at a height, looking up, from one corner (x, z) to the opposite one.
-pub(super) fn ground(min: [f64; 2], max: [f64; 2], height: f64) -> TriangleMesh {
+pub(crate) fn ground(min: [f64; 2], max: [f64; 2], height: f64) -> TriangleMesh {
     let corners = [[min[0], min[1]], [min[0], max[1]], [max[0], max[1]], [max[0], min[1]]];
     let positions = corners.map(|[x, z]| DVec3::new(x, height, z)).to_vec();
     TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3]] }
 }
 
 /// A closed box.
-pub(super) fn cuboid(min: DVec3, max: DVec3) -> TriangleMesh {
+pub(crate) fn cuboid(min: DVec3, max: DVec3) -> TriangleMesh {
     cube().map(|corner| DVec3::select(corner.cmplt(DVec3::ZERO), min, max))
 }
 
 /// Which ends of a sheet meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Closing {
+pub(crate) enum Closing {
     /// None.
     Open,
     /// The first parameter is an angle.
@@ -51,7 +51,7 @@ pub(super) enum Closing {
 /// The image of the unit square under `place`, in `counts` steps: two triangles each.
 ///
 /// It looks to ∂/∂second × ∂/∂first. A tube's ends get a point in the middle each, so it is closed.
-pub(super) fn sheet(counts: [u32; 2], closing: Closing, place: impl Fn(f64, f64) -> DVec3) -> TriangleMesh {
+pub(crate) fn sheet(counts: [u32; 2], closing: Closing, place: impl Fn(f64, f64) -> DVec3) -> TriangleMesh {
     let rows = counts[0] + u32::from(closing == Closing::Open);
     let columns = counts[1] + u32::from(closing != Closing::Torus);
     let mut mesh = TriangleMesh::default();

@@ -3,7 +3,7 @@
 //! All but the scanned ones are made here, the same on every machine. Coordinates and lights are 32-bit floats, so that
 //! engines of either precision see the same scene. Each scene has a high sun, a low one, and a lamp.
 
-mod bodies;
+pub(super) mod bodies;
 mod generated;
 mod hall;
 mod scanned;
@@ -56,14 +56,18 @@ const SUNS: [(&str, f64, f64); 2] = [("high sun", 215.0, 50.0), ("low sun", 248.
 fn scene(objects: Vec<Object>, lamp: DVec3) -> Result<Scene> {
     let mut lights = Vec::new();
     for (name, azimuth, elevation) in SUNS {
-        let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
-        let level = libm::cos(elevation);
-        let towards = DVec3::new(libm::sin(azimuth) * level, libm::sin(elevation), -libm::cos(azimuth) * level);
-        let source = LightSource::sun(single(-towards).to_array())?;
-        lights.push(Light { name: name.into(), source });
+        lights.push(Light { name: name.into(), ..sun_at(azimuth, elevation)? });
     }
     lights.push(Light { name: "lamp".into(), source: LightSource::point(single(lamp).to_array())? });
     Ok(Scene { objects, lights, ..Scene::default() })
+}
+
+/// A sun by its angles in degrees; its direction is 32-bit.
+pub(super) fn sun_at(azimuth: f64, elevation: f64) -> Result<Light> {
+    let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+    let level = libm::cos(elevation);
+    let towards = DVec3::new(libm::sin(azimuth) * level, libm::sin(elevation), -libm::cos(azimuth) * level);
+    Ok(Light { name: "sun".into(), source: LightSource::sun(single(-towards).to_array())? })
 }
 
 /// A mesh as an object that stands where its coordinates say.

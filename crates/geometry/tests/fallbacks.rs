@@ -1,0 +1,170 @@
+//! Every decision of this layer reaches the level behind its filter: one smallest case each. NUMERICS.md, section 4, names
+//! these tests.
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+use umbriel_geometry::{
+    Aabb, Analytic, Convex, Cuboid, Dyadic, Facets, LightSource, Mesh, PlacedAnalytic, Placement, PlacementDefect,
+    Point, Region, Relation, Sign,
+    analytic::Surface,
+    blocking::{Probe, polygon_blocks},
+    decisions::Decisions,
+};
+
+/// An answer, and what settled the decisions behind it.
+fn counted<T>(decide: impl FnOnce() -> T) -> (T, Decisions) {
+    let before = Decisions::of_thread();
+    let answer = decide();
+    (answer, Decisions::of_thread() - before)
+}
+
+/// An answer that big numbers must have settled in part.
+fn exactly<T>(decide: impl FnOnce() -> T) -> T {
+    let (answer, decisions) = counted(decide);
+    assert!(decisions.exact > 0, "{decisions:?}");
+    answer
+}
+
+/// An answer without any exact arithmetic.
+fn by_floats<T>(decide: impl FnOnce() -> T) -> T {
+    let (answer, decisions) = counted(decide);
+    assert!(decisions.double > 0 && decisions.expansion + decisions.exact == 0, "{decisions:?}");
+    answer
+}
+
+fn sun(direction: [f64; 3]) -> LightSource {
+    LightSource::sun(direction).expect("a sun")
+}
+
+fn triangle(corners: [[f64; 3]; 3]) -> [Point<'static>; 3] {
+    corners.map(|corner| Point::exact(corner.into()))
+}
+
+fn turned() -> Placement {
+    let map = DAffine3::from_quat(DQuat::from_xyzw(0.1, 0.7, 0.2, 0.3).normalize());
+    Placement::new(map).expect("regular")
+}
+
+#[test]
+fn a_way_through_an_edge_is_blocked_exactly() {
+    let corners = triangle([[0.0, 1.0, 0.0], [0.3, 1.0, 0.0], [0.0, 1.0, 0.3]]);
+    let overhead = sun([0.1, -1.0, 0.1]);
+    let blocks = |x: [f64; 3]| polygon_blocks(&corners, &Probe::<Dyadic>::at(x.into()), &overhead);
+    assert!(by_floats(|| blocks([0.2, 0.0, 0.2])));
+    assert!(!by_floats(|| blocks([1.2, 0.0, 0.2])));
+    // A point on the light's plane through the slanted edge: a quarter of the way along it, exactly below.
+    let half = triangle([[0.0, 1.0, 0.0], [0.5, 1.0, 0.0], [0.0, 1.0, 0.5]]);
+    let slanted = sun([0.25, -1.0, 0.125]);
+    let below = |ulps: i64| f64::from_bits(0.625f64.to_bits().wrapping_add_signed(ulps));
+    let blocks = |ulps: i64| polygon_blocks(&half, &Probe::<Dyadic>::at([below(ulps), 0.0, 0.25].into()), &slanted);
+    assert!(exactly(|| blocks(0)), "on the edge");
+    assert!(!exactly(|| blocks(1)), "one ulp outside");
+    assert!(exactly(|| blocks(-1)), "one ulp inside");
+}
+
+#[test]
+fn a_way_in_the_plane_of_a_face_is_followed_exactly() {
+    let wall = triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.5, 1.0, 0.5]]);
+    let along = sun([1.0, 0.0, 1.0]);
+    let blocks = |x: [f64; 3]| polygon_blocks(&wall, &Probe::<Dyadic>::at(x.into()), &along);
+    assert!(exactly(|| blocks([2.0, 0.25, 2.0])), "behind the wall");
+    assert!(!exactly(|| blocks([-2.0, 0.25, -2.0])), "before it");
+}
+
+#[test]
+fn contact_with_a_neighbour_in_one_plane_needs_no_big_numbers() {
+    // Two triangles of one slanted plane; no coordinate of the point is a float.
+    let own = triangle([[0.0, 0.0, 0.0], [3.0, 1.0, 0.0], [0.0, 1.0, 3.0]]);
+    let neighbour = triangle([[3.0, 1.0, 0.0], [3.0, 2.0, 3.0], [0.0, 1.0, 3.0]]);
+    let probe: Probe = Probe::on_face(own, 0.1, 0.7);
+    let (blocked, decisions) = counted(|| polygon_blocks(&neighbour, &probe, &sun([0.3, -1.0, 0.2])));
+    assert!(!blocked && decisions.exact == 0, "{decisions:?}");
+}
+
+#[test]
+fn a_way_that_grazes_a_ball_is_blocked_exactly() {
+    let ball = PlacedAnalytic::new(Analytic::Sphere { radius: 1.0 }, Placement::IDENTITY).expect("a ball");
+    let overhead = sun([0.0, -1.0, 0.0]);
+    let blocks = |x: [f64; 3]| ball.blocks(&Probe::<Dyadic>::at(x.into()), None, &overhead);
+    assert!(by_floats(|| blocks([0.5, -3.0, 0.0])));
+    assert!(exactly(|| blocks([1.0, -3.0, 0.0])), "the outline itself");
+    assert!(!exactly(|| blocks([1.0f64.next_up(), -3.0, 0.0])), "one ulp outside");
+}
+
+#[test]
+fn a_light_in_the_tangent_plane_is_told_exactly() {
+    let ball = PlacedAnalytic::new(Analytic::Sphere { radius: 1.0 }, Placement::IDENTITY).expect("a ball");
+    let part = ball.parts()[0].surface;
+    assert!(matches!(part, Surface::Quadric(_)));
+    let facing = |x: [f64; 3], light: &LightSource| ball.facing(part, &Probe::<Dyadic>::at(x.into()), light);
+    assert_eq!(by_floats(|| facing([1.0, 0.0, 0.0], &sun([-1.0, -0.1, 0.0]))), Sign::Positive);
+    assert_eq!(exactly(|| facing([0.6, 0.8, 0.0], &sun([0.8, -0.6, 1.0]))), Sign::Zero);
+}
+
+#[test]
+fn a_point_on_a_curved_surface_is_told_exactly() {
+    let cone = PlacedAnalytic::new(Analytic::Cone { radius: 1.0, height: 2.0 }, turned()).expect("a cone");
+    assert_eq!(by_floats(|| cone.side(&Point::exact(DVec3::ZERO), false)), Sign::Negative);
+    // The apex: its image is no float, and exactly on the surface.
+    let apex = turned().exact(DVec3::Y);
+    assert_eq!(exactly(|| cone.side(&apex.bounded(), false)), Sign::Zero);
+}
+
+#[test]
+fn a_flattening_matrix_is_told_exactly() {
+    let columns = [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.7, 0.5, 0.1), DVec3::new(0.2, 0.4, 0.6)];
+    let place = |third: DVec3| {
+        let matrix = DMat3::from_cols(columns[0], columns[1], third);
+        Placement::new(DAffine3 { matrix3: matrix, translation: DVec3::ZERO })
+    };
+    assert!(by_floats(|| place(DVec3::Z)).is_ok());
+    assert_eq!(exactly(|| place(columns[0] * 2.0)), Err(PlacementDefect::Singular));
+    let mut near = columns[0] * 2.0;
+    near.z = near.z.next_up();
+    assert!(exactly(|| place(near)).is_ok(), "one ulp off is regular");
+}
+
+#[test]
+fn points_of_a_hull_on_one_line_are_told_exactly() {
+    let line = [[0.1; 3], [0.2; 3], [0.4; 3], [0.8; 3]].to_vec();
+    assert!(exactly(|| Convex::new(line)).is_err());
+}
+
+#[test]
+fn a_cell_that_a_face_touches_is_met_exactly() {
+    let slanted =
+        Mesh::new(vec![[3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 3.0]], vec![[0, 1, 2]]).expect("a triangle");
+    let facets = Facets::of_mesh(slanted, &Placement::IDENTITY);
+    let cell = |max: f64| Aabb { min: DVec3::splat(max - 0.3), max: DVec3::splat(max) };
+    assert!(!by_floats(|| facets.meets(0, &cell(0.8))));
+    assert!(exactly(|| facets.meets(0, &cell(1.0))), "a corner of the cell on the face");
+    assert!(!exactly(|| facets.meets(0, &cell(1.0f64.next_down()))), "one ulp before it");
+}
+
+#[test]
+fn a_corner_that_is_no_float_is_compared_exactly() {
+    let facets = Facets::of_cuboid(&Cuboid { size: [3.3; 3] }, &turned());
+    let corner = facets.point(0);
+    assert!(corner.slack.min_element() > 0.0, "no float");
+    // A cell that begins where the corner rounds to, on every axis.
+    let cell = Aabb { min: corner.position, max: corner.position + DVec3::splat(0.25) };
+    exactly(|| (0..6).filter(|&part| facets.meets(part, &cell)).count());
+}
+
+#[test]
+fn a_ray_through_an_edge_is_counted_exactly() {
+    let facets = Facets::of_cuboid(&Cuboid { size: [2.0; 3] }, &turned());
+    let corner = facets.point(0).position;
+    // The way along +x from far before the solid passes within an ulp of a corner.
+    let outside = DVec3::new(corner.x - 9.0, corner.y, corner.z);
+    assert!(!exactly(|| facets.encloses(outside)));
+    assert!(facets.encloses(DVec3::ZERO));
+}
+
+#[test]
+fn a_cell_that_touches_a_ball_is_met_exactly() {
+    let ball = PlacedAnalytic::new(Analytic::Sphere { radius: 1.0 }, Placement::IDENTITY).expect("a ball");
+    let cell = |min: f64| Aabb { min: DVec3::new(min, -0.5, -0.5), max: DVec3::new(min + 1.0, 0.5, 0.5) };
+    assert_eq!(by_floats(|| ball.relation(&cell(1.5))), Relation::Outside);
+    assert_eq!(exactly(|| ball.relation(&cell(1.0))), Relation::Boundary, "one point in common");
+    assert_eq!(exactly(|| ball.relation(&cell(1.0f64.next_up()))), Relation::Outside);
+}

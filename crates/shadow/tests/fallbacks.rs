@@ -1,0 +1,118 @@
+//! Decisions of this layer that floats cannot settle, one smallest scene each. NUMERICS.md, section 4, names these tests.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DQuat, DVec3};
+use umbriel_geometry::{Analytic, LightSource, Mesh, Placement, Rectangle, decisions::Decisions};
+use umbriel_scene::{Light, Object, Scene, Shape, Sides};
+use umbriel_shadow::{
+    CellMethod, Detail, Points, Queries, Request, Silent, bake,
+    doctor::{DefectKind, examine},
+};
+
+fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
+    Object::new(name.into(), shape, Placement::new(map).expect("regular"), Sides::Auto).expect("an object")
+}
+
+fn mesh(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Shape {
+    Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a mesh")))
+}
+
+fn scene(objects: Vec<Object>) -> Scene {
+    let source = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
+    Scene { objects, lights: vec![Light { name: "sun".into(), source }], ..Scene::default() }
+}
+
+/// Runs on one thread, which counts for itself.
+fn counted<T: Send>(work: impl FnOnce() -> T + Send) -> (T, Decisions) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    pool.install(|| {
+        let before = Decisions::of_thread();
+        let answer = work();
+        (answer, Decisions::of_thread() - before)
+    })
+}
+
+/// What the cells of object 0 prove lit at least and at most, square metres.
+fn lit_area(scene: &Scene, method: CellMethod) -> ([f64; 2], Decisions) {
+    let detail = Detail::Depth { interior: 4, boundary: 4 };
+    let request = Request { method, receivers: vec![0], ..Request::everything(scene, detail) };
+    let (report, decisions) = counted(|| bake(scene, &request, &Silent).expect("not cancelled"));
+    let lit = report.lights[0].objects[0].lit;
+    ([lit.lower, lit.upper], decisions)
+}
+
+/// Cells and borders agree as far as both know.
+fn assert_overlap(a: [f64; 2], b: [f64; 2]) {
+    assert!(a[0] <= b[1] && b[0] <= a[1], "{a:?} and {b:?}");
+}
+
+/// Four triangles of one slanted plane, rounded: they are in one plane but for an ulp or two.
+fn nearly_flat_roof() -> Scene {
+    let height = |x: f64, z: f64| 1.0 + x / 3.0 + z / 7.0;
+    let point = |x: f64, z: f64| [x, height(x, z), z];
+    let positions = vec![point(0.1, 0.1), point(0.9, 0.2), point(0.8, 0.7), point(0.2, 0.9), point(0.45, 0.55)];
+    let roof = |triangles| mesh(positions.clone(), triangles);
+    let half = object("half", roof(vec![[0, 4, 1], [1, 4, 2]]), DAffine3::IDENTITY);
+    let rest = object("rest", roof(vec![[2, 4, 3], [3, 4, 0]]), DAffine3::IDENTITY);
+    scene(vec![half, rest])
+}
+
+#[test]
+fn neighbours_in_one_plane_are_told_by_exact_sums() {
+    let roof = nearly_flat_roof();
+    let (cells, decisions) = lit_area(&roof, CellMethod::Quadtree);
+    assert!(decisions.expansion > 0 && decisions.exact == 0, "quadtree: {decisions:?}");
+    let (borders, decisions) = lit_area(&roof, CellMethod::Borders);
+    assert!(decisions.expansion > 0 && decisions.exact == 0, "borders: {decisions:?}");
+    assert_overlap(cells, borders);
+}
+
+#[test]
+fn a_body_that_stands_on_a_tilted_floor_is_in_contact_exactly() {
+    let turned = DAffine3::from_quat(DQuat::from_xyzw(0.05, 0.2, 0.1, 0.9).normalize());
+    let floor = object("floor", Shape::Rectangle(Rectangle { size: [4.0, 4.0] }), turned);
+    let body = Shape::Analytic(Analytic::Cylinder { radius: 0.5, height: 1.0 });
+    let up = DAffine3::from_translation(DVec3::new(0.0, 0.5, 0.0));
+    let composed = DAffine3 { matrix3: turned.matrix3, translation: turned.transform_point3(up.translation) };
+    // The middle is rounded, so the body stands in the floor's plane or an ulp off it: only big numbers can tell.
+    let (lit, decisions) = lit_area(&scene(vec![floor, object("body", body, composed)]), CellMethod::Auto);
+    assert!(decisions.exact > 0, "{decisions:?}");
+    assert!(lit[0] > 10.0 && lit[1] < 16.0, "{lit:?}");
+}
+
+#[test]
+fn loose_points_on_a_border_are_told_exactly() {
+    let plate = mesh(vec![[0.0, 1.0, 0.0], [0.5, 1.0, 0.0], [0.0, 1.0, 0.5]], vec![[0, 2, 1]]);
+    let scene = scene(vec![object("plate", plate, DAffine3::IDENTITY)]);
+    let light = LightSource::sun([0.25, -1.0, 0.125]).expect("a sun");
+    let queries = Queries::new(&scene);
+    let lit = |x: f64| {
+        let points = [[x, 0.0, 0.25]];
+        let (lit, decisions) =
+            counted(|| queries.lit_many(Points::FreeDouble(&points), &light, &Silent).expect("accepted"));
+        (lit[0], decisions)
+    };
+    let (is_lit, decisions) = lit(0.5);
+    assert!(!is_lit && decisions.single == 1 && decisions.all() == 1, "clear: {decisions:?}");
+    let (is_lit, decisions) = lit(0.625 + 0.5f64.powi(40));
+    assert!(is_lit && decisions.double > 0 && decisions.exact == 0, "too near for 32 bits: {decisions:?}");
+    let (is_lit, decisions) = lit(0.625);
+    assert!(!is_lit && decisions.exact > 0, "on the border: {decisions:?}");
+}
+
+#[test]
+fn volumes_that_cancel_are_told_exactly() {
+    // Two tetrahedra on one edge, equally large by a shear along it: the second is turned inside out.
+    let positions =
+        [[0, 0, 0], [1, 3, 2], [2, 1, 5], [1, 4, 1], [3, 4, 7], [2, 7, 3]].map(|point| point.map(f64::from));
+    let faces = |[a, b, c, d]: [u32; 4]| [[a, c, b], [a, b, d], [a, d, c], [b, c, d]];
+    let triangles = [faces([0, 1, 2, 3]), faces([1, 0, 4, 5])].concat();
+    let scene = scene(vec![object("pair", mesh(positions.to_vec(), triangles), DAffine3::IDENTITY)]);
+    let (diagnosis, decisions) = counted(|| examine(&scene, &[], Detail::default(), &Silent).expect("not cancelled"));
+    assert!(decisions.exact > 0, "{decisions:?}");
+    assert!(
+        diagnosis.totals.iter().all(|total| total.kind != DefectKind::InsideOut),
+        "no volume is not a negative one"
+    );
+}

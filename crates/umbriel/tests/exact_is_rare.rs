@@ -1,0 +1,78 @@
+//! Exact arithmetic is the rare path: on ordinary scenes floats settle all but a few decisions.
+//!
+//! One test alone, for decisions are counted over the whole process.
+
+use std::path::{Path, PathBuf};
+
+use umbriel_geometry::{LightSource, decisions::Decisions};
+use umbriel_io::{LoadOptions, load};
+use umbriel_scene::{Light, Scene};
+use umbriel_shadow::{Detail, Request, Sampling, Silent, bake};
+
+/// The scenes of the repository and, where they are at hand, of public collections.
+#[expect(clippy::print_stderr, reason = "what is skipped is said")]
+fn scenes() -> Vec<(PathBuf, bool)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let fixtures = root.join("fixtures").read_dir().expect("fixtures").map(|entry| entry.expect("an entry").path());
+    let is_scene = |path: &PathBuf| {
+        path.extension().is_some_and(|extension| ["toml", "obj", "gltf", "glb"].iter().any(|known| extension == *known))
+    };
+    let mut scenes: Vec<(PathBuf, bool)> = fixtures.filter(is_scene).map(|path| (path, false)).collect();
+    assert!(scenes.len() >= 15, "the fixtures are there");
+    for name in ["delft-city/delft.obj", "spot/spot.obj", "bunny/stanford-bunny.obj", "cornell/cornell_box.obj"] {
+        let path = root.join("../shared/data").join(name);
+        if path.exists() {
+            scenes.push((path, true));
+        } else {
+            eprintln!("skipped: the collection with {name} is not here");
+        }
+    }
+    scenes
+}
+
+fn read(path: &Path) -> Scene {
+    let mut scene = load(path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}")).scene;
+    let sun = LightSource::sun([0.24, -0.7, 0.66]).expect("a sun");
+    scene.lights.push(Light { name: "one more sun".into(), source: sun });
+    scene
+}
+
+/// Samples asked for.
+const SAMPLES: u64 = 20_000;
+
+/// What a bake decides.
+fn decisions_of(scene: &Scene, request: &Request) -> Decisions {
+    let before = Decisions::of_process();
+    bake(scene, request, &Silent).expect("not cancelled");
+    Decisions::of_process() - before
+}
+
+/// Fewer than one of 10,000.
+fn is_rare(number: u64, all: u64) -> bool {
+    number * 10_000 < all.max(10_000)
+}
+
+#[test]
+fn big_numbers_settle_fewer_than_one_decision_of_ten_thousand() {
+    let mut wrong = Vec::new();
+    for (path, is_real) in scenes() {
+        let scene = read(&path);
+        let cells = Request::everything(&scene, Detail::Depth { interior: 5, boundary: 5 });
+        let samples =
+            Request { sampling: Some(Sampling::Count(SAMPLES)), ..Request::everything(&scene, Detail::Faces) };
+        let (cells, samples) = (decisions_of(&scene, &cells), decisions_of(&scene, &samples));
+        // Surveyed and scanned scenes hardly need exact sums either; generated ones are full of faces in one plane.
+        let exact = |of: Decisions| of.exact + if is_real { of.expansion } else { 0 };
+        let lights = scene.lights.len() as u64;
+        let has_few = if is_real {
+            is_rare(exact(samples), samples.all() + lights * SAMPLES)
+        } else {
+            // Symmetric scenes have a row of samples exactly on a shadow's border: about the root of all samples.
+            exact(samples) <= lights * SAMPLES.isqrt()
+        };
+        if !is_rare(exact(cells), cells.all()) || !has_few {
+            wrong.push(format!("{}: cells {cells:?}, samples {samples:?}", path.display()));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
