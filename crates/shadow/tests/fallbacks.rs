@@ -112,7 +112,7 @@ fn volumes_that_cancel_are_told_exactly() {
     let (diagnosis, decisions) = counted(|| examine(&scene, &[], Detail::default(), &Silent).expect("not cancelled"));
     assert!(decisions.exact > 0, "{decisions:?}");
     assert!(
-        diagnosis.totals.iter().all(|total| total.kind != DefectKind::InsideOut),
+        diagnosis.totals().iter().all(|total| total.kind != DefectKind::InsideOut),
         "no volume is not a negative one"
     );
 }

@@ -248,7 +248,7 @@ fn outside(layout: &LightmapLayout) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use umbriel_geometry::{Analytic, Mesh, Placement};
+    use umbriel_geometry::{Analytic, Mesh, Placement, decisions::Decisions};
     use umbriel_scene::{Light, Object, Shape, Sides};
     use umbriel_shadow::{Detail, Request, Silent, bake};
 
@@ -276,6 +276,14 @@ mod tests {
         let request = Request { keep_cells: true, ..Request::everything(scene, detail) };
         let report = bake(scene, &request, &Silent).expect("not cancelled");
         Lightmaps::new(scene, &report, edge).make(0, layout, &Silent).expect("not cancelled")
+    }
+
+    #[test]
+    fn points_on_a_line_are_told_exactly() {
+        let before = Decisions::of_thread();
+        let turns = [0.2, 0.2f64.next_up(), 0.2f64.next_down()].map(|y| orientation([0.1; 2], [0.3; 2], [0.2, y]));
+        assert_eq!(turns, [Sign::Zero, Sign::Positive, Sign::Negative]);
+        assert_eq!((Decisions::of_thread() - before).exact, 3, "one ulp is beyond the filter");
     }
 
     #[test]
