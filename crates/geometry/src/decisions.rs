@@ -146,31 +146,3 @@ fn register() -> Arc<Counts> {
     threads.counting.push(Arc::clone(&own));
     own
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nothing_is_lost_when_threads_end() {
-        let before = Decisions::of_process();
-        for round in 1..=3 {
-            let thread = std::thread::spawn(move || {
-                count(Level::Single, 10);
-                count(Level::Double, 2);
-                count(Level::Exact, round);
-                Decisions::of_thread()
-            });
-            let own = thread.join().expect("the thread counts");
-            assert_eq!(
-                own,
-                Decisions { single: 10, double: 2, expansion: 0, exact: round },
-                "a thread counts for itself"
-            );
-        }
-        let counted = Decisions::of_process() - before;
-        // Other tests count too.
-        assert!(counted.single >= 30 && counted.double >= 6 && counted.exact >= 6, "{counted:?}");
-        assert!(counted.all() >= 42);
-    }
-}

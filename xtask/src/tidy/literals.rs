@@ -45,7 +45,8 @@ fn float_literals(line: &str) -> Vec<(&str, f64)> {
         let word = &rest[start..];
         let length = if word.starts_with(|c: char| c.is_ascii_digit()) {
             let length = number_length(word);
-            found.extend(word[..length].replace('_', "").parse().ok().map(|value| (&word[..length], value)));
+            let number = word[..length].trim_end_matches('_');
+            found.extend(number.replace('_', "").parse().ok().map(|value| (number, value)));
             length
         } else {
             0

@@ -41,7 +41,7 @@ fn json_has_the_fields_of_the_contract() {
     for level in ["f32", "f64", "expansion", "exact"] {
         assert!(bake["work"]["decisions"][level].is_u64(), "{level}");
     }
-    assert!(number(&bake, "/work/decisions/f64") > 0.0, "a bake decides something");
+    assert!(bake["work"]["decisions"]["f64"].as_u64() > Some(0), "a bake decides something");
     for time in ["load", "coarse", "fine", "total"] {
         assert!(number(&bake, &format!("/time/{time}")) >= 0.0);
     }
