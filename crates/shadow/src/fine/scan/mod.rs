@@ -10,7 +10,7 @@
 //! Source: scan conversion of polygons (Wylie, Romney, Evans and Erdahl 1967) over the irregular samples of shadow rays (Aila and
 //! Laine 2004; Johnson, Lee, Burns and Mark 2005); trees packed along a space-filling curve (Kamel and Faloutsos 1993).
 //! Guarantee: every answer is the exact one; NUMERICS.md, "Samples by scan conversion". Cost: some hundred nanoseconds a face and a few a
-//! sample; memory some 50 bytes a face, and a bit a sample.
+//! sample; memory some 80 bytes a triangle, and a bit a sample.
 
 mod batch;
 mod clip;
