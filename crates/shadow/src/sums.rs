@@ -21,20 +21,17 @@ pub(crate) struct AreaSums {
 impl AreaSums {
     /// Adds a face: its area, what is proved lit of it, what may be lit, what is lit by the estimate.
     pub(crate) fn add(&mut self, area: Approx, lit: Approx, possible: Approx, likely: Approx) {
-        self.area.add(area.value);
-        let is_bounded = area.error.is_finite();
-        self.slack.add(if is_bounded { area.error } else { 0.0 });
-        self.is_unbounded |= !is_bounded;
+        self.add_whole(area);
         self.lower.add(lit.lower().max(0.0));
         self.upper.add(possible.upper());
-        self.estimate.add(likely.value);
+        self.estimate.add(if likely.value.is_finite() { likely.value } else { 0.0 });
     }
 
     /// Adds a face of which only the area is asked.
     #[inline(always)]
     pub(crate) fn add_whole(&mut self, area: Approx) {
         let is_bounded = area.error.is_finite();
-        self.area.add(area.value);
+        self.area.add(if area.value.is_finite() { area.value } else { 0.0 });
         self.slack.add(if is_bounded { area.error } else { 0.0 });
         self.is_unbounded |= !is_bounded;
     }
@@ -79,11 +76,13 @@ pub(crate) struct ExactSum {
     /// How many terms the window still takes; 0 before the first.
     room: u32,
     rest: Dyadic,
+    /// Whether a term was no number: nothing bounds the sum.
+    is_unbounded: bool,
 }
 
 impl Default for ExactSum {
     fn default() -> Self {
-        Self { window: 0, low: 0, room: 0, rest: Dyadic::zero() }
+        Self { window: 0, low: 0, room: 0, rest: Dyadic::zero(), is_unbounded: false }
     }
 }
 
@@ -91,7 +90,7 @@ impl ExactSum {
     /// 2^100 times this stays below 2^127.
     const ROOM: u32 = 1 << 26;
 
-    /// Adds a finite term.
+    /// Adds a term; with an infinite one, or none at all (NaN), the sum has no bound any more.
     #[inline(always)]
     pub(crate) fn add(&mut self, term: f64) {
         let bits = term.to_bits();
@@ -106,7 +105,8 @@ impl ExactSum {
     /// Adds a term that the window does not hold, or opens one for it.
     #[cold]
     fn add_beside(&mut self, term: f64) {
-        if term == 0.0 {
+        if term == 0.0 || !term.is_finite() {
+            self.is_unbounded |= term != 0.0;
             return;
         }
         let exponent = ((term.to_bits() >> 52) & 0x7ff) as i32 - 1075;
@@ -135,6 +135,7 @@ impl ExactSum {
 
     /// Adds another sum.
     pub(crate) fn append(&mut self, other: Self) {
+        self.is_unbounded |= other.is_unbounded;
         if self.room > 0
             && self.low == other.low
             && other.window.unsigned_abs() >> 120 == 0
@@ -148,8 +149,12 @@ impl ExactSum {
         self.add_to_rest(other.rest);
     }
 
-    /// Adds the exact product of a finite float and a whole number.
+    /// Adds the exact product of a float and a whole number; of no finite one, nothing bounds the sum.
     pub(crate) fn add_product(&mut self, factor: f64, whole: u64) {
+        if !factor.is_finite() {
+            self.is_unbounded = true;
+            return;
+        }
         let halves = [(whole >> 32) as f64 * 4_294_967_296.0, (whole & 0xffff_ffff) as f64];
         halves.into_iter().for_each(|half| self.add_to_rest(Dyadic::new(factor) * Dyadic::new(half)));
     }
@@ -182,10 +187,10 @@ impl ExactSum {
 
     /// A float beside the sum, with a bound.
     pub(crate) fn bounded(&self) -> Approx {
-        self.total().to_approx()
+        if self.is_unbounded { Approx::UNKNOWN } else { self.total().to_approx() }
     }
 
-    /// The float nearest to the sum.
+    /// The float nearest to the sum of the finite terms.
     pub(crate) fn nearest(&self) -> f64 {
         self.total().to_nearest()
     }
@@ -206,6 +211,19 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn a_term_without_bound_leaves_none() {
+        let mut areas = AreaSums::default();
+        areas.add(Approx::UNKNOWN, Approx::exact(0.0), Approx::UNKNOWN, Approx::exact(0.0));
+        areas.add(Approx::exact(2.0), Approx::exact(1.0), Approx::exact(2.0), Approx::exact(1.5));
+        assert_eq!(areas.area(), (2.0, f64::INFINITY));
+        assert_eq!((areas.lower.rounded_down(), areas.upper.rounded_up()), (1.0, f64::INFINITY));
+        let mut hours = ExactSum::default();
+        hours.add_product(f64::INFINITY, 3);
+        hours.append(ExactSum::default());
+        assert_eq!(hours.rounded_up(), f64::INFINITY);
+    }
 
     proptest! {
         #[test]

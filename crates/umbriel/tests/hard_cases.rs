@@ -7,11 +7,12 @@ use glam::{DAffine3, DMat3, DVec3};
 use oracle::{
     Oracle,
     dice::Dice,
-    fixtures::{at, cuboid, elsewhere, mesh, object, rectangle, scene, sphere},
+    fixtures::{self, at, cuboid, elsewhere, mesh, object, rectangle, scene, sphere},
 };
 use proving::Case;
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
+use umbriel_shadow::{Detail, LitArea, Place, Queries, Request, SamplePoint, Sampling, Silent, bake, for_each_sample};
 
 /// Judges all proved cells at depth 4; tells how many there are.
 fn judge(name: &str, scene: &Scene, light: LightSource) -> usize {
@@ -56,6 +57,30 @@ fn spheres_far_below_and_above_a_metre() {
         });
         for (exponent, count) in proved.into_iter().filter(|(exponent, _)| (-140..=100).contains(exponent)) {
             assert_eq!(count, proved[0].1, "scale 2^{exponent}, lamp {lamp:?}");
+        }
+    }
+}
+
+/// Whole patches, which samples alone do not divide: where nothing bounds an area, the bake says so and goes on.
+#[test]
+fn samples_alone_of_every_curved_body() {
+    for (name, whole) in fixtures::all() {
+        let whole = fixtures::lit_by(whole, noon());
+        let sampling = Some(Sampling::Spacing(whole.objects[0].bounds().size().max_element() / 24.0));
+        let request = Request { sampling, ..Request::everything(&whole, Detail::Faces) };
+        let report = bake(&whole, &request, &Silent).expect("nobody cancels");
+        let (queries, mut lit) = (Queries::new(&whole), vec![0; whole.objects.len()]);
+        for_each_sample(&whole, &request, |SamplePoint { object, face, u, v }| {
+            let answer = queries.lit(&Place::Surface { object, face, u, v }, &noon());
+            lit[object] += u64::from(answer.expect("a point of the surface").lit);
+        });
+        for object in &report.lights[0].objects {
+            let samples = object.samples.expect("samples were asked for");
+            let is_curved = whole.objects[object.object].analytic().is_some();
+            assert!(!is_curved || samples.lit == lit[object.object], "{name}: {object:?}");
+            let LitArea { lower, upper, estimate } = object.lit;
+            assert!(0.0 <= lower && lower <= estimate && estimate <= upper, "{name}: {object:?}");
+            assert!(upper.is_finite() || object.area_error == f64::INFINITY, "{name}: {object:?}");
         }
     }
 }

@@ -1,0 +1,119 @@
+//! Sizes, places, shapes and lights that break programs with epsilons: every answer is that of the oracle.
+//!
+//! Each scene is asked in three ways: cells are baked and points of proved ones judged; points of its surfaces are queried;
+//! samples are taken in tiles. What has a closed form is held against it as well. `UMBRIEL_CASES` sets how many points of
+//! each scene are judged.
+
+mod oracle;
+mod proving;
+
+#[path = "extremes/lights.rs"]
+mod lights;
+#[path = "extremes/places.rs"]
+mod places;
+#[path = "extremes/range.rs"]
+mod range;
+#[path = "extremes/shapes.rs"]
+mod shapes;
+
+use oracle::{
+    Oracle, cases,
+    dice::Dice,
+    fixtures::{has_triangles, lit_by},
+};
+use proving::Case;
+use umbriel_geometry::LightSource;
+use umbriel_scene::Scene;
+use umbriel_shadow::{Detail, Place, Queries, Report, Request, Sampling, Silent, bake, for_each_sample};
+
+/// How many of each kind were judged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Judged {
+    /// Proved cells.
+    cells: usize,
+    /// Lit points of those asked.
+    lit: usize,
+    /// Samples of flat faces that were taken in tiles.
+    samples: usize,
+}
+
+fn sun(direction: [f64; 3]) -> LightSource {
+    LightSource::sun(direction).expect("a sun")
+}
+
+fn lamp(position: [f64; 3]) -> LightSource {
+    LightSource::point(position).expect("a lamp")
+}
+
+/// Bakes samples alone, their answers kept.
+fn sampled(scene: &Scene, light: LightSource, count: u64) -> (Scene, Request, Report) {
+    let scene = lit_by(scene.clone(), light);
+    let sampling = Some(Sampling::Count(count));
+    let request = Request { sampling, keep_cells: true, ..Request::everything(&scene, Detail::Faces) };
+    let report = bake(&scene, &request, &Silent).expect("nobody cancels");
+    (scene, request, report)
+}
+
+/// Puts everything that is said about a scene under a light to the oracle.
+fn judge(name: &str, scene: &Scene, light: LightSource) -> Judged {
+    let oracle = Oracle::new(scene);
+    let cells = judge_cells(name, scene, light, &oracle);
+    let lit = judge_points(name, scene, light, &oracle);
+    let samples = judge_samples(name, scene, light, &oracle);
+    Judged { cells, lit, samples }
+}
+
+fn judge_cells(name: &str, scene: &Scene, light: LightSource, oracle: &Oracle) -> usize {
+    let case = Case::new(name, scene, light, 3);
+    let (proved, mut dice) = (case.proved(), Dice::new(name, 0));
+    let judged = proved.len().min(cases(40) as usize);
+    for k in 0..judged {
+        // Spread over all cells, the first and the last among them.
+        let cell = proved[k * (proved.len() - 1) / judged.max(2).saturating_sub(1)];
+        assert_eq!(case.judge(oracle, cell, 4, &mut dice), None);
+    }
+    proved.len()
+}
+
+fn judge_points(name: &str, scene: &Scene, light: LightSource, oracle: &Oracle) -> usize {
+    let (queries, mut dice) = (Queries::new(scene), Dice::new(name, 1));
+    let mut lit = 0;
+    for _ in 0..cases(80) {
+        let object = dice.index(scene.objects.len());
+        let face = dice.index(scene.objects[object].face_count());
+        let [u, v] = dice.parameters(has_triangles(&scene.objects[object].shape));
+        if !oracle.has_point(object, face, [u, v]) {
+            continue;
+        }
+        let place = Place::Surface { object, face, u, v };
+        let expected = oracle.lit(object, face, [u, v], &light);
+        let answer = queries.lit(&place, &light).expect("a point of the surface");
+        assert_eq!(answer.lit, expected, "{name}: {place:?} under {light:?}");
+        lit += usize::from(answer.lit);
+    }
+    lit
+}
+
+fn judge_samples(name: &str, scene: &Scene, light: LightSource, oracle: &Oracle) -> usize {
+    let (whole, request, report) = sampled(scene, light, cases(200));
+    let (mut next, mut judged) = (vec![0_u64; scene.objects.len()], 0);
+    for_each_sample(&whole, &request, |sample| {
+        let index = next[sample.object];
+        next[sample.object] += 1;
+        let Some(answers) = &report.lights[0].objects[sample.object].answers else { return };
+        // Every face has a sample; of ten thousand triangles some are enough.
+        if !index.is_multiple_of(1 + answers.len() / cases(200)) {
+            return;
+        }
+        judged += 1;
+        let lit = |u: f64, v: f64| oracle.lit(sample.object, sample.face, [u, v], &light);
+        // Parameters are told within an ulp: where a border runs through that, both answers are right.
+        let around = |x: f64| [x, x.next_down(), x.next_up()];
+        let agrees = around(sample.u).into_iter().any(|u| {
+            let mut close = around(sample.v).into_iter();
+            close.any(|v| lit(u, v) == answers.is_lit(index))
+        });
+        assert!(agrees, "{name}: {sample:?} under {light:?} is told lit {}", answers.is_lit(index));
+    });
+    judged
+}

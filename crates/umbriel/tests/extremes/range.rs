@@ -1,0 +1,149 @@
+//! The accepted range: its ends are accepted and answered; one step beyond, NaN and infinity are refused by their place.
+
+use glam::{DAffine3, DMat3, DVec3};
+use umbriel_geometry::{
+    Analytic, AnalyticDefect, Convex, HullDefect, LightDefect, LightSource, MAX_MAGNITUDE, MIN_MAGNITUDE, Mesh,
+    MeshDefect, NumberDefect, Placement, PlacementDefect,
+};
+use umbriel_scene::{Object, ObjectDefect, Shape, Sides};
+use umbriel_shadow::{Place, Precision, Queries, QueryDefect};
+
+use super::{judge, lamp, sun};
+use crate::oracle::fixtures::{at, cuboid, mesh, object, rectangle, scene, sphere};
+
+/// Numbers that are refused, and why.
+fn refused() -> [(f64, NumberDefect); 6] {
+    [
+        (f64::NAN, NumberDefect::NotFinite),
+        (f64::INFINITY, NumberDefect::NotFinite),
+        (f64::NEG_INFINITY, NumberDefect::NotFinite),
+        (MAX_MAGNITUDE.next_up(), NumberDefect::TooLarge),
+        (-MIN_MAGNITUDE.next_down(), NumberDefect::TooSmall),
+        (5e-324, NumberDefect::TooSmall),
+    ]
+}
+
+#[test]
+fn what_is_refused_is_named() {
+    for (number, defect) in refused() {
+        let mut positions = vec![[0.0; 3]; 5];
+        positions[3][2] = number;
+        let found = Mesh::new(positions, vec![[0, 1, 2]]).err();
+        assert_eq!(found, Some(MeshDefect::Coordinate { vertex: 3, axis: 2, defect }), "{number}");
+        assert_eq!(LightSource::point([0.0, number, 0.0]).err(), Some(LightDefect::Coordinate(1, defect)));
+        assert_eq!(LightSource::sun([1.0, 1.0, number]).err(), Some(LightDefect::Coordinate(2, defect)));
+        let map = |column: usize, row: usize| {
+            let mut entries = DAffine3::IDENTITY.to_cols_array();
+            entries[3 * column + row] = number;
+            Placement::new(DAffine3::from_cols_array(&entries))
+        };
+        for (column, row) in [(0, 1), (2, 2), (3, 0)] {
+            assert_eq!(map(column, row).err(), Some(PlacementDefect::Entry { column, row, defect }), "{number}");
+        }
+        let whole = |shape| Object::new("o".into(), shape, Placement::IDENTITY, Sides::Auto).err();
+        assert_eq!(whole(sphere(number)), Some(ObjectDefect::Analytic(AnalyticDefect::Size)), "{number}");
+        assert_eq!(whole(cuboid(1.0, number, 1.0)), Some(ObjectDefect::Size), "{number}");
+        assert_eq!(whole(rectangle(number, 1.0)), Some(ObjectDefect::Size), "{number}");
+        let quadric = |row: usize, column: usize| {
+            let mut matrix = [[0.0; 4]; 4];
+            (matrix[0][0], matrix[row][column]) = (1.0, number);
+            Shape::Analytic(Analytic::Quadric { matrix, within: [[-1.0; 3], [1.0; 3]] })
+        };
+        let entry = AnalyticDefect::Entry { row: 2, column: 3 };
+        assert_eq!(whole(quadric(2, 3)), Some(ObjectDefect::Analytic(entry)), "{number}");
+        let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, number]];
+        let hull = Convex::new(points).err();
+        assert!(matches!(hull, Some(HullDefect::Coordinate { point: 3, axis: 2, .. })), "{number}: {hull:?}");
+    }
+    assert_eq!(LightSource::sun([0.0, -0.0, 0.0]).err(), Some(LightDefect::NoDirection));
+}
+
+#[test]
+fn what_a_placement_moves_out_of_the_range_is_named() {
+    let far = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, MAX_MAGNITUDE, 0.0]];
+    let placement = Placement::new(DAffine3::from_scale(DVec3::splat(1.0 + f64::EPSILON))).expect("regular");
+    let found = Object::new("o".into(), mesh(&far, &[[0, 1, 2]]), placement, Sides::Auto).err();
+    let expected = ObjectDefect::Placed { vertex: 2, axis: 1, defect: NumberDefect::TooLarge };
+    assert_eq!(found, Some(expected));
+    // Rounded to a number that is not zero, yet below the range.
+    let near = [[0.0; 3], [1.0, 0.0, 0.0], [MIN_MAGNITUDE, 1.0, 0.0]];
+    let placement = Placement::new(DAffine3::from_scale(DVec3::splat(0.5))).expect("regular");
+    let found = Object::new("o".into(), mesh(&near, &[[0, 1, 2]]), placement, Sides::Auto).err();
+    let expected = ObjectDefect::Placed { vertex: 2, axis: 0, defect: NumberDefect::TooSmall };
+    assert_eq!(found, Some(expected));
+}
+
+#[test]
+fn queries_refuse_what_scenes_refuse() {
+    let floor = scene(vec![object("floor", rectangle(2.0, 2.0), DAffine3::IDENTITY)]);
+    let (queries, light) = (Queries::new(&floor), sun([0.0, -1.0, 0.0]));
+    for (number, _) in refused() {
+        let position = [0.0, number, 0.0];
+        let oriented = |position, normal| Place::Oriented { position, normal, precision: Precision::Double };
+        for place in [Place::Free { position }, oriented(position, [0.0, 1.0, 0.0])] {
+            assert_eq!(queries.lit(&place, &light), Err(QueryDefect::BadNumber), "{place:?}");
+        }
+        if !number.is_finite() {
+            let place = oriented([0.0; 3], [0.0, number, 0.0]);
+            assert_eq!(queries.lit(&place, &light), Err(QueryDefect::BadNumber), "{place:?}");
+            let place = Place::Surface { object: 0, face: 0, u: number, v: 0.5 };
+            assert_eq!(queries.lit(&place, &light), Err(QueryDefect::OutsideFace), "{place:?}");
+        }
+    }
+}
+
+/// The same scene with all its zeros written as −0.
+#[test]
+fn minus_zero_is_zero() {
+    let corners = [[0.0, 1.0, 0.0], [2.0, 1.0, 0.0], [0.0, 1.0, 2.0]];
+    let negated = corners.map(|corner| corner.map(|x| if x == 0.0 { -0.0 } else { x }));
+    let of = |corners: &[[f64; 3]], zero: f64| {
+        let map = DAffine3 {
+            matrix3: DMat3::from_cols(
+                DVec3::new(1.0, zero, zero),
+                DVec3::new(zero, 1.0, zero),
+                DVec3::new(zero, zero, 1.0),
+            ),
+            translation: DVec3::splat(zero),
+        };
+        let floor = object("floor", rectangle(8.0, 8.0), map);
+        scene(vec![floor, object("roof", mesh(corners, &[[0, 2, 1]]), map), object("ball", sphere(0.5), map)])
+    };
+    for direction in [[0.0, -1.0, 0.0], [0.0, -1.0, 1.0]] {
+        let plain = crate::proving::Case::new("zero", &of(&corners, 0.0), sun(direction), 3);
+        let minus = direction.map(|x| if x == 0.0 { -0.0 } else { x });
+        let negative = crate::proving::Case::new("zero", &of(&negated, -0.0), sun(minus), 3);
+        assert_eq!(plain.report.lights, negative.report.lights);
+    }
+    let negative = of(&negated, -0.0);
+    let lit = |x| Queries::new(&negative).lit(&Place::Free { position: [0.25, x, 0.25] }, &lamp([0.25, 3.0, 0.25]));
+    assert_eq!(lit(-0.0), lit(0.0));
+}
+
+/// Both ends of the range in one scene: a floor as wide as it goes, and on it bodies as small as it goes.
+#[test]
+fn both_ends_of_the_range_in_one_scene() {
+    let (wide, small) = (MAX_MAGNITUDE, MIN_MAGNITUDE);
+    let floor = || object("floor", rectangle(wide, wide), DAffine3::IDENTITY);
+    let speck = [[0.0, small, 0.0], [small, small, 0.0], [0.0, small, small]];
+    let speck = || object("speck", mesh(&speck, &[[0, 1, 2]]), DAffine3::IDENTITY);
+    let sail = [[-wide, 0.0, 0.0], [wide, wide, 0.0], [-wide, wide, 0.0]];
+    let sail = object("sail", mesh(&sail, &[[0, 1, 2]]), DAffine3::IDENTITY);
+    let objects = vec![floor(), speck(), sail, object("ball", sphere(1.0), at(4.0, 1.0, 4.0))];
+    let whole = scene(objects);
+    for light in [
+        sun([0.0, -1.0, 0.0]),
+        sun([wide, -wide, small]),
+        sun([small, -1.0, -small]),
+        lamp([small, wide, small]),
+        lamp([0.0, small * 4.0, 0.0]),
+        lamp([-wide, wide, wide]),
+    ] {
+        judge("both ends", &whole, light);
+    }
+    // Under the speck and beside it.
+    let both = scene(vec![floor(), speck()]);
+    let (queries, noon) = (Queries::new(&both), sun([0.0, -1.0, 0.0]));
+    let lit = |x: f64| queries.lit(&Place::Free { position: [x, 0.0, 0.0] }, &noon).expect("accepted").lit;
+    assert_eq!([0.0, small, small.next_up(), -small].map(lit), [false, false, true, true]);
+}

@@ -1,0 +1,328 @@
+//! Changes that must not change an answer, made to random scenes: no oracle is asked, only the program itself, twice.
+//!
+//! Queries and samples are exact, so all that keeps the scene what it is keeps their bits: the order of objects, triangles
+//! and corners, threads and the SIMD level, axes exchanged and mirrored, triangles cut at points that are floats. Cells are
+//! proofs by filters: what keeps every rounding keeps them too (order of objects, threads, SIMD level, mirrors, objects that
+//! cannot matter); where roundings change, cells never contradict each other (`same_answers` asks for more of it).
+//! `UMBRIEL_CASES` sets the number of scenes, `UMBRIEL_FIRST` the first.
+
+mod chance;
+mod oracle;
+
+use std::sync::Arc;
+
+use chance::{any_light, any_scene};
+use glam::{DAffine3, DMat3, DVec3};
+use oracle::{
+    case_numbers,
+    dice::Dice,
+    fixtures::{has_triangles, lit_by, scene, with_sides},
+};
+use umbriel_geometry::{LightSource, Mesh, simd::Level};
+use umbriel_scene::{Object, Scene, Shape, Sides};
+use umbriel_shadow::{
+    CellMethod, Detail, LightReport, ObjectReport, Place, Points, Queries, Request, Sampling, Silent, bake,
+};
+
+/// Compares random scenes with what becomes of them.
+fn judge(title: &str, compare: impl Fn(&Scene, LightSource, &mut Dice)) {
+    for number in case_numbers(6) {
+        let mut dice = Dice::new(title, number);
+        let whole = any_scene(&mut dice);
+        let light = any_light(&whole, &mut dice);
+        // The number is in the way of a panic's message otherwise.
+        let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| compare(&whole, light, &mut dice)));
+        assert!(outcome.is_ok(), "{title}, scene {number}");
+    }
+}
+
+/// The scene without its curved bodies and its hulls: the faces of a hull are numbered by its coordinates.
+fn of_faces(whole: &Scene) -> Scene {
+    let kept = whole.objects.iter().filter(|object| !matches!(object.shape, Shape::Analytic(_) | Shape::Convex(_)));
+    scene(kept.cloned().collect())
+}
+
+fn bakes(whole: &Scene, light: LightSource, detail: Detail, method: CellMethod) -> LightReport {
+    let whole = lit_by(whole.clone(), light);
+    // A third of the largest body's reach: some dozens of samples each, at any scale.
+    let reach = whole.objects.iter().map(|object| object.bounds().size().max_element()).fold(0.0, f64::max);
+    let sampling = (detail == Detail::Faces && reach > 0.0).then(|| Sampling::Spacing(reach / 24.0));
+    let request = Request { sampling, keep_cells: true, method, ..Request::everything(&whole, detail) };
+    bake(&whole, &request, &Silent).expect("nobody cancels").lights.remove(0)
+}
+
+fn sampled(whole: &Scene, light: LightSource) -> Vec<ObjectReport> {
+    bakes(whole, light, Detail::Faces, CellMethod::Auto).objects
+}
+
+fn cells(whole: &Scene, light: LightSource) -> Vec<ObjectReport> {
+    bakes(whole, light, Detail::Depth { interior: 3, boundary: 3 }, CellMethod::Auto).objects
+}
+
+/// How many samples of each object there are and are lit, and each answer where it is kept.
+fn answers(reports: &[ObjectReport]) -> Vec<String> {
+    reports.iter().map(|report| format!("{:?} {:?}", report.samples, report.answers)).collect()
+}
+
+/// Points of surfaces, short fractions in both parameters, asked one by one.
+fn queried(whole: &Scene, light: LightSource, places: &[Place]) -> Vec<bool> {
+    let queries = Queries::new(whole);
+    places.iter().map(|place| queries.lit(place, &light).is_ok_and(|answer| answer.lit)).collect()
+}
+
+fn any_places(whole: &Scene, dice: &mut Dice) -> Vec<Place> {
+    let any = |_| {
+        let object = dice.index(whole.objects.len());
+        let face = dice.index(whole.objects[object].face_count());
+        let [u, v] = dice.parameters(has_triangles(&whole.objects[object].shape));
+        Place::Surface { object, face, u, v }
+    };
+    (0..60).map(any).collect()
+}
+
+/// The scene with other triangles; `change` makes them of an object's.
+fn with_triangles(whole: &Scene, change: impl Fn(&[[u32; 3]]) -> Vec<[u32; 3]>) -> Scene {
+    let mut changed = whole.clone();
+    for object in &mut changed.objects {
+        if let Shape::Mesh(mesh) = &object.shape {
+            let positions = mesh.positions().iter().map(DVec3::to_array).collect();
+            let triangles = change(mesh.triangles());
+            object.shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("the same corners")));
+        }
+    }
+    changed
+}
+
+fn is_mesh(object: &Object) -> bool {
+    matches!(object.shape, Shape::Mesh(_))
+}
+
+#[test]
+fn objects_in_another_order() {
+    judge("order of objects", |whole, light, dice| {
+        let reversed = scene(whole.objects.iter().rev().cloned().collect());
+        let mut backward = sampled(&reversed, light);
+        backward.reverse();
+        assert_eq!(answers(&sampled(whole, light)), answers(&backward));
+        let places = any_places(whole, dice);
+        let last = whole.objects.len() - 1;
+        let renumbered = |place: &Place| match *place {
+            Place::Surface { object, face, u, v } => Place::Surface { object: last - object, face, u, v },
+            other => other,
+        };
+        let moved: Vec<Place> = places.iter().map(renumbered).collect();
+        assert_eq!(queried(whole, light, &places), queried(&reversed, light, &moved));
+    });
+}
+
+#[test]
+fn triangles_in_another_order() {
+    judge("order of triangles", |whole, light, dice| {
+        let reversed = with_triangles(whole, |triangles| triangles.iter().rev().copied().collect());
+        // Bits are in the order of faces: only their numbers can be compared.
+        let counts = |reports: Vec<ObjectReport>| reports.into_iter().map(|report| report.samples).collect::<Vec<_>>();
+        assert_eq!(counts(sampled(whole, light)), counts(sampled(&reversed, light)));
+        let places = any_places(whole, dice);
+        let renumbered = |place: &Place| match *place {
+            Place::Surface { object, face, u, v } if is_mesh(&whole.objects[object]) => {
+                Place::Surface { object, face: whole.objects[object].face_count() - 1 - face, u, v }
+            }
+            other => other,
+        };
+        let moved: Vec<Place> = places.iter().map(renumbered).collect();
+        assert_eq!(queried(whole, light, &places), queried(&reversed, light, &moved));
+    });
+}
+
+#[test]
+fn faces_that_start_at_another_corner() {
+    judge("first corners", |whole, light, dice| {
+        let turned = with_triangles(whole, |triangles| triangles.iter().map(|&[a, b, c]| [b, c, a]).collect());
+        let places = any_places(whole, dice);
+        // a + u(b − a) + v(c − a) = b + v(c − b) + w(a − b), and w = 1 − u − v is exact.
+        let turned_place = |place: &Place| match *place {
+            Place::Surface { object, face, u, v } if is_mesh(&whole.objects[object]) => {
+                Place::Surface { object, face, u: v, v: 1.0 - u - v }
+            }
+            other => other,
+        };
+        let moved: Vec<Place> = places.iter().map(turned_place).collect();
+        assert_eq!(queried(whole, light, &places), queried(&turned, light, &moved));
+        for (a, b) in cells(whole, light).iter().zip(&cells(&turned, light)) {
+            assert!(a.lit.lower <= b.lit.upper && b.lit.lower <= a.lit.upper, "{:?} {:?}", a.lit, b.lit);
+        }
+    });
+}
+
+/// Cells by both methods, samples, and many points at once.
+fn everything(whole: &Scene, light: LightSource, places: &[[f64; 6]]) -> String {
+    let depth = Detail::Depth { interior: 3, boundary: 3 };
+    let by = |detail, method| format!("{:?}", bakes(whole, light, detail, method));
+    let points = Queries::new(whole).lit_many(Points::OrientedDouble(places), &light, &Silent);
+    let cells = [CellMethod::Quadtree, CellMethod::Borders].map(|method| by(depth, method));
+    format!("{cells:?} {} {points:?}", by(Detail::Faces, CellMethod::Auto))
+}
+
+fn any_rows(dice: &mut Dice) -> Vec<[f64; 6]> {
+    let mut row = |_| {
+        let [x, y, z] = dice.grid_point(8, 0.5);
+        let [nx, ny, nz] = dice.pick(&[[0.0, 1.0, 0.0], [0.25, -0.5, 1.0], [-1.0, 0.0, 0.0]]);
+        [x, y, z, nx, ny, nz]
+    };
+    (0..200).map(&mut row).collect()
+}
+
+#[test]
+fn any_simd_level() {
+    judge("levels", |whole, light, dice| {
+        let rows = any_rows(dice);
+        let at = |level: Level| {
+            level.limit();
+            everything(whole, light, &rows)
+        };
+        let [scalar, middle, widest] = Level::ALL.map(at);
+        assert!(scalar == middle && middle == widest, "{scalar}\n{middle}\n{widest}");
+    });
+}
+
+#[test]
+fn one_thread_or_many() {
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+    let (one, many) = (pool(1), pool(7));
+    judge("threads", |whole, light, dice| {
+        let rows = any_rows(dice);
+        let [alone, together] = [&one, &many].map(|pool| pool.install(|| everything(whole, light, &rows)));
+        assert!(alone == together, "{alone}\n{together}");
+    });
+}
+
+fn mapped(whole: &Scene, matrix: DMat3) -> Scene {
+    let map = DAffine3::from_mat3(matrix);
+    let moved =
+        |object: &Object| with_sides(&object.name, object.shape.clone(), map * *object.placement.map(), object.sides);
+    scene(whole.objects.iter().map(moved).collect())
+}
+
+fn mapped_light(light: &LightSource, matrix: DMat3) -> LightSource {
+    let xyz = (matrix * light.xyz()).to_array();
+    let mapped = if light.is_sun() { LightSource::sun(xyz.map(|c| -c)) } else { LightSource::point(xyz) };
+    mapped.expect("a light")
+}
+
+#[test]
+fn axes_exchanged_and_mirrored() {
+    let maps = [
+        DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X),
+        DMat3::from_cols(DVec3::Z, DVec3::Y, DVec3::X),
+        DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)),
+        DMat3::from_diagonal(DVec3::new(-1.0, -1.0, -1.0)),
+    ];
+    judge("axes", |whole, light, dice| {
+        let flat = of_faces(whole);
+        let mut fixed = whole.clone();
+        fixed.objects.retain(|object| !matches!(object.shape, Shape::Convex(_)));
+        let matrix = dice.pick(&maps);
+        let there = mapped_light(&light, matrix);
+        if !fixed.objects.is_empty() {
+            let places = any_places(&fixed, dice);
+            assert_eq!(queried(&fixed, light, &places), queried(&mapped(&fixed, matrix), there, &places));
+        }
+        assert_eq!(answers(&sampled(&flat, light)), answers(&sampled(&mapped(&flat, matrix), there)));
+    });
+}
+
+/// Every triangle of the meshes cut in four at the middles of its sides, as far as these are floats, as points are
+/// placed; `None` where they are not.
+fn cut_in_four(whole: &Scene) -> Option<Scene> {
+    let mut changed = whole.clone();
+    for object in &mut changed.objects {
+        let Shape::Mesh(mesh) = &object.shape else { continue };
+        if *object.placement.map() != DAffine3::IDENTITY {
+            return None;
+        }
+        let mut positions = Vec::new();
+        let mut triangles: Vec<[u32; 3]> = Vec::new();
+        for triangle in mesh.triangles() {
+            let [a, b, c] = triangle.map(|index| mesh.positions()[index as usize]);
+            let first = positions.len() as u32;
+            let middle = |p: DVec3, q: DVec3| {
+                let sum = p + q;
+                // The sum is exact where taking one away gives the other; the half always is.
+                (sum - p == q && sum - q == p).then_some(sum * 0.5)
+            };
+            positions.extend([a, b, c, middle(a, b)?, middle(b, c)?, middle(c, a)?].map(|p| p.to_array()));
+            triangles.extend([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]].map(|part| part.map(|k| first + k)));
+        }
+        object.shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("short fractions")));
+    }
+    Some(changed)
+}
+
+#[test]
+fn triangles_cut_at_exact_points() {
+    let mut compared = 0;
+    for number in case_numbers(60) {
+        let mut dice = Dice::new("cut", number);
+        let mut whole = any_scene(&mut dice);
+        // What is cut keeps its sides: parts of a closed mesh are closed only together.
+        whole.objects.iter_mut().for_each(|object| object.sides = Sides::Two);
+        let light = any_light(&whole, &mut dice);
+        let Some(cut) = cut_in_four(&whole) else { continue };
+        compared += 1;
+        let places = any_places(&whole, &mut dice);
+        let in_part = |place: &Place| match *place {
+            // Points of the part at the first corner; the rest is left to the other parts' own corners.
+            Place::Surface { object, face, u, v } if is_mesh(&whole.objects[object]) => {
+                match (u + v <= 0.5, u >= 0.5) {
+                    (true, _) => Place::Surface { object, face: 4 * face, u: 2.0 * u, v: 2.0 * v },
+                    (_, true) => Place::Surface { object, face: 4 * face + 1, u: 2.0 * u - 1.0, v: 2.0 * v },
+                    _ if v >= 0.5 => Place::Surface { object, face: 4 * face + 2, u: 2.0 * u, v: 2.0 * v - 1.0 },
+                    // From the middle of ab: u' towards the middle of bc, v' towards that of ca.
+                    _ => Place::Surface { object, face: 4 * face + 3, u: 2.0 * (u + v) - 1.0, v: 1.0 - 2.0 * u },
+                }
+            }
+            other => other,
+        };
+        let moved: Vec<Place> = places.iter().map(in_part).collect();
+        assert_eq!(queried(&whole, light, &places), queried(&cut, light, &moved), "scene {number}");
+        let (before, after) = (sampled(&whole, light), sampled(&cut, light));
+        for ((object, a), b) in whole.objects.iter().zip(&before).zip(&after) {
+            // The lattices of meshes are others now.
+            assert!(is_mesh(object) || (a.samples, &a.answers) == (b.samples, &b.answers), "scene {number}");
+        }
+        for (a, b) in cells(&whole, light).iter().zip(&cells(&cut, light)) {
+            assert!(a.lit.lower <= b.lit.upper && b.lit.lower <= a.lit.upper, "scene {number}: {a:?} {b:?}");
+        }
+    }
+    assert!(compared > 3, "only {compared} scenes could be cut exactly");
+}
+
+#[test]
+fn an_object_that_cannot_matter() {
+    judge("bystander", |whole, light, dice| {
+        // Farther from the light than everything, on the way that the light travels.
+        let bounds = whole.objects.iter().map(Object::bounds).reduce(|a, b| a.union(b)).expect("an object");
+        let reach = bounds.size().max_element().max(f64::MIN_POSITIVE);
+        let way = if light.is_sun() { -light.xyz() } else { bounds.center() - light.xyz() };
+        let Some(way) = way.try_normalize() else { return };
+        let far = bounds.center() + way * (reach * 64.0);
+        // Smaller than what it is taken from, which sets the spacing of samples.
+        let size = whole.objects.iter().map(|object| object.bounds().size().max_element()).fold(0.0, f64::max) * 0.25;
+        let tile = [far, far + DVec3::X * size, far + DVec3::Z * size].map(|p| p.to_array());
+        let mut larger = whole.clone();
+        larger.objects.push(with_sides(
+            "bystander",
+            oracle::fixtures::mesh(&tile, &[[0, 1, 2]]),
+            DAffine3::IDENTITY,
+            Sides::Two,
+        ));
+        let without = |mut reports: Vec<ObjectReport>| {
+            reports.pop();
+            reports
+        };
+        assert_eq!(cells(whole, light), without(cells(&larger, light)));
+        assert_eq!(answers(&sampled(whole, light)), answers(&without(sampled(&larger, light))));
+        let places = any_places(whole, dice);
+        assert_eq!(queried(whole, light, &places), queried(&larger, light, &places));
+    });
+}
