@@ -1,5 +1,5 @@
 //! Shadow rays over a town of boxes: what trees cost to build, and how many segments a second they answer, one by one, in
-//! packets and in no order. `UMBRIEL_SIMD=scalar` or `avx2` shows what the processor's registers bring.
+//! packets and in no order.
 
 #[path = "../examples/city/mod.rs"]
 mod city;

@@ -17,8 +17,8 @@ use super::{
 const SAMPLES: u64 = 1 << 17;
 const ROUNDS: usize = 3;
 /// How many times as fast as the rival the bake must be.
-const LEAST_CITY: f64 = 0.02;
-const LEAST_KNOT: f64 = 0.02;
+const LEAST_CITY: f64 = 0.2;
+const LEAST_KNOT: f64 = 0.1;
 
 /// Fails if some ratio to the rival is below its limit.
 pub(crate) fn run() -> Result<()> {
