@@ -155,7 +155,8 @@ fn partial_sight(facets: &Facets, face: usize, images: &[Image], view: &View) ->
     }
     let corners = facets.facet(face).corners();
     let points: Vec<_> = corners.iter().map(|&corner| view.homogeneous(facets.positions()[corner as usize])).collect();
-    match clip(points, view) {
+    let slack = corners.iter().map(|&corner| facets.point(corner).slack.max_element()).fold(0.0, f64::max);
+    match clip(points, slack, view) {
         Some(images) if images.is_empty() => Sight::Nothing,
         Some(images) => Sight::Clipped(images),
         None => Sight::Unbounded,

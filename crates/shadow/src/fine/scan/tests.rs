@@ -144,6 +144,17 @@ fn contact_and_coincidence() {
 }
 
 #[test]
+fn a_lamp_half_an_ulp_before_a_wall() {
+    // No float is the wall's place, and the nearest one is the lamp's.
+    let size = [1.0 - f64::EPSILON, 1.0, 1.0];
+    let wall =
+        object(Shape::Cuboid(Cuboid { size }), DAffine3::from_translation(DVec3::new(1.5, 0.5, 0.5)), Sides::Auto);
+    let lamp = LightSource::point([1.0, 0.5, 0.5]).expect("a lamp");
+    let (lit, all) = check(vec![floor(8.0, 0.0), wall], lamp, 3_000);
+    assert!(lit * 3 > all && lit * 3 < all * 2, "{lit} of {all}");
+}
+
+#[test]
 fn random_soups() {
     let number = || prop_oneof![(-8i32..=8).prop_map(|n| f64::from(n) / 4.0), -2.0..2.0f64];
     let point = move || prop::array::uniform3(number());

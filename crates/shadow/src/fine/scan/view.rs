@@ -192,6 +192,11 @@ impl View {
         [(x - self.center[0] * z) * self.scale, (y - self.center[1] * z) * self.scale, z]
     }
 
+    /// A length across the light at z = 1, in quanta.
+    pub(super) fn in_quanta(&self, length: f64) -> f64 {
+        length * self.scale
+    }
+
     /// The depth of a point under a sun.
     #[inline(always)]
     pub(super) fn depth_of_sun(&self, point: DVec3) -> f64 {
@@ -254,7 +259,9 @@ impl View {
             let reach = z * self.scale;
             let is_inside = z > 0.0 && x.abs().max(y.abs()) <= MARGIN * reach && slack * self.scale * 16.0 <= z;
             if !is_inside {
-                let beyond = [z <= 0.0, x > reach, x < -reach, y > reach, y < -reach];
+                // Only what is certain counts: it may leave out a face.
+                let off = 4.0 * slack * self.scale;
+                let beyond = [z <= -slack, x - reach > off, -x - reach > off, y - reach > off, -y - reach > off];
                 let code = beyond.iter().enumerate().map(|(bit, &is_beyond)| i32::from(is_beyond) << bit).sum();
                 return Image { x: code, y: 0, depth: f32::NAN };
             }
