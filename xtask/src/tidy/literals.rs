@@ -19,7 +19,7 @@ pub(super) fn listed(numerics: &str) -> BTreeMap<&str, &str> {
     let rows = section.take_while(|line| !line.starts_with("## ")).filter_map(|line| {
         let mut cells = line.strip_prefix('|')?.split('|').map(str::trim);
         let file = cells.next()?.strip_prefix('`')?.strip_suffix('`')?;
-        cells.last().filter(|rest| rest.is_empty())?;
+        cells.next_back().filter(|rest| rest.is_empty())?;
         Some((file, line.trim_end_matches('|').rsplit('|').next()?.trim()))
     });
     rows.collect()

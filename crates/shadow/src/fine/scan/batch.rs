@@ -12,7 +12,7 @@ use super::{
     pack::Pack,
     patch::Patch,
     sampler::Sampler,
-    spans::{Bounds, Errors, Functions},
+    spans::{Bounds, Functions},
     tree::{Node, Step, WIDTH},
 };
 
@@ -129,48 +129,15 @@ impl Batch<'_, '_> {
     /// The patches against the packs found so far, which are then given up.
     #[inline(always)]
     fn round<S: Simd>(&mut self, simd: S, first: usize, end: usize) {
-        let Self { sampler, storage, patches } = self;
-        let mut dense = Pack::EMPTY;
-        for (number, patch) in patches[first..end].iter_mut().enumerate() {
+        let Self { sampler, storage: Storage { found, nodes, doubts, .. }, patches } = self;
+        for (number, patch) in (first..end).zip(&mut patches[first..end]) {
             let open = patch.count_open();
-            if open == 0 {
-                continue;
-            }
-            let rect = patch.rect.widened(sampler.wide);
-            let farthest = patch.farthest + sampler.errors.depth_slack(patch.farthest);
-            let mut count = 0;
-            'packs: for (n, node) in storage.nodes.iter().enumerate() {
-                let mut children = node.overlapping(simd, &rect, farthest);
-                while children != 0 {
-                    let pack = &sampler.packs[storage.found[n * WIDTH + children.trailing_zeros() as usize]];
-                    children &= children - 1;
-                    let mut lanes = pack.load(simd).over(simd, &rect, farthest);
-                    while lanes != 0 {
-                        let lane = lanes.trailing_zeros() as usize;
-                        lanes &= lanes - 1;
-                        if pack.face(lane) == patch.face {
-                            continue;
-                        }
-                        dense.copy(count, pack, lane);
-                        count += 1;
-                        if count == WIDTH {
-                            count = 0;
-                            let mut meeting =
-                                Meeting { patch, number: (first + number) as u32, doubts: &mut storage.doubts };
-                            meeting.run(simd, &dense, 0xff, (open, &sampler.errors));
-                            if patch.is_done() {
-                                break 'packs;
-                            }
-                        }
-                    }
-                }
-            }
-            if count != 0 {
-                let mut meeting = Meeting { patch, number: (first + number) as u32, doubts: &mut storage.doubts };
-                meeting.run(simd, &dense, (1 << count) - 1, (open, &sampler.errors));
+            if open != 0 {
+                let has_few = open <= FEW_SAMPLES;
+                Meeting { sampler, patch, number: number as u32, has_few, doubts }.run(simd, found, nodes);
             }
         }
-        storage.clear();
+        self.storage.clear();
     }
 
     /// Decides what is in doubt, and what is asked of faces whose shadow nothing bounds.
@@ -207,17 +174,54 @@ fn is_none<S: Simd>(simd: S, rows: I8<S>) -> bool {
 }
 
 /// A patch that meets occluders.
-struct Meeting<'a> {
+struct Meeting<'a, 'b> {
+    sampler: &'a Sampler<'b>,
     patch: &'a mut Patch,
     number: u32,
+    /// Whether samples take the occluders one by one.
+    has_few: bool,
     doubts: &'a mut Vec<Doubt>,
 }
 
-impl Meeting<'_> {
+impl Meeting<'_, '_> {
+    /// The patch against those packs whose boxes it meets. Triangles whose boxes it meets are put side by side first: a pack
+    /// of the tree has two or three of them.
     #[inline(always)]
-    fn run<S: Simd>(&mut self, simd: S, pack: &Pack, lanes: u32, (open, errors): (u32, &Errors)) {
-        let functions = Functions::new(simd, &pack.load(simd), lanes, self.patch, errors);
-        if open <= FEW_SAMPLES {
+    fn run<S: Simd>(&mut self, simd: S, found: &[usize], nodes: &[Node]) {
+        let sampler = self.sampler;
+        let rect = self.patch.rect.widened(sampler.wide);
+        let farthest = self.patch.farthest + sampler.errors.depth_slack(self.patch.farthest);
+        let (mut near, mut count) = (Pack::EMPTY, 0);
+        for (node, packs) in nodes.iter().zip(found.chunks(WIDTH)) {
+            let mut children = node.overlapping(simd, &rect, farthest);
+            while children != 0 {
+                let pack = &sampler.packs[packs[children.trailing_zeros() as usize]];
+                children &= children - 1;
+                let mut lanes = pack.load(simd).over(simd, &rect, farthest);
+                while lanes != 0 {
+                    let lane = lanes.trailing_zeros() as usize;
+                    lanes &= lanes - 1;
+                    near.copy(count, pack, lane);
+                    count += usize::from(pack.face(lane) != self.patch.face);
+                    if count == WIDTH {
+                        count = 0;
+                        self.meet(simd, &near, 0xff);
+                        if self.patch.is_done() {
+                            return;
+                        }
+                    }
+                }
+            }
+        }
+        if count != 0 {
+            self.meet(simd, &near, (1 << count) - 1);
+        }
+    }
+
+    #[inline(always)]
+    fn meet<S: Simd>(&mut self, simd: S, pack: &Pack, lanes: u32) {
+        let functions = Functions::new(simd, &pack.load(simd), lanes, self.patch, &self.sampler.errors);
+        if self.has_few {
             self.by_samples(simd, pack, lanes, &functions);
         } else {
             self.by_spans(simd, pack, lanes, &functions);

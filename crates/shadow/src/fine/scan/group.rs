@@ -1,6 +1,9 @@
 //! From faces that lie together to patches, and from patches to answers.
 
-use umbriel_geometry::simd::{Kernel, Simd};
+use umbriel_geometry::{
+    decisions::{Level, count},
+    simd::{Kernel, Simd},
+};
 
 use super::{
     batch::{Batch, Storage},
@@ -61,6 +64,8 @@ impl Kernel for Block<'_, '_> {
         if patches.is_empty() {
             return;
         }
+        let samples = patches.iter().map(|patch| u64::from(patch.count_open())).sum();
+        count(Level::Single, samples);
         Batch { sampler: self.sampler, storage, patches }.run(simd);
         patches.iter().for_each(|patch| write(self.sampler, patch));
     }
@@ -76,7 +81,7 @@ fn add(sampler: &Sampler, face: Face, place: usize, room: &mut Room) {
         return;
     }
     let is_whole = sampler.faces.clipped(face).is_none();
-    let (corners, count) = if is_whole && lattice.lattice.is_triangle() {
+    let (corners, corner_count) = if is_whole && lattice.lattice.is_triangle() {
         let [a, b, c] = sampler.packs[place / WIDTH].corners(place % WIDTH);
         ([a, b, c, c], 3)
     } else {
@@ -86,7 +91,7 @@ fn add(sampler: &Sampler, face: Face, place: usize, room: &mut Room) {
     if !is_lit(face.number as usize, turn) {
         return;
     }
-    let extent = Extent::of_images(&corners[..count]);
+    let extent = Extent::of_images(&corners[..corner_count]);
     if !is_whole || rows > EDGE || columns > EDGE || !sampler.view.holds(&extent.rect) {
         return room.large.push(face);
     }
