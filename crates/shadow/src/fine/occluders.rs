@@ -6,7 +6,6 @@
 
 use std::sync::OnceLock;
 
-use rayon::prelude::*;
 use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facet, Facets, LightSource, Point, Sign};
 
@@ -67,9 +66,8 @@ impl<'a> Occluders<'a> {
     /// lies.
     pub(crate) fn turns(&self, object: u32) -> &[Sign] {
         self.turns[object as usize].get_or_init(|| match self.bodies.get(object as usize) {
-            Body::Flat(facets) => {
-                (0..facets.len()).into_par_iter().map(|facet| facets.turn(facet, self.light)).collect()
-            }
+            // By one thread: one that waited for others here could take up work that waits for this very list.
+            Body::Flat(facets) => (0..facets.len()).map(|facet| facets.turn(facet, self.light)).collect(),
             Body::Analytic(body) => vec![body.light_side(self.light)],
         })
     }
