@@ -114,8 +114,7 @@ fn counted_from<'a>(corners: &'a [Image; 4], lattice: &FaceLattice) -> [&'a Imag
 #[inline(always)]
 fn write(sampler: &Sampler, patch: &Patch) {
     let source = patch.face.source as usize;
-    let (layout, _) = sampler.objects[source].receives.expect("patches are of receivers");
-    let lattice = layout.face(patch.face.number as usize);
+    let lattice = sampler.lattice(patch.face);
     let row_bytes = lattice.row_bytes();
     let mut byte = lattice.first_byte + u64::from(patch.origin[0]) * row_bytes + u64::from(patch.origin[1] / 8);
     for &open in &patch.open[..patch.rows as usize] {

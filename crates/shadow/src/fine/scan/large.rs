@@ -1,10 +1,10 @@
 //! Faces in many patches, and faces that reach beyond the window.
 
 use super::{
-    faces::{Face, Rect, depths},
+    faces::{Face, Rect},
     layout::FaceLattice,
     patch::{EDGE, Extent, Frame, Patch},
-    sampler::{Sampled, Sampler},
+    sampler::Sampler,
 };
 use crate::{fine::lattice::Lattice, receivers::flat_corners};
 
@@ -23,11 +23,9 @@ pub(super) struct Large {
 
 impl Large {
     pub(super) fn new(sampler: &Sampler, face: Face) -> Self {
-        let Sampled { facets, receives, .. } = &sampler.objects[face.source as usize];
-        let (layout, _) = receives.expect("patches are of receivers");
-        let FaceLattice { lattice, corner, .. } = layout.face(face.number as usize);
+        let FaceLattice { lattice, corner, .. } = sampler.lattice(face);
         let view = &sampler.view;
-        let corners = flat_corners(facets, face.number as usize, corner);
+        let corners = flat_corners(sampler.objects[face.source as usize].facets, face.number as usize, corner);
         let corners = [corners[0], corners[1], corners[3]].map(|corner| corner.position);
         let points = corners.map(|corner| view.homogeneous(corner));
         let scale =
@@ -39,7 +37,7 @@ impl Large {
         });
         let extent = match sampler.faces.clipped(face) {
             Some([]) => Extent { rect: Rect::EVERYWHERE, depths: [f32::NEG_INFINITY, f32::INFINITY] },
-            Some(images) => Extent { rect: Rect::of(images), depths: depths(images) },
+            Some(images) => Extent::of_images(images),
             None => {
                 let (corners, count) = sampler.faces.corners(face);
                 Extent::of_images(&corners[..count])

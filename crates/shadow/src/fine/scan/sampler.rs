@@ -132,11 +132,17 @@ impl Sampler<'_> {
         }
     }
 
+    /// The lattice of a receiver's face.
+    #[inline(always)]
+    pub(super) fn lattice(&self, face: Face) -> FaceLattice {
+        let (layout, _) = self.objects[face.source as usize].receives.expect("patches are of receivers");
+        layout.face(face.number as usize)
+    }
+
     /// Whether a face blocks the sample of another face at a row and column. Exact.
     pub(super) fn blocks_exactly(&self, face: Face, [row, column]: [u32; 2], occluder: Face) -> bool {
-        let Sampled { object, facets, receives, .. } = &self.objects[face.source as usize];
-        let (layout, _) = receives.expect("samples are of receivers");
-        let FaceLattice { lattice, corner, .. } = layout.face(face.number as usize);
+        let Sampled { object, facets, .. } = &self.objects[face.source as usize];
+        let FaceLattice { lattice, corner, .. } = self.lattice(face);
         let corners = flat_corners(facets, face.number as usize, corner);
         let probe = flat_probe(&corners, lattice.coordinate(0, row), lattice.coordinate(1, column));
         let own = Own::Face { object: *object as usize, face: face.number as usize };
