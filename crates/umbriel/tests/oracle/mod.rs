@@ -27,6 +27,7 @@ use std::ops::Range;
 
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Object, Scene};
+use umbriel_shadow::SamplePoint;
 
 use blocking::{Lamp, Place, Triangle};
 use body::Body;
@@ -54,6 +55,14 @@ impl Oracle {
         });
         let triangles = flats.flatten().flat_map(|flat| flat.triangles()).collect();
         Self { bodies, triangles }
+    }
+
+    /// Whether an answer to a sample is right. Its parameters are told within an ulp: where a border runs through that, both
+    /// answers are.
+    pub(crate) fn admits(&self, sample: &SamplePoint, light: &LightSource, is_lit: bool) -> bool {
+        let &SamplePoint { object, face, u, v } = sample;
+        let around = |x: f64| [x, x.next_down(), x.next_up()];
+        around(u).into_iter().any(|u| around(v).into_iter().any(|v| self.lit(object, face, [u, v], light) == is_lit))
     }
 
     /// Whether the point (u, v) of a face is lit.
