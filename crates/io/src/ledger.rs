@@ -78,6 +78,12 @@ impl Ledger {
         if count <= most { Ok(()) } else { Err(LoadProblem::TooMuch { what: quantity.name(), count, most }) }
     }
 
+    /// How many elements may still be decoded.
+    pub(crate) fn elements_left(&self) -> u64 {
+        let account = self.account.borrow();
+        (Quantity::Elements.base() + account.bytes).saturating_sub(account.elements)
+    }
+
     /// Adds to the elements that were decoded, before they are.
     pub(crate) fn decode(&self, count: usize) -> Result<(), LoadProblem> {
         let mut account = self.account.borrow_mut();

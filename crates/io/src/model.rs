@@ -53,7 +53,7 @@ impl Findings {
     }
 
     /// Takes over the findings of a part; `rename` says what its subjects are called in the whole.
-    fn absorb(&mut self, part: Self, rename: impl Fn(&str) -> String) {
+    pub(crate) fn absorb(&mut self, part: Self, rename: impl Fn(&str) -> String) {
         for ((kind, subject), count) in part.0 {
             self.add(kind, &rename(&subject), count);
         }

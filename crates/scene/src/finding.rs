@@ -22,8 +22,10 @@ pub enum FindingKind {
     UnknownExtension,
     /// Points or lines, which have no surface.
     NotTriangles,
-    /// Skins or morph targets taken as they stand.
+    /// Skins taken at their bind pose, or morph targets at their default weights.
     Deformation,
+    /// A rule of the file's format that is broken without leaving a doubt about what is meant; the subject says where.
+    BrokenRule,
     /// A material library that is not there.
     MissingMaterials,
     /// An OBJ whose extents look z-up.
@@ -50,6 +52,7 @@ impl FindingKind {
             Self::UnknownExtension => "unknown_extension",
             Self::NotTriangles => "not_triangles",
             Self::Deformation => "deformation",
+            Self::BrokenRule => "broken_rule",
             Self::MissingMaterials => "missing_materials",
             Self::LooksZUp => "looks_z_up",
             Self::NonPlanarPolygons => "non_planar_polygons",
@@ -64,7 +67,7 @@ impl FindingKind {
 pub struct Finding {
     /// What was found.
     pub kind: FindingKind,
-    /// The object, light or extension it concerns; empty for the whole scene.
+    /// The object, light, extension or element of the file it concerns; empty for the whole scene.
     pub subject: String,
     /// How many times.
     pub count: usize,

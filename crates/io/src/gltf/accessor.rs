@@ -1,8 +1,8 @@
 //! Accessors: typed elements out of buffers, every size checked before anything is allocated.
 
 use super::{
-    container::Buffers,
     json::{Accessor, Document, Sparse, existing},
+    views::Views,
 };
 use crate::{error::LoadProblem, ledger::Ledger};
 
@@ -33,7 +33,7 @@ impl Component {
         }
     }
 
-    fn size(self) -> usize {
+    pub(super) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 => 2,
@@ -53,6 +53,12 @@ impl Component {
             Self::U32 => f64::from(u32::from_le_bytes(four())),
             Self::F32 => f64::from(f32::from_le_bytes(four())),
         }
+    }
+
+    /// The value of a component, divided where it is normalised.
+    pub(super) fn decode(self, bytes: &[u8], normalized: bool) -> f64 {
+        let value = self.value(bytes);
+        if normalized { (value / self.one()).max(-1.0) } else { value }
     }
 
     /// What stands for 1 when components are normalised.
@@ -86,12 +92,12 @@ impl<'a> Strided<'a> {
 #[derive(Debug)]
 pub(super) struct Accessors<'a> {
     document: &'a Document,
-    buffers: Buffers<'a>,
+    views: Views<'a>,
 }
 
 impl<'a> Accessors<'a> {
-    pub(super) fn new(document: &'a Document, buffers: Buffers<'a>) -> Self {
-        Self { document, buffers }
+    pub(super) fn new(document: &'a Document, views: Views<'a>) -> Self {
+        Self { document, views }
     }
 
     /// The declared accessor.
@@ -110,10 +116,7 @@ impl<'a> Accessors<'a> {
             return Err(LoadProblem::element(place(), format!("its type is {}, needed is {kind}", accessor.kind)));
         }
         let decode = |bytes: &[u8]| -> [f64; N] {
-            std::array::from_fn(|i| {
-                let value = component.value(&bytes[i * component.size()..]);
-                if accessor.normalized { (value / component.one()).max(-1.0) } else { value }
-            })
+            std::array::from_fn(|i| component.decode(&bytes[i * component.size()..], accessor.normalized))
         };
         let size = N * component.size();
         let mut elements = match accessor.buffer_view {
@@ -140,12 +143,17 @@ impl<'a> Accessors<'a> {
 
     /// Enters elements into the account of the scene, before there are any.
     pub(super) fn count(&self, elements: usize) -> Result<(), LoadProblem> {
-        self.buffers.ledger().decode(elements)
+        self.views.ledger().decode(elements)
+    }
+
+    /// The buffer views behind the accessors.
+    pub(super) fn views(&self) -> &Views<'a> {
+        &self.views
     }
 
     /// The account of the scene.
     pub(super) fn ledger(&self) -> &Ledger {
-        self.buffers.ledger()
+        self.views.ledger()
     }
 
     /// Indices of vertices: unsigned integers of any size.
@@ -188,21 +196,8 @@ impl<'a> Accessors<'a> {
 
     /// The bytes of `count` elements in a view.
     fn strided(&self, view: usize, offset: usize, size: usize, count: usize) -> Result<Strided<'_>, LoadProblem> {
-        let place = format!("buffer view {view}");
-        let refused = |message: String| LoadProblem::element(&place, message);
-        let declared = existing(&self.document.buffer_views, view, "buffer view")?;
-        let buffer = self.buffers.bytes(declared.buffer)?;
-        let end = declared.byte_offset.checked_add(declared.byte_length);
-        let bytes = end.and_then(|end| buffer.get(declared.byte_offset..end));
-        let bytes = bytes.ok_or_else(|| {
-            refused(format!(
-                "its {} bytes from byte {} on leave buffer {}, which has {}",
-                declared.byte_length,
-                declared.byte_offset,
-                declared.buffer,
-                buffer.len()
-            ))
-        })?;
+        let (declared, bytes) = self.views.get(view)?;
+        let refused = |message: String| LoadProblem::element(format!("buffer view {view}"), message);
         let stride = declared.byte_stride.unwrap_or(size);
         if stride < size {
             return Err(refused(format!("its stride of {stride} bytes is less than an element's {size}")));

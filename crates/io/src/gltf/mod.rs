@@ -11,14 +11,20 @@
 //!   ((root · child) · grandchild) · instance. Numbers of the text are read as f64, 32-bit floats become f64 exactly.
 //! - KHR_lights_punctual: a directional light is a sun along the node's −Z, a point or spot light stands at the node.
 //! - The scene is the default one, else the first, else all nodes without a parent. Families are its nodes with children.
-//! - Sparse accessors, accessors without a buffer view and KHR_mesh_quantization are read; compression is not.
+//! - Sparse accessors, accessors without a buffer view, KHR_mesh_quantization and all three ways of compression
+//!   (EXT_meshopt_compression, KHR_meshopt_compression, KHR_draco_mesh_compression) are read.
+//! - Morph targets are added by the weights of the node, else of the mesh.
 
 mod accessor;
 mod container;
+mod draco;
 mod hierarchy;
 mod json;
 mod mesh;
+mod meshopt;
 mod nodes;
+mod primitive;
+mod views;
 
 use umbriel_scene::FindingKind;
 
@@ -27,14 +33,19 @@ use accessor::Accessors;
 use container::Buffers;
 use json::Document;
 use mesh::Meshes;
+use views::Views;
 
 /// Extensions that are read.
-const READ: [&str; 3] = ["KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_mesh_quantization"];
+const READ: [&str; 6] = [
+    "KHR_lights_punctual",
+    "EXT_mesh_gpu_instancing",
+    "KHR_mesh_quantization",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "KHR_draco_mesh_compression",
+];
 /// Beginnings of the names of extensions that change nothing but shading, pictures and remarks.
 const WITHOUT_EFFECT: [&str; 4] = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_xmp"];
-/// Extensions that compress buffers.
-const COMPRESSION: [&str; 3] = ["EXT_meshopt_compression", "KHR_meshopt_compression", "KHR_draco_mesh_compression"];
-
 /// Reads a glTF file; `lightmap_set` says which texture coordinates lay out light maps, if any are wanted.
 pub(crate) fn read(bytes: &[u8], folder: &Folder, lightmap_set: Option<u32>) -> Result<Model, LoadProblem> {
     let (text, binary) = container::split(bytes)?;
@@ -45,7 +56,8 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, lightmap_set: Option<u32>) -> 
     })?;
     check_version(&document)?;
     check_required(&document)?;
-    let accessors = Accessors::new(&document, Buffers::new(&document.buffers, binary, folder));
+    let accessors =
+        Accessors::new(&document, Views::new(&document.buffer_views, Buffers::new(&document.buffers, binary, folder)));
     let hierarchy = hierarchy::Hierarchy::new(&document)?;
     let meshes = Meshes::new(&document, &accessors, lightmap_set);
     let mut model = nodes::read(&document, &hierarchy, &accessors, meshes)?;
@@ -77,12 +89,7 @@ fn is_known(extension: &str) -> bool {
 
 fn check_required(document: &Document) -> Result<(), LoadProblem> {
     let Some(name) = document.extensions_required.iter().find(|name| !is_known(name)) else { return Ok(()) };
-    let advice = if COMPRESSION.contains(&name.as_str()) {
-        "store the file without compression (a glTF converter does that) and load the result"
-    } else {
-        "export the file without it"
-    };
-    Err(LoadProblem::Extension { name: name.clone(), advice })
+    Err(LoadProblem::Extension { name: name.clone(), advice: "export the file without it" })
 }
 
 #[cfg(test)]

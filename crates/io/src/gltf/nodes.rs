@@ -35,7 +35,9 @@ pub(super) fn read(
         if let Some(mesh) = node.mesh {
             let name = name_of(placed.node, node);
             let maps = instances(node, &place(placed.node, node), accessors)?;
-            let mesh = meshes.get(mesh).map_err(|problem| within(problem, &place(placed.node, node)))?;
+            let mesh = meshes
+                .get(mesh, node.weights.as_deref())
+                .map_err(|problem| within(problem, &place(placed.node, node)))?;
             tell(&mut model, &name, node, mesh);
             add_objects(&mut model, &name, placed, maps, mesh);
             model.check_size(accessors.ledger())?;
@@ -56,6 +58,7 @@ pub(super) fn read(
                 Some(eye(declared, &placed.map).map_err(|message| refused(format!("its camera: {message}")))?);
         }
     }
+    model.findings.absorb(meshes.into_findings(), str::to_owned);
     add_families(&mut model, document, hierarchy, &objects_of);
     Ok(model)
 }

@@ -1,0 +1,250 @@
+//! Primitives: vertices and the triangles between them, from accessors or a Draco stream, morphed by their weights.
+
+use std::{collections::HashMap, rc::Rc};
+
+use umbriel_geometry::accept_point;
+use umbriel_scene::FindingKind;
+
+use super::{
+    accessor::{Accessors, Component, within},
+    draco,
+    json::{DracoPrimitive, Primitive},
+};
+use crate::{error::LoadProblem, model::Findings};
+
+/// The extension that compresses primitives.
+const DRACO: &str = "KHR_draco_mesh_compression";
+
+/// The content of a primitive. All corners are in range.
+pub(super) struct Geometry {
+    pub(super) vertices: Rc<Vec<[f64; 3]>>,
+    pub(super) faces: Vec<[u32; 3]>,
+    /// The texture coordinates that lay out light maps, one pair a vertex, if they are wanted and there.
+    pub(super) texture: Option<Vec<[f64; 2]>>,
+}
+
+/// Where the content of a primitive comes from.
+struct Source<'p> {
+    primitive: &'p Primitive,
+    place: &'p str,
+    /// The decoded stream and the numbers of its attributes.
+    stream: Option<(draco::Decoded, &'p DracoPrimitive)>,
+}
+
+/// Reads the primitives of a document.
+#[derive(Debug)]
+pub(super) struct Primitives<'a> {
+    accessors: &'a Accessors<'a>,
+    quantized: bool,
+    /// Which texture coordinates lay out light maps.
+    lightmap_set: Option<u32>,
+    /// Exporters like to share one vertex buffer among many primitives: it is decoded once.
+    positions: HashMap<usize, Rc<Vec<[f64; 3]>>>,
+    /// Rules that primitives break without harm.
+    pub(super) findings: Findings,
+}
+
+impl<'a> Primitives<'a> {
+    pub(super) fn new(accessors: &'a Accessors<'a>, quantized: bool, lightmap_set: Option<u32>) -> Self {
+        Self { accessors, quantized, lightmap_set, positions: HashMap::new(), findings: Findings::default() }
+    }
+
+    /// Reads a primitive of triangles. `place` is what messages call it; `weights` are those of its morph targets.
+    pub(super) fn read(
+        &mut self,
+        primitive: &Primitive,
+        weights: &[f64],
+        place: &str,
+    ) -> Result<Geometry, LoadProblem> {
+        let refused = |message: String| LoadProblem::element(place, message);
+        let stream = match &primitive.extensions.draco {
+            Some(draco) => Some((self.decompress(draco).map_err(|problem| within(problem, place))?, draco)),
+            None => None,
+        };
+        let source = Source { primitive, place, stream };
+        let vertices = self.vertices(&source)?;
+        let count = u32::try_from(vertices.len()).map_err(|_| refused("it has more than 2^32 vertices".to_owned()))?;
+        let corners = self.corners(&source, count)?;
+        if let Some((at, index)) = corners.iter().enumerate().find(|&(_, &index)| index >= count) {
+            return Err(refused(format!("index {at} is {index}, but there are {count} vertices")));
+        }
+        let mode = if source.stream.is_some() { 4 } else { primitive.mode.unwrap_or(4) };
+        let faces = triangles_of(mode, &corners).map_err(refused)?;
+        if mode == 4 && !corners.len().is_multiple_of(3) {
+            self.findings.add(FindingKind::BrokenRule, &format!("{place}: corners are left over"), 1);
+        }
+        let texture = self.texture(&source, vertices.len())?;
+        let vertices = self.morphed(vertices, primitive, weights, place)?;
+        Ok(Geometry { vertices, faces, texture })
+    }
+
+    fn decompress(&self, draco: &DracoPrimitive) -> Result<draco::Decoded, LoadProblem> {
+        let ledger = self.accessors.ledger();
+        let (_, stream) = self.accessors.views().get(draco.buffer_view)?;
+        let decoded =
+            draco::decode(stream, ledger.elements_left()).map_err(|message| LoadProblem::element(DRACO, message))?;
+        self.accessors.count(decoded.len())?;
+        self.accessors.count(decoded.corner_count())?;
+        Ok(decoded)
+    }
+
+    /// The positions of a primitive, each one accepted, used or not.
+    fn vertices(&mut self, source: &Source) -> Result<Rc<Vec<[f64; 3]>>, LoadProblem> {
+        let Some(&accessor) = source.primitive.attributes.get("POSITION") else {
+            return Err(LoadProblem::element(source.place, "it has no POSITION attribute"));
+        };
+        let problem = |problem| within(problem, source.place);
+        if let Some(positions) = self.compressed::<3>(source, "POSITION", accessor)? {
+            accept_all(&positions, &format!("{}, {DRACO}", source.place))?;
+            return Ok(Rc::new(positions));
+        }
+        if let Some(positions) = self.positions.get(&accessor) {
+            return Ok(Rc::clone(positions));
+        }
+        let positions = Rc::new(self.positions(accessor).map_err(problem)?);
+        self.positions.insert(accessor, Rc::clone(&positions));
+        Ok(positions)
+    }
+
+    fn positions(&self, index: usize) -> Result<Vec<[f64; 3]>, LoadProblem> {
+        let place = format!("accessor {index}");
+        let (_, component) = self.accessors.declared(index)?;
+        match component {
+            Component::F32 => {}
+            Component::U32 => return Err(LoadProblem::element(place, "positions cannot be 32-bit integers")),
+            _ if self.quantized => {}
+            _ => {
+                let message = "positions must be 32-bit floats, unless the file uses KHR_mesh_quantization";
+                return Err(LoadProblem::element(place, message));
+            }
+        }
+        let positions = self.accessors.vectors::<3>(index)?;
+        accept_all(&positions, &place)?;
+        Ok(positions)
+    }
+
+    /// An attribute out of a stream, if the primitive has one with that attribute in it.
+    fn compressed<const N: usize>(
+        &mut self,
+        source: &Source,
+        name: &str,
+        accessor: usize,
+    ) -> Result<Option<Vec<[f64; N]>>, LoadProblem> {
+        let Some((decoded, draco)) = &source.stream else { return Ok(None) };
+        let Some(&id) = draco.attributes.get(name) else { return Ok(None) };
+        let (declared, _) = self.accessors.declared(accessor).map_err(|problem| within(problem, source.place))?;
+        let place = format!("{}, {DRACO}", source.place);
+        let values = decoded.vectors(id, declared.normalized).map_err(|fault| LoadProblem::element(&place, fault))?;
+        if declared.count != values.len() {
+            let subject = format!("{place}: {name} has another number of elements than its accessor");
+            self.findings.add(FindingKind::BrokenRule, &subject, 1);
+        }
+        Ok(Some(values))
+    }
+
+    /// The corners of the triangles, strips and fans as they come.
+    fn corners(&mut self, source: &Source, count: u32) -> Result<Vec<u32>, LoadProblem> {
+        let problem = |problem| within(problem, source.place);
+        if let Some((decoded, _)) = &source.stream {
+            let corners = decoded.corners();
+            if let Some(indices) = source.primitive.indices {
+                let (declared, _) = self.accessors.declared(indices).map_err(problem)?;
+                if declared.count != corners.len() {
+                    let subject = format!("{}, {DRACO}: indices are more or fewer than their accessor's", source.place);
+                    self.findings.add(FindingKind::BrokenRule, &subject, 1);
+                }
+            }
+            return Ok(corners);
+        }
+        match source.primitive.indices {
+            Some(indices) => self.accessors.indices(indices).map_err(problem),
+            None => {
+                self.accessors.count(count as usize)?;
+                Ok((0..count).collect())
+            }
+        }
+    }
+
+    /// The texture coordinates that lay out light maps, one pair a vertex, if the primitive has them.
+    fn texture(&mut self, source: &Source, vertices: usize) -> Result<Option<Vec<[f64; 2]>>, LoadProblem> {
+        let Some(set) = self.lightmap_set else { return Ok(None) };
+        let name = format!("TEXCOORD_{set}");
+        let Some(&accessor) = source.primitive.attributes.get(&name) else { return Ok(None) };
+        let refused = |message: String| LoadProblem::element(format!("{}, {name}", source.place), message);
+        let pairs = match self.compressed::<2>(source, &name, accessor)? {
+            Some(pairs) => pairs,
+            None => self.accessors.vectors::<2>(accessor).map_err(|problem| within(problem, source.place))?,
+        };
+        if pairs.len() != vertices {
+            return Err(refused(format!("{} pairs for {vertices} vertices", pairs.len())));
+        }
+        match pairs.iter().position(|pair| !pair.iter().all(|coordinate| coordinate.is_finite())) {
+            Some(vertex) => Err(refused(format!("vertex {vertex} has a coordinate that is not finite"))),
+            None => Ok(Some(pairs)),
+        }
+    }
+
+    /// The vertices with the displacements of the morph targets added, each times its weight, target by target.
+    fn morphed(
+        &self,
+        mut vertices: Rc<Vec<[f64; 3]>>,
+        primitive: &Primitive,
+        weights: &[f64],
+        place: &str,
+    ) -> Result<Rc<Vec<[f64; 3]>>, LoadProblem> {
+        for (number, (target, &weight)) in primitive.targets.iter().zip(weights).enumerate() {
+            let Some(&accessor) = target.get("POSITION").filter(|_| weight != 0.0) else { continue };
+            let place = format!("{place}, morph target {number}");
+            let steps = self.positions(accessor).map_err(|problem| within(problem, &place))?;
+            if steps.len() != vertices.len() {
+                let message = format!("{} displacements for {} vertices", steps.len(), vertices.len());
+                return Err(LoadProblem::element(place, message));
+            }
+            for (vertex, step) in Rc::make_mut(&mut vertices).iter_mut().zip(steps) {
+                vertex.iter_mut().zip(step).for_each(|(coordinate, step)| *coordinate += weight * step);
+            }
+        }
+        Ok(vertices)
+    }
+}
+
+fn accept_all(positions: &[[f64; 3]], place: &str) -> Result<(), LoadProblem> {
+    for (vertex, &position) in positions.iter().enumerate() {
+        accept_point(position).map_err(|(axis, defect)| {
+            LoadProblem::element(place, format!("position {vertex}: coordinate {axis} {defect}"))
+        })?;
+    }
+    Ok(())
+}
+
+/// The triangles of a list (4), a strip (5) or a fan (6), wound as glTF says; corners that make no triangle are left.
+fn triangles_of(mode: u32, corners: &[u32]) -> Result<Vec<[u32; 3]>, String> {
+    match mode {
+        4 => Ok(corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect()),
+        5 => {
+            let turned = |(i, c): (usize, &[u32])| if i % 2 == 0 { [c[0], c[1], c[2]] } else { [c[0], c[2], c[1]] };
+            Ok(corners.windows(3).enumerate().map(turned).collect())
+        }
+        6 => {
+            let hub = corners.first().copied().unwrap_or_default();
+            Ok(corners.get(1..).unwrap_or_default().windows(2).map(|c| [c[0], c[1], hub]).collect())
+        }
+        _ => Err(format!("its mode {mode} is none of glTF's (0 to 6)")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::triangles_of;
+
+    #[test]
+    fn strips_and_fans_keep_their_orientation() {
+        assert_eq!(triangles_of(4, &[0, 1, 2, 2, 1, 3]), Ok(vec![[0, 1, 2], [2, 1, 3]]));
+        assert_eq!(triangles_of(5, &[0, 1, 2, 3, 4]), Ok(vec![[0, 1, 2], [1, 3, 2], [2, 3, 4]]));
+        assert_eq!(triangles_of(6, &[7, 1, 2, 3]), Ok(vec![[1, 2, 7], [2, 3, 7]]));
+        assert_eq!(triangles_of(4, &[0, 1]), Ok(Vec::new()));
+        assert_eq!(triangles_of(5, &[0, 1]), Ok(Vec::new()));
+        assert_eq!(triangles_of(6, &[]), Ok(Vec::new()));
+        assert!(triangles_of(7, &[0, 1, 2]).is_err());
+    }
+}
