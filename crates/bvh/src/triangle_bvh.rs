@@ -21,6 +21,7 @@ mod packet;
 mod ray;
 #[cfg(test)]
 mod tests;
+mod triangle_ray;
 
 use std::sync::Arc;
 
@@ -32,13 +33,13 @@ use self::{
     any_hits::{AnyHits, Segments},
     build::{MAX_DEPTH, Parts},
     morton::morton_order,
-    nearest::{Nearest, Shear},
+    nearest::Nearest,
     ray::{LocalRay, Way},
 };
-use crate::{box_tree::TreeDefect, ray::Ray, shaft::Segment};
+use crate::{box_tree::TreeDefect, shaft::Segment};
 
 pub use build::BuildQuality;
-pub use nearest::Hit;
+pub use triangle_ray::{Hit, TriangleRay};
 
 /// The triangles of a mesh in a tree of boxes. Both sides of a triangle count. The mesh is shared, not copied.
 #[derive(Clone, Debug)]
@@ -102,8 +103,8 @@ impl TriangleBvh {
     pub fn nearest_hit(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
         let way = Way { origin, direction, end: t_max, slack: 0.0 };
         let local = LocalRay::new(&self.parts.frame, &way, self.parts.corner_error)?;
-        let shear = Shear::new(origin, direction)?;
-        simd::dispatch(Nearest { bvh: self, ray: Ray::new(origin, direction), local, shear, t_max })
+        let ray = TriangleRay::new(origin, direction)?;
+        simd::dispatch(Nearest { bvh: self, ray, local, t_max })
     }
 }
 

@@ -237,7 +237,7 @@ impl Cube {
 }
 
 /// The least power of two that is not below a positive normal number; zero stays zero.
-fn power_of_two_not_below(value: f64) -> f64 {
+pub(crate) fn power_of_two_not_below(value: f64) -> f64 {
     let power = f64::from_bits(value.to_bits() >> FRACTION << FRACTION);
     if power < value { power * 2.0 } else { power }
 }

@@ -5,10 +5,12 @@
 //! - [`Partition`]: the leaves of an octree as a sorted list: location, neighbours, rays, levels of detail.
 //! - [`LinearOctree`]: a partition with the items that meet each leaf.
 //! - [`SolidOctree`]: a partition with leaves inside, outside and on the boundary of a solid; set operations, volumes.
+//! - [`Projection`]: leaves of an octree projected from a viewpoint; rays from there are looked up.
 //! - [`Face`]: the cells of a face's parameters, square or cut to a triangle.
 //!
-//! The layer is useful alone: no files, no threads, no dependency on the rest of umbriel but its geometry.
-//! Feature `serde`: octrees can be stored.
+//! The layer is useful alone: no files, no threads, no dependency on the rest of umbriel but its geometry and
+//! the triangles' rays of its BVH. Feature `serde`: octrees can be stored. Feature `rayon`: projections are built with
+//! several threads.
 
 mod cast;
 mod cube;
@@ -16,6 +18,7 @@ mod direction;
 mod linear;
 mod morton;
 mod partition;
+mod projection;
 mod quad;
 mod solid;
 #[cfg(feature = "serde")]
@@ -31,6 +34,9 @@ pub use direction::Direction;
 pub use linear::{BuildDefect, Leaf, Limits, LinearOctree, OctreeDefect};
 pub use morton::{Code, Octant, Quadrant, decode2, decode3, encode2, encode3};
 pub use partition::{Gap, Partition};
+pub use projection::{
+    Layout, NotOfView, Numbering, Projection, ProjectionDefect, ProjectionOptions, ProjectionReport, Viewpoint,
+};
 pub use quad::Face;
 pub use solid::{CubesDiffer, SolidOctree, SolidView, VolumeBounds};
 #[cfg(feature = "serde")]

@@ -1,0 +1,199 @@
+//! From a mesh to maps, within the memory that is allowed.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use umbriel_geometry::Mesh;
+
+use super::{
+    Layout, Leaf, Numbering, Projection, ProjectionDefect, ProjectionOptions, ProjectionReport, Section, Viewpoint,
+    footprint::Footprint,
+    frame::{Frame, Kind},
+    map::{MAX_FINENESS, Map, Plan},
+    pack::{Pack, WIDTH},
+    tasks,
+    tree::{Grower, LEAF, Root, SectionKey, Tree, by_sections, unit_cell},
+};
+use crate::morton::Octant;
+
+/// Leaves that one task makes ready.
+const CHUNK: usize = 1 << 10;
+
+impl Projection {
+    /// Builds octree and maps for the rays of a viewpoint.
+    ///
+    /// # Errors
+    /// [`ProjectionDefect`].
+    pub fn build(mesh: Arc<Mesh>, viewpoint: Viewpoint, options: &ProjectionOptions) -> Result<Self, ProjectionDefect> {
+        if options.max_level > Octant::MAX_LEVEL {
+            return Err(ProjectionDefect::TooDeep(options.max_level));
+        }
+        if mesh.triangles().len() >= LEAF as usize {
+            return Err(ProjectionDefect::TooMany);
+        }
+        let light = viewpoint.light().ok_or(ProjectionDefect::NoView)?;
+        let frame = Frame::new(&viewpoint, &mesh)?;
+        let corners: Vec<DVec3> = mesh.positions().iter().map(|&x| frame.local(x)).collect();
+        let error = mesh.positions().iter().map(|&x| frame.error_at(x)).fold(0.0, f64::max);
+        let eye = (frame.kind != Kind::Parallel).then_some(DVec3::ZERO);
+        let root = Root::around(&corners, error, eye);
+        let mut scaffold = Scaffold { mesh: &mesh, frame, root, corners, error, options: *options };
+        let (tree, leaves, packs) = scaffold.divided();
+        let tree_bytes = tree_bytes(&tree, &leaves, &packs);
+        let (faces, is_coarser) = scaffold.projected(&tree, tree_bytes);
+        let is_coarsened = is_coarser || scaffold.options.max_level < options.max_level;
+        let report = report(&tree, tree_bytes, &faces, is_coarsened);
+        let options = *options;
+        Ok(Self { mesh, viewpoint, light, options, frame, root, tree, leaves, packs, faces, report })
+    }
+}
+
+/// Everything that is known before the tree.
+struct Scaffold<'a> {
+    mesh: &'a Mesh,
+    frame: Frame,
+    root: Root,
+    /// Local.
+    corners: Vec<DVec3>,
+    /// Bound on their error.
+    error: f64,
+    options: ProjectionOptions,
+}
+
+impl Scaffold<'_> {
+    /// The tree with its leaves made ready: the deepest whose bytes are allowed, up to the level asked for.
+    fn divided(&mut self) -> (Tree, Vec<Leaf>, Vec<Pack>) {
+        let unit: Vec<DVec3> = self.corners.iter().map(|&p| (p - self.root.min) / self.root.edge).collect();
+        loop {
+            let tree = Grower {
+                root: &self.root,
+                corners: &unit,
+                triangles: self.mesh.triangles(),
+                max_level: self.options.max_level,
+                leaf_items: self.options.leaf_items,
+            }
+            .grow();
+            let packs: usize = (0..tree.cells.len()).map(|leaf| tree.items(leaf).len().div_ceil(WIDTH)).sum();
+            let bytes = packs * size_of::<Pack>() + size_of_val(&*tree.nodes);
+            // Maps take about as much again at most; a tree of one cell is the least there is.
+            if bytes <= self.options.memory / 2 || self.options.max_level == 0 {
+                let (leaves, packs) = self.leaves(&tree);
+                return (tree, leaves, packs);
+            }
+            self.options.max_level = tree.depth().saturating_sub(1).min(self.options.max_level - 1);
+        }
+    }
+
+    fn leaves(&self, tree: &Tree) -> (Vec<Leaf>, Vec<Pack>) {
+        let starts: Vec<usize> = (0..tree.cells.len()).step_by(CHUNK).collect();
+        let parts = tasks::map(starts, |start| {
+            let range = start..(start + CHUNK).min(tree.cells.len());
+            range.map(|leaf| (tree.cells[leaf], self.packs(tree.items(leaf)))).collect::<Vec<_>>()
+        });
+        let (mut leaves, mut all) = (Vec::with_capacity(tree.cells.len()), Vec::new());
+        for (cell, packs) in parts.into_iter().flatten() {
+            let (min, edge) = unit_cell(cell);
+            leaves.push(Leaf { min, edge, first_pack: all.len() as u32, packs: packs.len() as u32 });
+            all.extend(packs);
+        }
+        (leaves, all)
+    }
+
+    fn packs(&self, items: &[u32]) -> Vec<Pack> {
+        let corners = |item: u32| self.mesh.triangles()[item as usize].map(|corner| self.corners[corner as usize]);
+        let pack = |items: &[u32]| {
+            let triangles: Vec<(u32, [DVec3; 3])> = items.iter().map(|&item| (item, corners(item))).collect();
+            Pack::new(&triangles, self.error, self.frame.kind)
+        };
+        items.chunks(WIDTH).map(pack).collect()
+    }
+
+    /// The maps of all faces, the finest that the memory left allows, and whether that made them coarser.
+    fn projected(&self, tree: &Tree, tree_bytes: usize) -> ([Vec<Section>; 6], bool) {
+        let mut plan = Plan {
+            rays: self.options.rays as f64 / self.frame.kind.faces().len() as f64,
+            max_fineness: MAX_FINENESS,
+            max_side: 1 << 16,
+        };
+        let mut is_coarser = false;
+        loop {
+            let faces: [Vec<Section>; 6] = std::array::from_fn(|face| self.sections(tree, face, &plan));
+            let maps = faces.iter().flatten();
+            let bytes: usize = maps.clone().map(|section| section.map.bytes()).sum();
+            let side = maps.map(|section| section.map.side()).max().unwrap_or(1);
+            let is_least = plan.max_fineness == 0 && side == 1;
+            if bytes + tree_bytes <= self.options.memory || is_least {
+                return (faces, is_coarser);
+            }
+            is_coarser = true;
+            match plan.max_fineness {
+                0 => plan.max_side = side / 2,
+                _ => plan.max_fineness -= 1,
+            }
+        }
+    }
+
+    fn sections(&self, tree: &Tree, face: usize, plan: &Plan) -> Vec<Section> {
+        if !self.frame.kind.faces().contains(&face) {
+            return Vec::new();
+        }
+        let mut leaves: Vec<(u32, Footprint)> = (0u32..)
+            .zip(&tree.cells)
+            .filter_map(|(leaf, &cell)| Some((leaf, self.footprint(face, cell)?)))
+            .filter(|(_, footprint)| footprint.rows().is_some())
+            .collect();
+        if self.options.layout == Layout::MapPerSection || self.options.numbering == Numbering::Sections {
+            leaves.sort_by(|a, b| by_sections(&key(a, tree), &key(b, tree)));
+        }
+        match self.options.layout {
+            Layout::OneMap => vec![Section { near: f64::NEG_INFINITY, map: Map::new(&leaves, plan) }],
+            Layout::MapPerSection => {
+                let sections = leaves.chunk_by(|(_, a), (_, b)| a.depth[0] == b.depth[0]);
+                sections.map(|leaves| Section { near: leaves[0].1.depth[0], map: Map::new(leaves, plan) }).collect()
+            }
+        }
+    }
+
+    /// What a face sees of a cell.
+    fn footprint(&self, face: usize, cell: Octant) -> Option<Footprint> {
+        let (min, max) = cell_box(&self.root, cell);
+        Footprint::new(self.frame.kind, face, min, max)
+    }
+}
+
+/// A cell with its slack, local coordinates.
+pub(super) fn cell_box(root: &Root, cell: Octant) -> (DVec3, DVec3) {
+    let (min, edge) = unit_cell(cell);
+    let min = root.min + DVec3::from_array(min.map(f64::from)) * root.edge;
+    (min - root.slack, min + f64::from(edge) * root.edge + root.slack)
+}
+
+fn key((leaf, footprint): &(u32, Footprint), tree: &Tree) -> SectionKey {
+    let level = tree.cells[*leaf as usize].level();
+    SectionKey { near: footprint.depth[0], aside: footprint.aside(), level, leaf: *leaf }
+}
+
+fn tree_bytes(tree: &Tree, leaves: &[Leaf], packs: &[Pack]) -> usize {
+    size_of_val(&*tree.nodes)
+        + size_of_val(&*tree.cells)
+        + size_of_val(&*tree.ends)
+        + size_of_val(&*tree.triangles)
+        + size_of_val(leaves)
+        + size_of_val(packs)
+}
+
+fn report(tree: &Tree, tree_bytes: usize, faces: &[Vec<Section>; 6], is_coarsened: bool) -> ProjectionReport {
+    let maps = || faces.iter().flatten().map(|section| &section.map);
+    let [cells, numbers] = [0, 1].map(|which| maps().map(|map| map.len()[which]).sum());
+    ProjectionReport {
+        depth: tree.depth(),
+        leaves: tree.cells.len(),
+        items: tree.triangles.len(),
+        maps: maps().count(),
+        cells,
+        numbers,
+        tree_bytes,
+        map_bytes: maps().map(Map::bytes).sum(),
+        is_coarsened,
+    }
+}

@@ -1,0 +1,54 @@
+//! Do the numbers of leaves grow along a ray? What the order of a run gets wrong, counted.
+
+use glam::DVec3;
+
+use super::{
+    Leaf, Projection,
+    footprint::RIM,
+    frame::{Kind, Sight},
+    pack::MAX_SPREAD,
+};
+
+impl Projection {
+    /// How many leaves the ray from the viewpoint to `x` enters later than one that its run lists behind them, on the maps that
+    /// hold all leaves: zero along every ray for [`Numbering::FrontToBack`](super::Numbering::FrontToBack). Leaves that the ray
+    /// only touches do not count. For looking at numberings; O(leaves of the run).
+    pub fn disorder(&self, x: DVec3) -> usize {
+        let sight = self.frame.sight_to(x, 0.0);
+        let place = sight.place();
+        let is_seen = sight.spread <= MAX_SPREAD && place[0].abs().max(place[1].abs()) <= 1.0 + RIM - sight.spread;
+        let Some(section) = self.faces[sight.face].first().filter(|_| is_seen) else { return 0 };
+        let run = section.map.run_at(place, sight.spread).unwrap_or_default();
+        let mut latest = f64::NEG_INFINITY;
+        let entries = run.iter().filter_map(|&number| self.entry(&self.leaves[number as usize], &sight));
+        entries
+            .filter(|&enter| {
+                let is_late = enter < latest;
+                latest = latest.max(enter);
+                is_late
+            })
+            .count()
+    }
+
+    /// The depth at which a ray enters a leaf, where it stays for longer than the slack.
+    fn entry(&self, leaf: &Leaf, sight: &Sight) -> Option<f64> {
+        let min = self.root.min + DVec3::from_array(leaf.min.map(f64::from)) * self.root.edge;
+        let max = min + f64::from(leaf.edge) * self.root.edge;
+        let (start, along) = match self.frame.kind {
+            Kind::Parallel => (sight.direction.with_z(0.0), DVec3::Z),
+            _ => (DVec3::ZERO, sight.direction),
+        };
+        let (mut enter, mut exit) = (f64::NEG_INFINITY, f64::INFINITY);
+        for axis in 0..3 {
+            if along[axis] == 0.0 {
+                let is_inside = (min[axis]..=max[axis]).contains(&start[axis]);
+                (enter, exit) = if is_inside { (enter, exit) } else { (0.0, -1.0) };
+                continue;
+            }
+            let ends = [(min[axis] - start[axis]) / along[axis], (max[axis] - start[axis]) / along[axis]];
+            (enter, exit) = (enter.max(ends[0].min(ends[1])), exit.min(ends[0].max(ends[1])));
+        }
+        let is_met = exit - enter.max(0.0) > 4.0 * self.root.slack;
+        (is_met && (exit > 0.0 || self.frame.kind == Kind::Parallel)).then_some(enter)
+    }
+}

@@ -1,0 +1,96 @@
+//! Where a leaf is seen on a face: its projection, row by row.
+//!
+//! A box x₀..x₁, y₀..y₁ at depths z₀..z₁ is the union of its sections; the one at depth z projects to the rectangle s·[x₀, x₁] ×
+//! s·[y₀, y₁], s = 1/z. Rectangles of all s between 1/z₁ and 1/z₀ together are the upper face's rectangle where that contains the view
+//! plane's origin, and the convex polygon around both faces' rectangles otherwise (the source's fact 2); no polygon is
+//! needed: in the strip v₀ ≤ v ≤ v₁ are the sections whose s·[y₀, y₁] meets it, s between two bounds, and the least u is that of
+//! one of the two. For parallel rays s = 1.
+//!
+//! All is rounded outward: each number is a quotient or a product, off by 2u at most; s is widened by 4u of itself, u by as
+//! much. A viewpoint inside the box sees it everywhere: s has no upper bound.
+
+use super::frame::Kind;
+use glam::DVec3;
+
+/// How far a face's maps reach beyond its border: rays through the border, known to this much, may be looked up on either
+/// of the two faces. 2^-20 of half a face.
+pub(super) const RIM: f64 = 1.0 / (1 << 20) as f64;
+
+const OUTWARD: f64 = 1.0 + 2.0 * f64::EPSILON;
+const INWARD: f64 = 1.0 - 2.0 * f64::EPSILON;
+
+/// A box as a face sees it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Footprint {
+    x: [f64; 2],
+    y: [f64; 2],
+    /// Scales of its sections.
+    scale: [f64; 2],
+    /// Depths of its faces.
+    pub(super) depth: [f64; 2],
+}
+
+impl Footprint {
+    /// Of the box with these corners (local); `None` where all of it is behind the viewpoint.
+    pub(super) fn new(kind: Kind, face: usize, min: DVec3, max: DVec3) -> Option<Self> {
+        let axis = face / 2;
+        let range = |axis: usize| [min[axis], max[axis]];
+        let depth = if face.is_multiple_of(2) { range(axis) } else { [-max[axis], -min[axis]] };
+        let (x, y) = (range((axis + 1) % 3), range((axis + 2) % 3));
+        if kind == Kind::Parallel {
+            return Some(Self { x, y, scale: [1.0; 2], depth });
+        }
+        if depth[1] <= 0.0 {
+            return None;
+        }
+        let nearest = if depth[0] > 0.0 { (depth[0].recip() * OUTWARD).min(f64::MAX) } else { f64::MAX };
+        Some(Self { x, y, scale: [depth[1].recip() * INWARD, nearest], depth })
+    }
+
+    /// How far aside of the viewpoint's foot the middle of its upper face lies.
+    pub(super) fn aside(&self) -> f64 {
+        let (x, y) = (0.5 * (self.x[0] + self.x[1]), 0.5 * (self.y[0] + self.y[1]));
+        (x * x + y * y).sqrt()
+    }
+
+    /// The strip of rows that it meets, from −1 − [`RIM`] to 1 + [`RIM`].
+    pub(super) fn rows(&self) -> Option<[f64; 2]> {
+        clip(reach(self.y, self.scale))
+    }
+
+    /// What it covers of the strip between two rows.
+    pub(super) fn columns(&self, rows: [f64; 2]) -> Option<[f64; 2]> {
+        let [mut least, mut most] = self.scale;
+        let [low, high] = self.y;
+        // s·high ≥ rows[0]
+        if high > 0.0 {
+            least = least.max(rows[0] / high * INWARD);
+        } else if rows[0] > 0.0 {
+            return None;
+        } else if high < 0.0 {
+            most = most.min(rows[0] / high * OUTWARD);
+        }
+        // s·low ≤ rows[1]
+        if low < 0.0 {
+            least = least.max(rows[1] / low * INWARD);
+        } else if rows[1] < 0.0 {
+            return None;
+        } else if low > 0.0 {
+            most = most.min(rows[1] / low * OUTWARD);
+        }
+        if least > most { None } else { clip(reach(self.x, [least, most])) }
+    }
+}
+
+/// The least and the greatest of s·x, rounded outward.
+fn reach([low, high]: [f64; 2], [least, most]: [f64; 2]) -> [f64; 2] {
+    let first = low * if low >= 0.0 { least * INWARD } else { most * OUTWARD };
+    let last = high * if high >= 0.0 { most * OUTWARD } else { least * INWARD };
+    [first, last]
+}
+
+/// The part within the face and its rim.
+fn clip([low, high]: [f64; 2]) -> Option<[f64; 2]> {
+    let (low, high) = (low.max(-1.0 - RIM), high.min(1.0 + RIM));
+    (low <= high).then_some([low, high])
+}

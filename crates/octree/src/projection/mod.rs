@@ -1,0 +1,192 @@
+//! Rays looked up in the projection of an octree, for rays that start in one point or run parallel.
+//!
+//! After Wei, Geng and Zhang, "A ray intersection method based on octree spatial structure's projection", Journal of
+//! Northwest University (Natural Science) 45(3), 2015: the boxes that a ray of a view meets are those whose projection holds
+//! its pixel. So the leaves of a compact octree ([`tree`]), parallel to the view plane ([`frame`]), are projected once
+//! ([`footprint`]) into maps ([`map`]); a ray finds its leaves there, in ascending number, and tests their triangles
+//! ([`pack`]). The viewpoint may be an eye, a lamp (six maps round it) or a sun.
+//!
+//! - *Numbers.* The source numbers leaves section by section, and such numbers do not grow along every ray. Here they
+//!   are those of the recursive front-to-back order of octants, which do; the source's order is [`Numbering::Sections`], and
+//!   [`Projection::disorder`] counts what it gets wrong. Answers are the same.
+//! - *Maps.* One over all leaves ([`Layout::OneMap`], the source's first mode), or one a section, walked front to back
+//!   ([`Layout::MapPerSection`], its second).
+//! - *Guarantee.* Maps and packs only leave out what is certainly missed, with every rounding bounded. [`Projection::any_hit`] is
+//!   exactly the definition of blocking, [`Projection::nearest_hit`] finds what
+//!   [`TriangleBvh::nearest_hit`](umbriel_bvh::TriangleBvh::nearest_hit) does, equal distances included.
+//! - *Cost.* Building: O(triangles in leaves × levels + numbers in maps). A ray: a look-up and the leaves up to its hit. What breaks
+//!   it: leaves seen edge-on and close to the viewpoint overlap in many cells; memory is bounded by coarser maps and a
+//!   coarser tree.
+//!
+//! [`Projection::nearest_hit_by_descent`] and [`Projection::any_hit_by_descent`] find the same leaves by an ordinary traversal
+//! ([`descent`]): the measure of what the maps save.
+
+mod build;
+mod descent;
+mod disorder;
+mod footprint;
+mod frame;
+mod map;
+mod overlap;
+mod pack;
+mod query;
+mod tasks;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use std::sync::Arc;
+
+use umbriel_geometry::{LightSource, Mesh};
+
+use self::{
+    frame::Frame,
+    map::Map,
+    pack::Pack,
+    tree::{Root, Tree},
+};
+
+pub use frame::Viewpoint;
+pub use query::NotOfView;
+
+/// Why nothing can be projected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProjectionDefect {
+    /// A viewpoint outside the accepted range, a direction of length zero, or a picture whose axes lie in a plane.
+    #[error("the viewpoint is no point, or has no direction")]
+    NoView,
+    /// A level that Morton codes of 64 bits cannot name.
+    #[error("level {0} is deeper than 21")]
+    TooDeep(u8),
+    /// More triangles than 2^31.
+    #[error("more than 2^31 triangles")]
+    TooMany,
+}
+
+/// In which order a run lists its leaves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Numbering {
+    /// The recursive front-to-back order of octants: grows along every ray, so that the first leaf with a hit inside ends it.
+    #[default]
+    FrontToBack,
+    /// The source's: by the depth of upper faces, then by the distance from the viewpoint's foot, deeper leaves first. A ray
+    /// ends where its hit is nearer than every remaining section.
+    Sections,
+}
+
+/// How leaves are laid into maps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// One map a face over all leaves: the source's mode 1.
+    #[default]
+    OneMap,
+    /// One map a face and section: the source's mode 2.
+    MapPerSection,
+}
+
+/// How a projection is built. Answers do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProjectionOptions {
+    /// No leaf is deeper. 0..=21; more: fewer triangles a ray, larger maps.
+    pub max_level: u8,
+    /// A leaf above the greatest level holds no more triangles than this, unless halving it separates nothing.
+    pub leaf_items: usize,
+    /// In which order runs list leaves.
+    pub numbering: Numbering,
+    /// How leaves are laid into maps.
+    pub layout: Layout,
+    /// How many rays are expected: maps are as fine as so many rays pay for.
+    pub rays: u64,
+    /// Bytes that tree and maps may take together. Above, maps become coarser, then the tree.
+    pub memory: usize,
+}
+
+impl Default for ProjectionOptions {
+    /// For a million rays, within 2 GiB: leaves of one pack, as deep as there are few triangles in them.
+    fn default() -> Self {
+        Self {
+            max_level: 10,
+            leaf_items: pack::WIDTH,
+            numbering: Numbering::default(),
+            layout: Layout::default(),
+            rays: 1 << 20,
+            memory: 1 << 31,
+        }
+    }
+}
+
+/// What was built.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ProjectionReport {
+    /// Level of the deepest leaf.
+    pub depth: u8,
+    /// Leaves of the octree.
+    pub leaves: usize,
+    /// Places of triangles in leaves.
+    pub items: usize,
+    /// Maps over all faces and sections.
+    pub maps: usize,
+    /// Their cells.
+    pub cells: usize,
+    /// Numbers of leaves in the cells.
+    pub numbers: usize,
+    /// Bytes of the octree: nodes, leaves, triangles made ready.
+    pub tree_bytes: usize,
+    /// Bytes of the maps.
+    pub map_bytes: usize,
+    /// Whether maps or tree are coarser than asked for, to stay within [`ProjectionOptions::memory`].
+    pub is_coarsened: bool,
+}
+
+/// A leaf as rays look at it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Leaf {
+    /// Its cell, in the cube's coordinates.
+    min: [f32; 3],
+    edge: f32,
+    first_pack: u32,
+    packs: u32,
+}
+
+/// The maps of a face.
+#[derive(Clone, Debug, PartialEq)]
+struct Section {
+    /// Least depth of a leaf in it; −∞ where one map holds all.
+    near: f64,
+    map: Map,
+}
+
+/// A mesh made ready for the rays of one viewpoint. Both sides of a triangle count. The mesh is shared, not copied.
+#[derive(Clone, Debug)]
+pub struct Projection {
+    mesh: Arc<Mesh>,
+    viewpoint: Viewpoint,
+    light: LightSource,
+    options: ProjectionOptions,
+    frame: Frame,
+    root: Root,
+    tree: Tree,
+    leaves: Vec<Leaf>,
+    packs: Vec<Pack>,
+    /// By face; empty where the face has no maps.
+    faces: [Vec<Section>; 6],
+    report: ProjectionReport,
+}
+
+impl Projection {
+    /// What was built.
+    pub fn report(&self) -> ProjectionReport {
+        self.report
+    }
+
+    /// Where the rays come from.
+    pub fn viewpoint(&self) -> &Viewpoint {
+        &self.viewpoint
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Arc<Mesh> {
+        &self.mesh
+    }
+}

@@ -1,0 +1,81 @@
+//! Does a triangle meet a cube? By separating axes (Akenine-Möller, "Fast 3D triangle-box overlap testing", Journal of
+//! Graphics Tools 6(1), 2001).
+//!
+//! In floating point, for cubes that the caller has widened by more than the roundings take: with coordinates of at most
+//! 2 in size, a coordinate seen from the cube's middle is off by 2u, and a product with a vector e by 8u·|e|, which moves the
+//! triangle by less than 16u.
+
+use glam::DVec3;
+
+/// Whether the closed triangle meets the closed cube round `middle`. Touching counts, up to the roundings of the header.
+pub(super) fn meets(triangle: &[DVec3; 3], middle: DVec3, half: f64) -> bool {
+    let [a, b, c] = triangle.map(|corner| corner - middle);
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    if low.max_element() > half || high.min_element() < -half {
+        return false;
+    }
+    let edges = [b - a, c - b, a - c];
+    let normal = edges[0].cross(edges[1]);
+    if normal.dot(a).abs() > half * normal.abs().element_sum() {
+        return false;
+    }
+    // The corner opposite an edge, and one of its own, span the triangle across an axis at a right angle to the edge.
+    let pairs = [(edges[0], a, c), (edges[1], b, a), (edges[2], c, b)];
+    !pairs.into_iter().any(|(edge, own, other)| is_apart(edge, own, other, half))
+}
+
+/// Whether one of the three axes edge × unit vector separates the cube from the triangle.
+fn is_apart(edge: DVec3, own: DVec3, other: DVec3, half: f64) -> bool {
+    (0..3).any(|axis| {
+        let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+        let along = |p: DVec3| edge[j] * p[k] - edge[k] * p[j];
+        let (first, second) = (along(own), along(other));
+        let radius = half * (edge[j].abs() + edge[k].abs());
+        first.min(second) > radius || first.max(second) < -radius
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_meets_the_cubes_that_hold_a_point_of_it() {
+        // A fixed sequence of triangles and points in them; the cube round a point is met however small it is.
+        let mut state = 1u64;
+        let mut next = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut apart = 0;
+        for _ in 0..20_000 {
+            let triangle: [DVec3; 3] = std::array::from_fn(|_| DVec3::new(next(), next(), next()));
+            let (u, v) = (next(), next());
+            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let point = triangle[0] + u * (triangle[1] - triangle[0]) + v * (triangle[2] - triangle[0]);
+            let half = next() * 0.1 + 64.0 * f64::EPSILON;
+            let offset = DVec3::new(next(), next(), next()) * 2.0 - 1.0;
+            assert!(meets(&triangle, point + offset * (half - 32.0 * f64::EPSILON), half), "{triangle:?} {point}");
+            let elsewhere = DVec3::new(next(), next(), next());
+            let beside = nearest(&triangle, elsewhere);
+            // The nearest point is at most a step nearer, a cube's corner √3 halves from its middle.
+            if (beside - elsewhere).length() > 1.75 * half + 1.8 / STEPS {
+                apart += 1;
+                assert!(!meets(&triangle, elsewhere, half), "{triangle:?}");
+            }
+        }
+        assert!(apart > 5_000);
+    }
+
+    const STEPS: f64 = 40.0;
+
+    /// The nearest of many points of the triangle, a step of its edges apart.
+    fn nearest(triangle: &[DVec3; 3], point: DVec3) -> DVec3 {
+        let [a, b, c] = *triangle;
+        let steps = STEPS as u32;
+        let places =
+            (0..=steps).flat_map(|i| (0..=steps - i).map(move |j| [f64::from(i) / STEPS, f64::from(j) / STEPS]));
+        let points = places.map(|[u, v]| a + (b - a) * u + (c - a) * v);
+        points.fold(a, |best, p| if (p - point).length() < (best - point).length() { p } else { best })
+    }
+}

@@ -1,0 +1,322 @@
+//! Rays by maps: from a ray to its cell, through the cell's leaves in order, to the triangles in them.
+//!
+//! *When to stop.* With growing numbers: when the hit, or the segment's end, lies in the leaf that was just looked at. All
+//! leaves that come later are entered behind it; a triangle that is hit nearer, or equally near, would have been listed in this leaf or
+//! an earlier one. With the source's numbers and with a map a section: when the hit is nearer than what comes next. Rays that are
+//! known too roughly for that (the error of their place exceeds a quarter of the leaves' slack) go through the whole run.
+
+use glam::DVec3;
+use umbriel_bvh::{Hit, TriangleRay};
+use umbriel_geometry::{
+    Dyadic, Point,
+    blocking::{Probe as PointProbe, polygon_blocks},
+    simd::{Kernel, Simd, dispatch},
+};
+
+use super::{
+    Layout, Leaf, Numbering, Projection, Section, Viewpoint,
+    footprint::RIM,
+    frame::{Kind, Sight},
+    pack::{MAX_SPREAD, Pack, Probe, WIDTH},
+};
+
+/// The ray does not come from the viewpoint that the projection was built for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the ray is none of the viewpoint")]
+pub struct NotOfView;
+
+/// What a ray looks for in the leaves that it comes to.
+pub(super) trait Look {
+    /// Looks at the triangles of a pack; true when nothing more is to be found.
+    fn look<S: Simd>(&mut self, simd: S, pack: &Pack) -> bool;
+
+    /// The depth behind which nothing matters.
+    fn depth(&self) -> Option<f64>;
+}
+
+/// Does a triangle lie between a point and the viewpoint?
+pub(super) struct Blocked<D> {
+    pub(super) probe: Probe,
+    pub(super) depth: f64,
+    /// Decides about a triangle in doubt.
+    pub(super) decide: D,
+    /// The last one that it said no to: leaves share triangles.
+    pub(super) open: Option<u32>,
+    pub(super) is_blocked: bool,
+}
+
+impl<D: FnMut(u32) -> bool> Look for Blocked<D> {
+    #[inline(always)]
+    fn look<S: Simd>(&mut self, simd: S, pack: &Pack) -> bool {
+        let verdicts = pack.test_segment(simd, &self.probe);
+        self.is_blocked = verdicts.hits != 0;
+        let mut doubts = verdicts.doubts;
+        while doubts != 0 && !self.is_blocked {
+            let triangle = pack.triangles[doubts.trailing_zeros() as usize % WIDTH];
+            doubts &= doubts - 1;
+            if self.open != Some(triangle) {
+                self.is_blocked = (self.decide)(triangle);
+                self.open = Some(triangle);
+            }
+        }
+        self.is_blocked
+    }
+
+    #[inline(always)]
+    fn depth(&self) -> Option<f64> {
+        Some(self.depth)
+    }
+}
+
+/// The nearest hit of a ray.
+pub(super) struct Nearest<'a> {
+    projection: &'a Projection,
+    ray: TriangleRay,
+    pub(super) probe: Probe,
+    /// Depth at t = 0, and what t = 1 adds.
+    base: f64,
+    scale: f64,
+    t_max: f64,
+    pub(super) best: Option<Hit>,
+}
+
+impl Nearest<'_> {
+    fn measure(&mut self, triangle: u32) {
+        let mesh = &self.projection.mesh;
+        let corners = mesh.triangles()[triangle as usize].map(|index| mesh.positions()[index as usize]);
+        let Some(hit) = self.ray.hit(corners, triangle) else { return };
+        let is_first = self.best.is_none_or(|known| known.triangle > triangle);
+        if hit.t < self.t_max || hit.t == self.t_max && is_first {
+            self.t_max = hit.t;
+            self.best = Some(hit);
+            self.probe.nearness[0] = self.farthest();
+        }
+    }
+
+    /// The least nearness of interest.
+    fn farthest(&self) -> f32 {
+        let slack = self.projection.root.slack;
+        self.projection.frame.kind.nearness(self.base + self.t_max * self.scale, slack)[0]
+    }
+}
+
+impl Look for Nearest<'_> {
+    #[inline(always)]
+    fn look<S: Simd>(&mut self, simd: S, pack: &Pack) -> bool {
+        let mut candidates = pack.test_ray(simd, &self.probe);
+        while candidates != 0 {
+            let triangle = pack.triangles[candidates.trailing_zeros() as usize % WIDTH];
+            candidates &= candidates - 1;
+            self.measure(triangle);
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn depth(&self) -> Option<f64> {
+        self.best.map(|hit| self.base + hit.t * self.scale)
+    }
+}
+
+/// How the leaves of a ray are found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    Maps,
+    Descent,
+}
+
+/// A ray on its way through its leaves.
+pub(super) struct Walk<'a, L> {
+    pub(super) projection: &'a Projection,
+    pub(super) sight: &'a Sight,
+    pub(super) way: Way,
+    pub(super) look: &'a mut L,
+}
+
+impl<L: Look> Kernel for Walk<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(mut self, simd: S) {
+        let face = &self.projection.faces[self.sight.face];
+        let is_map = self.way == Way::Maps && self.projection.frame.kind.faces().contains(&self.sight.face);
+        if is_map { self.by_maps(simd, face) } else { self.by_descent(simd) }
+    }
+}
+
+impl<L: Look> Walk<'_, L> {
+    #[inline(always)]
+    fn by_maps<S: Simd>(&mut self, simd: S, sections: &[Section]) {
+        let (place, spread) = (self.sight.place(), self.sight.spread);
+        if place[0].abs().max(place[1].abs()) > 1.0 + RIM - spread {
+            return;
+        }
+        for section in sections {
+            if self.is_behind(section.near) {
+                return;
+            }
+            if let Some(run) = section.map.run_at(place, spread) {
+                if self.through(simd, run) {
+                    return;
+                }
+            } else {
+                // Each run stops for itself: what ends one may be beside the others.
+                let runs = section.map.runs_near(place, spread);
+                if runs.into_iter().any(|run| self.through(simd, run)) {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Looks at the leaves of a run; true when all is found.
+    #[inline(always)]
+    fn through<S: Simd>(&mut self, simd: S, run: &[u32]) -> bool {
+        let options = &self.projection.options;
+        let is_growing = options.numbering == Numbering::FrontToBack && options.layout == Layout::OneMap;
+        for &number in run {
+            let leaf = &self.projection.leaves[number as usize];
+            if !is_growing && options.layout == Layout::OneMap && self.is_behind(self.near(leaf)) {
+                return false;
+            }
+            if self.look_at(simd, leaf) {
+                return true;
+            }
+            if is_growing && self.ends_in(leaf) {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Looks at the packs of a leaf; true when all is found.
+    #[inline(always)]
+    pub(super) fn look_at<S: Simd>(&mut self, simd: S, leaf: &Leaf) -> bool {
+        let packs = &self.projection.packs[leaf.first_pack as usize..(leaf.first_pack + leaf.packs) as usize];
+        packs.iter().any(|pack| self.look.look(simd, pack))
+    }
+
+    /// Whether a depth lies certainly behind all that matters.
+    #[inline(always)]
+    pub(super) fn is_behind(&self, depth: f64) -> bool {
+        let slack = self.projection.root.slack + self.sight.depth_error;
+        self.look.depth().is_some_and(|known| depth > known + 2.0 * slack)
+    }
+
+    /// The least depth of a leaf on the ray's face.
+    fn near(&self, leaf: &Leaf) -> f64 {
+        let root = &self.projection.root;
+        let axis = self.sight.face / 2;
+        let plane = |unit: f32| root.min[axis] + f64::from(unit) * root.edge;
+        if self.sight.face.is_multiple_of(2) { plane(leaf.min[axis]) } else { -plane(leaf.min[axis] + leaf.edge) }
+    }
+
+    /// Whether the hit, or the end, lies in the leaf.
+    #[inline(always)]
+    fn ends_in(&self, leaf: &Leaf) -> bool {
+        let Some(depth) = self.look.depth() else { return false };
+        let Projection { root, frame, .. } = self.projection;
+        let error = self.sight.spread * if frame.kind == Kind::Parallel { 1.0 } else { depth };
+        if error > 0.25 * root.slack {
+            return false;
+        }
+        let place = (self.sight.at(depth, frame.kind) - root.min) / root.edge;
+        let from = DVec3::from_array(leaf.min.map(f64::from));
+        let away = place - from;
+        away.min_element() >= 0.0 && away.max_element() <= f64::from(leaf.edge)
+    }
+}
+
+impl Projection {
+    /// The first triangle that the ray `origin + t direction` hits for 0 < t ≤ `t_max`, the lower one of equals: what
+    /// [`TriangleBvh::nearest_hit`](umbriel_bvh::TriangleBvh::nearest_hit) finds. Rounded: for pictures, not for proofs.
+    ///
+    /// # Errors
+    /// [`NotOfView`] when the origin is not the viewpoint, or the direction not that of parallel rays.
+    pub fn nearest_hit(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Result<Option<Hit>, NotOfView> {
+        self.nearest(origin, direction, t_max, Way::Maps)
+    }
+
+    /// [`Projection::nearest_hit`] by an ordinary traversal of the same octree, without maps.
+    ///
+    /// # Errors
+    /// [`NotOfView`] as there.
+    pub fn nearest_hit_by_descent(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        t_max: f64,
+    ) -> Result<Option<Hit>, NotOfView> {
+        self.nearest(origin, direction, t_max, Way::Descent)
+    }
+
+    /// Whether any triangle blocks the open segment from `x` to the viewpoint (without end, for parallel rays): exactly what
+    /// [`polygon_blocks`] says of all of them. Contact at its ends does not block.
+    pub fn any_hit(&self, x: DVec3) -> bool {
+        self.any_hit_where(x, 0.0, |triangle| self.blocks(triangle, x))
+    }
+
+    /// [`Projection::any_hit`] by an ordinary traversal of the same octree, without maps.
+    pub fn any_hit_by_descent(&self, x: DVec3) -> bool {
+        self.blocked(x, 0.0, |triangle| self.blocks(triangle, x), Way::Descent)
+    }
+
+    /// As [`Projection::any_hit`] for a point that is not a float: it is within `slack` of `x` on every axis, and `decide`
+    /// tells whether a triangle blocks its segment. It is asked about triangles in doubt only, until it says yes, in no
+    /// particular order; those that the point lies on are always in doubt.
+    pub fn any_hit_where(&self, x: DVec3, slack: f64, decide: impl FnMut(u32) -> bool) -> bool {
+        self.blocked(x, slack, decide, Way::Maps)
+    }
+
+    fn blocked(&self, x: DVec3, slack: f64, mut decide: impl FnMut(u32) -> bool, way: Way) -> bool {
+        let sight = self.frame.sight_to(x, slack);
+        if sight.spread.is_nan() || sight.spread > MAX_SPREAD {
+            return (0..self.mesh.triangles().len() as u32).any(decide);
+        }
+        let probe = Probe::new(sight.direction, self.frame.kind.nearness(sight.depth, sight.depth_error));
+        let mut look = Blocked { probe, depth: sight.depth, decide: &mut decide, open: None, is_blocked: false };
+        dispatch(Walk { projection: self, sight: &sight, way, look: &mut look });
+        look.is_blocked
+    }
+
+    /// The exact decision.
+    #[cold]
+    fn blocks(&self, triangle: u32, x: DVec3) -> bool {
+        let corners = self.corners(triangle).map(Point::exact);
+        polygon_blocks::<Dyadic>(&corners, &PointProbe::at(x), &self.light)
+    }
+
+    fn corners(&self, triangle: u32) -> [DVec3; 3] {
+        self.mesh.triangles()[triangle as usize].map(|index| self.mesh.positions()[index as usize])
+    }
+
+    fn nearest(&self, origin: DVec3, direction: DVec3, t_max: f64, way: Way) -> Result<Option<Hit>, NotOfView> {
+        let kind = self.frame.kind;
+        let is_own = match self.viewpoint {
+            Viewpoint::Point(eye) | Viewpoint::Picture { eye, .. } => eye == origin,
+            Viewpoint::Parallel(along) => along == direction,
+        };
+        if !is_own {
+            return Err(NotOfView);
+        }
+        let Some(ray) = TriangleRay::new(origin, direction) else { return Ok(None) };
+        let (sight, base, scale) = if kind == Kind::Parallel {
+            let sight = self.frame.sight_to(origin, 0.0);
+            let begin = sight.depth - sight.depth_error - self.root.slack;
+            (Sight { begin, ..sight }, sight.depth, self.frame.turn(direction).z)
+        } else {
+            let sight = self.frame.sight_along(direction);
+            (Sight { depth_error: 0.0, ..sight }, 0.0, sight.depth)
+        };
+        let nearest = if kind == Kind::Parallel { kind.nearness(base, sight.depth_error)[1] } else { f32::INFINITY };
+        let probe = Probe::new(sight.direction, [f32::NEG_INFINITY, nearest]);
+        let mut look = Nearest { projection: self, ray, probe, base, scale, t_max, best: None };
+        if sight.spread.is_nan() || sight.spread > MAX_SPREAD {
+            (0..self.mesh.triangles().len() as u32).for_each(|triangle| look.measure(triangle));
+            return Ok(look.best);
+        }
+        look.probe.nearness[0] = look.farthest();
+        dispatch(Walk { projection: self, sight: &sight, way, look: &mut look });
+        Ok(look.best)
+    }
+}

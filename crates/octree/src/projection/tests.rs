@@ -1,0 +1,148 @@
+use std::sync::Arc;
+
+use glam::DVec3;
+use umbriel_geometry::Mesh;
+
+use super::{
+    Layout, Numbering, Projection, ProjectionDefect, ProjectionOptions, Viewpoint, build::cell_box, frame::Kind,
+};
+
+/// A fixed sequence of numbers between −1 and 1.
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn point(&mut self) -> DVec3 {
+        DVec3::new(self.next(), self.next(), self.next())
+    }
+}
+
+/// Small triangles here and there: leaves of all sizes.
+fn cloud(triangles: usize) -> Arc<Mesh> {
+    let mut dice = Dice(3);
+    let mut positions = Vec::new();
+    for _ in 0..triangles {
+        let (middle, size) = (dice.point(), 0.2 * dice.next().powi(4));
+        positions.extend([0, 1, 2].map(|_| (middle + size * dice.point()).to_array()));
+    }
+    let indices = (0..triangles as u32).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
+    Arc::new(Mesh::new(positions, indices).expect("numbers in range"))
+}
+
+fn viewpoints() -> [Viewpoint; 5] {
+    let eye = DVec3::new(0.3, 1.9, -2.5);
+    [
+        Viewpoint::Point(DVec3::new(0.1, -0.2, 0.05)),
+        Viewpoint::Point(eye),
+        Viewpoint::Point(DVec3::ZERO),
+        Viewpoint::Picture { eye, forward: -eye, right: DVec3::new(1.5, 0.0, 0.2), up: DVec3::Y },
+        Viewpoint::Parallel(DVec3::new(0.3, -1.0, 0.2)),
+    ]
+}
+
+fn built(viewpoint: Viewpoint, options: &ProjectionOptions) -> Projection {
+    Projection::build(cloud(400), viewpoint, options).expect("a viewpoint")
+}
+
+#[test]
+fn numbers_grow_along_every_ray_but_not_the_sources() {
+    let fine = ProjectionOptions { leaf_items: 1, max_level: 7, ..ProjectionOptions::default() };
+    let sections = ProjectionOptions { numbering: Numbering::Sections, ..fine };
+    let mut dice = Dice(5);
+    let targets: Vec<DVec3> = (0..4_000).map(|_| dice.point() * 2.0).collect();
+    let disorder = |viewpoint, options| {
+        let projection = built(viewpoint, options);
+        targets.iter().filter(|&&x| projection.disorder(x) > 0).count()
+    };
+    for viewpoint in viewpoints() {
+        assert_eq!(disorder(viewpoint, &fine), 0, "{viewpoint:?}");
+    }
+    assert!(viewpoints().into_iter().any(|viewpoint| disorder(viewpoint, &sections) > 100));
+}
+
+#[test]
+fn a_point_of_a_leaf_finds_the_leaf_in_its_cell() {
+    let mut dice = Dice(9);
+    for viewpoint in viewpoints() {
+        for rays in [1, 1 << 16, 1 << 24] {
+            let options = ProjectionOptions { leaf_items: 1, max_level: 6, rays, ..ProjectionOptions::default() };
+            let projection = built(viewpoint, &options);
+            let kind = projection.frame.kind;
+            for (number, &cell) in (0u32..).zip(&projection.tree.cells) {
+                let (min, max) = cell_box(&projection.root, cell);
+                // Corners and points of edges are as good as others.
+                let share = DVec3::from_array([0, 1, 2].map(|_| (dice.next() * 1.5).clamp(-1.0, 1.0)));
+                let point = (min + max) * 0.5 + (max - min) * 0.5 * share;
+                let size = point.abs().max_element();
+                let (direction, face) = match kind {
+                    Kind::Parallel => (point.with_z(1.0), 4),
+                    _ => (point / size, 2 * axis_of(point) + usize::from(point[axis_of(point)] < 0.0)),
+                };
+                let place = [direction[(face / 2 + 1) % 3], direction[(face / 2 + 2) % 3]];
+                if place.iter().any(|x| x.abs() > 1.0) {
+                    continue;
+                }
+                for section in &projection.faces[face] {
+                    let run = section.map.run_at(place, 0.0).expect("one cell");
+                    assert!(run.contains(&number), "{viewpoint:?}, leaf {number}: {point}");
+                    assert!(run.is_sorted_by(|a, b| a < b));
+                }
+            }
+        }
+    }
+}
+
+fn axis_of(point: DVec3) -> usize {
+    (0..3).fold(0, |best, axis| if point[axis].abs() > point[best].abs() { axis } else { best })
+}
+
+#[test]
+fn memory_is_bounded_by_coarser_maps_and_trees() {
+    let all = built(viewpoints()[0], &ProjectionOptions::default()).report();
+    assert!(!all.is_coarsened);
+    for memory in [1 << 16, 1 << 14, 1 << 12] {
+        let report = built(viewpoints()[0], &ProjectionOptions { memory, ..ProjectionOptions::default() }).report();
+        assert!(report.is_coarsened && report.tree_bytes + report.map_bytes < all.tree_bytes + all.map_bytes);
+        assert!(report.depth == 0 || report.tree_bytes + report.map_bytes <= memory, "{report:?} within {memory}");
+    }
+}
+
+#[test]
+fn a_map_a_section_holds_what_one_map_holds() {
+    let of = |layout| built(viewpoints()[3], &ProjectionOptions { layout, ..ProjectionOptions::default() }).report();
+    let (one, many) = (of(Layout::OneMap), of(Layout::MapPerSection));
+    assert_eq!((one.maps, one.leaves), (1, many.leaves));
+    assert!(many.maps > 4);
+}
+
+#[test]
+fn what_is_no_viewpoint_is_refused() {
+    let refused = |viewpoint| Projection::build(cloud(4), viewpoint, &ProjectionOptions::default()).err();
+    let flat = Viewpoint::Picture { eye: DVec3::ZERO, forward: DVec3::X, right: DVec3::Y, up: DVec3::Y };
+    for viewpoint in [flat, Viewpoint::Parallel(DVec3::ZERO), Viewpoint::Point(DVec3::splat(f64::NAN))] {
+        assert_eq!(refused(viewpoint), Some(ProjectionDefect::NoView), "{viewpoint:?}");
+    }
+    let deep = ProjectionOptions { max_level: 22, ..ProjectionOptions::default() };
+    let error = Projection::build(cloud(4), viewpoints()[0], &deep).err();
+    assert_eq!(error, Some(ProjectionDefect::TooDeep(22)));
+}
+
+#[test]
+fn scenes_without_triangles_or_extent_are_scenes() {
+    let empty = Arc::new(Mesh::new(Vec::new(), Vec::new()).expect("nothing"));
+    let point = Arc::new(Mesh::new(vec![[1.0, 2.0, 3.0]], vec![[0, 0, 0]]).expect("a point"));
+    for viewpoint in viewpoints() {
+        for mesh in [&empty, &point] {
+            let options = ProjectionOptions::default();
+            let projection = Projection::build(Arc::clone(mesh), viewpoint, &options).expect("a viewpoint");
+            assert!(!projection.any_hit(DVec3::new(-3.0, -2.0, -1.0)));
+        }
+    }
+    let eye = DVec3::new(1.0, 2.0, 3.0);
+    let at_eye = Projection::build(point, Viewpoint::Point(eye), &ProjectionOptions::default()).expect("a viewpoint");
+    assert!(!at_eye.any_hit(eye) && !at_eye.any_hit(DVec3::ZERO));
+}
