@@ -8,6 +8,7 @@ mod ci;
 mod downstream;
 mod fixtures;
 mod layers;
+mod projection;
 mod regress;
 mod soak;
 mod tidy;
@@ -37,6 +38,8 @@ enum Task {
     },
     /// Measure the whole job against ray engines
     Bench(bench::Options),
+    /// Measure rays looked up in projected octrees against ordinary traversal and the BVH
+    Projection(projection::Options),
     /// Let the judges look at millions of adversarial cases; hours, unless --minutes says otherwise
     Soak(soak::Options),
     /// What distance from the origin does to answers: the table of the README
@@ -57,6 +60,7 @@ fn main() -> ExitCode {
         Task::Regress { bless: None } => regress::compare(),
         Task::Regress { bless: Some(reason) } => regress::bless(&reason),
         Task::Bench(options) => bench::run(&options),
+        Task::Projection(options) => projection::run(&options),
         Task::Soak(options) => soak::run(&options),
         Task::Offsets => bench::offsets(),
         Task::Layers => layers::run(),

@@ -10,9 +10,9 @@ use serde::Serialize;
 
 /// Seconds that something took: by the clock on the wall, and of processor time over all threads.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(super) struct Seconds {
-    pub(super) wall: f64,
-    pub(super) cpu: f64,
+pub(crate) struct Seconds {
+    pub(crate) wall: f64,
+    pub(crate) cpu: f64,
 }
 
 impl Seconds {
@@ -30,7 +30,7 @@ impl std::ops::Add for Seconds {
 }
 
 /// Runs something and takes its time. The result is dropped outside.
-pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (T, Seconds) {
+pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Seconds) {
     let (cpu, begun) = (processor_time(), Instant::now());
     let result = black_box(work());
     let wall = begun.elapsed();

@@ -5,7 +5,7 @@
 //! the processor time counts, which other work on the machine disturbs least. Programs are compiled for release.
 
 mod chart;
-mod clock;
+pub(crate) mod clock;
 mod contest;
 mod duel;
 mod embree;
@@ -30,7 +30,12 @@ use embree::{Embree, Order};
 use scenes::{CLASSES, Class};
 use table::{Row, heading, json};
 
-pub(crate) use {guard::run as guard, offsets::run as offsets, options::Options};
+pub(crate) use {
+    guard::run as guard,
+    offsets::run as offsets,
+    options::Options,
+    scenes::{city, knot},
+};
 
 /// Measures what is asked for.
 pub(crate) fn run(options: &Options) -> Result<()> {

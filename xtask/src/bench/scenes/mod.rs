@@ -17,7 +17,7 @@ use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 
 use crate::fixtures::meshes::TriangleMesh;
 
-pub(super) use generated::{city, knot};
+pub(crate) use generated::{city, knot};
 
 /// A class of scenes, and how its member here is made.
 pub(super) struct Class {
