@@ -35,7 +35,8 @@ pub use linear::{BuildDefect, Leaf, Limits, LinearOctree, OctreeDefect};
 pub use morton::{Code, Octant, Quadrant, decode2, decode3, encode2, encode3};
 pub use partition::{Gap, Partition};
 pub use projection::{
-    Layout, NotOfView, Numbering, Projection, ProjectionDefect, ProjectionOptions, ProjectionReport, Viewpoint,
+    Layout, NotOfView, Numbering, ProjectedSegments, Projection, ProjectionDefect, ProjectionOptions, ProjectionReport,
+    Viewpoint,
 };
 pub use quad::Face;
 pub use solid::{CubesDiffer, SolidOctree, SolidView, VolumeBounds};

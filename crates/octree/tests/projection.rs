@@ -115,11 +115,13 @@ fn every_segment_is_decided_as_by_exact_arithmetic() {
         let Some((mesh, viewpoint, projection)) = projection(&mut dice) else { continue };
         let light = light_of(&viewpoint);
         let bvh = TriangleBvh::build(Arc::clone(&mesh));
+        let (mut segments, mut descents) = (projection.segments(), projection.segments_by_descent());
         for _ in 0..24 {
             let x = dice.target(&mesh);
             let truth = is_blocked(&mesh, x, &light);
             assert_eq!(projection.any_hit(x), truth, "case {case}: {viewpoint:?} to {x}");
-            assert_eq!(projection.any_hit_by_descent(x), truth, "case {case}, descent: {viewpoint:?} to {x}");
+            assert_eq!(segments.any_hit(x), truth, "case {case}, neighbours: {viewpoint:?} to {x}");
+            assert_eq!(descents.any_hit(x), truth, "case {case}, descent: {viewpoint:?} to {x}");
             assert_eq!(bvh.any_hit(&Segment::new(x, light)), truth, "case {case}, BVH: {viewpoint:?} to {x}");
             (blocked, asked) = (blocked + usize::from(truth), asked + 1);
         }

@@ -77,6 +77,7 @@ pub(super) fn run(names: impl Iterator<Item = &'static str>, rays: u64) -> Resul
 
 fn compare(model: &Model, bvh: &TriangleBvh, projection: &Projection, kind: Rays, count: u64) -> Result<u64> {
     let mut dice = Dice(count);
+    let (mut segments, mut descents) = (projection.segments(), projection.segments_by_descent());
     let mut hits = 0;
     for _ in 0..count {
         let is_hit = match kind {
@@ -94,8 +95,8 @@ fn compare(model: &Model, bvh: &TriangleBvh, projection: &Projection, kind: Rays
                 let light = if kind == Rays::Lamp { model.lamp_source()? } else { model.sun_source()? };
                 let x = dice.target(&model.mesh, model.lamp);
                 let truth = bvh.towards(light).any_hit(x);
-                ensure!(projection.any_hit(x) == truth, "{}: {kind:?} from {x}: not {truth}", model.name);
-                let ordinary = projection.any_hit_by_descent(x);
+                ensure!(segments.any_hit(x) == truth, "{}: {kind:?} from {x}: not {truth}", model.name);
+                let ordinary = descents.any_hit(x);
                 ensure!(ordinary == truth, "{}: {kind:?} from {x}, descent: not {truth}", model.name);
                 truth
             }

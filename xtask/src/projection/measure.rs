@@ -118,6 +118,9 @@ impl Questions {
 /// How far along the way to the surface a point lies.
 const OFF_THE_SURFACE: f64 = 1.0 - 1.0 / (1 << 16) as f64;
 
+/// Rays that maps are built for: time of building stands apart, so they may be as fine as for many pictures.
+const FINE: u64 = 1 << 26;
+
 /// Runs of which the quickest counts.
 const RUNS: usize = 2;
 
@@ -126,7 +129,7 @@ pub(super) fn row(model: &Model, bvh: &(TriangleBvh, f64), rays: Rays, side: u64
     let questions = Questions::new(model, &bvh.0, rays, side);
     let mut best: [Option<Figure>; 2] = [None, None];
     for &max_level in levels {
-        let options = ProjectionOptions { max_level, rays: questions.len() as u64, ..ProjectionOptions::default() };
+        let options = ProjectionOptions { max_level, rays: FINE, ..ProjectionOptions::default() };
         let viewpoint = rays.viewpoint(model);
         let (projection, build) = timed(|| Projection::build(Arc::clone(&model.mesh), viewpoint, &options));
         let projection = projection?;
@@ -169,9 +172,8 @@ fn by_projection(projection: &Projection, method: Method, questions: &Questions)
             directions.iter().filter(hit).count() as u64
         }
         Questions::Points(points) => {
-            let is_blocked =
-                |x: &&DVec3| if is_maps { projection.any_hit(**x) } else { projection.any_hit_by_descent(**x) };
-            points.iter().filter(is_blocked).count() as u64
+            let mut segments = if is_maps { projection.segments() } else { projection.segments_by_descent() };
+            points.iter().filter(|&&x| segments.any_hit(x)).count() as u64
         }
     }
 }

@@ -10,6 +10,7 @@ use super::{
     footprint::Footprint,
     frame::{Frame, Kind},
     map::{MAX_FINENESS, Map, Plan},
+    outline::Outline,
     pack::{Pack, WIDTH},
     tasks,
     tree::{Grower, LEAF, Root, SectionKey, Tree, by_sections, unit_cell},
@@ -100,9 +101,8 @@ impl Scaffold<'_> {
     }
 
     fn packs(&self, items: &[u32]) -> Vec<Pack> {
-        let corners = |item: u32| self.mesh.triangles()[item as usize].map(|corner| self.corners[corner as usize]);
         let pack = |items: &[u32]| {
-            let triangles: Vec<(u32, [DVec3; 3])> = items.iter().map(|&item| (item, corners(item))).collect();
+            let triangles: Vec<(u32, [DVec3; 3])> = items.iter().map(|&item| (item, self.triangle(item))).collect();
             Pack::new(&triangles, self.error, self.frame.kind)
         };
         items.chunks(WIDTH).map(pack).collect()
@@ -137,9 +137,8 @@ impl Scaffold<'_> {
         if !self.frame.kind.faces().contains(&face) {
             return Vec::new();
         }
-        let mut leaves: Vec<(u32, Footprint)> = (0u32..)
-            .zip(&tree.cells)
-            .filter_map(|(leaf, &cell)| Some((leaf, self.footprint(face, cell)?)))
+        let mut leaves: Vec<(u32, Footprint)> = (0..tree.cells.len())
+            .filter_map(|leaf| Some((leaf as u32, self.footprint(tree, face, leaf)?)))
             .filter(|(_, footprint)| footprint.rows().is_some())
             .collect();
         if self.options.layout == Layout::MapPerSection || self.options.numbering == Numbering::Sections {
@@ -154,10 +153,18 @@ impl Scaffold<'_> {
         }
     }
 
-    /// What a face sees of a cell.
-    fn footprint(&self, face: usize, cell: Octant) -> Option<Footprint> {
-        let (min, max) = cell_box(&self.root, cell);
-        Footprint::new(self.frame.kind, face, min, max)
+    /// What a face sees of a leaf.
+    fn footprint(&self, tree: &Tree, face: usize, leaf: usize) -> Option<Footprint> {
+        let (min, max) = cell_box(&self.root, tree.cells[leaf]);
+        let footprint = Footprint::new(self.frame.kind, face, min, max)?;
+        footprint.rows()?;
+        let triangles = tree.items(leaf).iter().map(|&item| self.triangle(item));
+        Some(footprint.showing(Outline::new(self.frame.kind, face, self.root.slack, triangles)))
+    }
+
+    /// Local corners.
+    fn triangle(&self, item: u32) -> [DVec3; 3] {
+        self.mesh.triangles()[item as usize].map(|corner| self.corners[corner as usize])
     }
 }
 

@@ -6,11 +6,14 @@
 //! needed: in the strip v₀ ≤ v ≤ v₁ are the sections whose s·[y₀, y₁] meets it, s between two bounds, and the least u is that of
 //! one of the two. For parallel rays s = 1.
 //!
+//! Of that, only what the [`Outline`] of the leaf's triangles reaches counts.
+//!
 //! All is rounded outward: each number is a quotient or a product, off by 2u at most; s is widened by 4u of itself, u by as
 //! much. A viewpoint inside the box sees it everywhere: s has no upper bound.
 
-use super::frame::Kind;
 use glam::DVec3;
+
+use super::{frame::Kind, outline::Outline};
 
 /// How far a face's maps reach beyond its border: rays through the border, known to this much, may be looked up on either
 /// of the two faces. 2^-20 of half a face.
@@ -20,7 +23,7 @@ const OUTWARD: f64 = 1.0 + 2.0 * f64::EPSILON;
 const INWARD: f64 = 1.0 - 2.0 * f64::EPSILON;
 
 /// A box as a face sees it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Footprint {
     x: [f64; 2],
     y: [f64; 2],
@@ -28,6 +31,7 @@ pub(super) struct Footprint {
     scale: [f64; 2],
     /// Depths of its faces.
     pub(super) depth: [f64; 2],
+    outline: Option<Outline>,
 }
 
 impl Footprint {
@@ -38,13 +42,18 @@ impl Footprint {
         let depth = if face.is_multiple_of(2) { range(axis) } else { [-max[axis], -min[axis]] };
         let (x, y) = (range((axis + 1) % 3), range((axis + 2) % 3));
         if kind == Kind::Parallel {
-            return Some(Self { x, y, scale: [1.0; 2], depth });
+            return Some(Self { x, y, scale: [1.0; 2], depth, outline: None });
         }
         if depth[1] <= 0.0 {
             return None;
         }
         let nearest = if depth[0] > 0.0 { (depth[0].recip() * OUTWARD).min(f64::MAX) } else { f64::MAX };
-        Some(Self { x, y, scale: [depth[1].recip() * INWARD, nearest], depth })
+        Some(Self { x, y, scale: [depth[1].recip() * INWARD, nearest], depth, outline: None })
+    }
+
+    /// With what the leaf shows of itself.
+    pub(super) fn showing(self, outline: Option<Outline>) -> Self {
+        Self { outline, ..self }
     }
 
     /// How far aside of the viewpoint's foot the middle of its upper face lies.
@@ -55,7 +64,8 @@ impl Footprint {
 
     /// The strip of rows that it meets, from −1 − [`RIM`] to 1 + [`RIM`].
     pub(super) fn rows(&self) -> Option<[f64; 2]> {
-        clip(reach(self.y, self.scale))
+        let cell = clip(reach(self.y, self.scale))?;
+        self.outline.as_ref().map_or(Some(cell), |outline| common(cell, outline.rows()))
     }
 
     /// What it covers of the strip between two rows.
@@ -78,7 +88,11 @@ impl Footprint {
         } else if low > 0.0 {
             most = most.min(rows[1] / low * OUTWARD);
         }
-        if least > most { None } else { clip(reach(self.x, [least, most])) }
+        if least > most {
+            return None;
+        }
+        let cell = clip(reach(self.x, [least, most]))?;
+        self.outline.as_ref().map_or(Some(cell), |outline| common(cell, outline.columns(rows)))
     }
 }
 
@@ -90,7 +104,12 @@ fn reach([low, high]: [f64; 2], [least, most]: [f64; 2]) -> [f64; 2] {
 }
 
 /// The part within the face and its rim.
-fn clip([low, high]: [f64; 2]) -> Option<[f64; 2]> {
-    let (low, high) = (low.max(-1.0 - RIM), high.min(1.0 + RIM));
+fn clip(range: [f64; 2]) -> Option<[f64; 2]> {
+    common(range, [-1.0 - RIM, 1.0 + RIM])
+}
+
+/// What two ranges have in common.
+fn common(a: [f64; 2], b: [f64; 2]) -> Option<[f64; 2]> {
+    let (low, high) = (a[0].max(b[0]), a[1].min(b[1]));
     (low <= high).then_some([low, high])
 }

@@ -100,11 +100,17 @@ impl Kind {
 
     /// What is greater for nearer points, with its error: 1/depth, or −depth. As floats, rounded outward.
     pub(super) fn nearness(self, depth: f64, error: f64) -> [f32; 2] {
-        let ends = match self {
-            Self::Parallel => [-(depth + error), error - depth],
-            _ => [(depth + error).recip(), if depth > error { (depth - error).recip() } else { f64::INFINITY }],
-        };
-        [(ends[0] as f32).next_down(), (ends[1] as f32).next_up()]
+        if self == Self::Parallel {
+            return [(-(depth + error) as f32).next_down(), ((error - depth) as f32).next_up()];
+        }
+        let nearness = depth.recip();
+        let share = error * nearness;
+        if share.is_nan() || share > 0.25 {
+            return [((depth + error).recip() as f32).next_down(), f32::INFINITY];
+        }
+        // 1/(1 ± s) is within 1 ∓ s and 4s²/3 of that, s ≤ 1/4; rounding to f32 hides the rest.
+        let (less, more) = (nearness * (1.0 - share), nearness * (1.0 + 1.5 * share));
+        [(less as f32).next_down(), (more as f32).next_up()]
     }
 }
 
@@ -189,10 +195,12 @@ impl Frame {
         let size = local.abs();
         let axis = if size.x > size.y && size.x > size.z { 0 } else { 1 + usize::from(size.z >= size.y) };
         let depth = size[axis];
-        // A component and the depth are off by `error` each; one rounding for the quotient.
-        let spread = if depth > error { 2.0 * error / (depth - error) + f64::EPSILON } else { f64::INFINITY };
+        // A component and the depth are off by `error` each, which is 2s/(1 − s) ≤ 3s for s ≤ 1/4; two roundings.
+        let inverse = depth.recip();
+        let share = error * inverse;
+        let spread = if share <= 0.25 { 3.0 * share + 2.0 * f64::EPSILON } else { f64::INFINITY };
         let face = 2 * axis + usize::from(local[axis] < 0.0);
-        Sight { direction: local / depth, face, spread, depth, depth_error: error, begin: 0.0 }
+        Sight { direction: local * inverse, face, spread, depth, depth_error: error, begin: 0.0 }
     }
 }
 

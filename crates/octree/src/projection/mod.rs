@@ -18,7 +18,7 @@
 //!   it: leaves seen edge-on and close to the viewpoint overlap in many cells; memory is bounded by coarser maps and a
 //!   coarser tree.
 //!
-//! [`Projection::nearest_hit_by_descent`] and [`Projection::any_hit_by_descent`] find the same leaves by an ordinary traversal
+//! [`Projection::nearest_hit_by_descent`] and [`Projection::segments_by_descent`] find the same leaves by an ordinary traversal
 //! ([`descent`]): the measure of what the maps save.
 
 mod build;
@@ -27,6 +27,7 @@ mod disorder;
 mod footprint;
 mod frame;
 mod map;
+mod outline;
 mod overlap;
 mod pack;
 mod query;
@@ -47,7 +48,7 @@ use self::{
 };
 
 pub use frame::Viewpoint;
-pub use query::NotOfView;
+pub use query::{NotOfView, ProjectedSegments};
 
 /// Why nothing can be projected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

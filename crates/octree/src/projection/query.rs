@@ -30,6 +30,11 @@ pub(super) trait Look {
     /// Looks at the triangles of a pack; true when nothing more is to be found.
     fn look<S: Simd>(&mut self, simd: S, pack: &Pack) -> bool;
 
+    /// Whether a triangle of the pack certainly ends the search.
+    fn settles<S: Simd>(&mut self, _simd: S, _pack: &Pack) -> bool {
+        false
+    }
+
     /// The depth behind which nothing matters.
     fn depth(&self) -> Option<f64>;
 }
@@ -63,6 +68,12 @@ impl<D: FnMut(u32) -> bool> Look for Blocked<D> {
     }
 
     #[inline(always)]
+    fn settles<S: Simd>(&mut self, simd: S, pack: &Pack) -> bool {
+        self.is_blocked = pack.test_segment(simd, &self.probe).hits != 0;
+        self.is_blocked
+    }
+
+    #[inline(always)]
     fn depth(&self) -> Option<f64> {
         Some(self.depth)
     }
@@ -71,7 +82,10 @@ impl<D: FnMut(u32) -> bool> Look for Blocked<D> {
 /// The nearest hit of a ray.
 pub(super) struct Nearest<'a> {
     projection: &'a Projection,
-    ray: TriangleRay,
+    /// Origin and direction.
+    line: [DVec3; 2],
+    /// Made ready for triangles when the first one is near.
+    ray: Option<TriangleRay>,
     pub(super) probe: Probe,
     /// Depth at t = 0, and what t = 1 adds.
     base: f64,
@@ -84,7 +98,10 @@ impl Nearest<'_> {
     fn measure(&mut self, triangle: u32) {
         let mesh = &self.projection.mesh;
         let corners = mesh.triangles()[triangle as usize].map(|index| mesh.positions()[index as usize]);
-        let Some(hit) = self.ray.hit(corners, triangle) else { return };
+        if self.ray.is_none() {
+            self.ray = TriangleRay::new(self.line[0], self.line[1]);
+        }
+        let Some(hit) = self.ray.as_ref().and_then(|ray| ray.hit(corners, triangle)) else { return };
         let is_first = self.best.is_none_or(|known| known.triangle > triangle);
         if hit.t < self.t_max || hit.t == self.t_max && is_first {
             self.t_max = hit.t;
@@ -131,16 +148,29 @@ pub(super) struct Walk<'a, L> {
     pub(super) sight: &'a Sight,
     pub(super) way: Way,
     pub(super) look: &'a mut L,
+    /// The pack to look at first; then the last one that was looked at.
+    pub(super) pack: Option<u32>,
 }
 
 impl<L: Look> Kernel for Walk<'_, L> {
-    type Output = ();
+    /// The pack that ended the search, if one did.
+    type Output = Option<u32>;
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) {
+    fn run<S: Simd>(mut self, simd: S) -> Option<u32> {
+        if let Some(first) = self.pack.take()
+            && self.look.settles(simd, &self.projection.packs[first as usize])
+        {
+            return Some(first);
+        }
         let face = &self.projection.faces[self.sight.face];
         let is_map = self.way == Way::Maps && self.projection.frame.kind.faces().contains(&self.sight.face);
-        if is_map { self.by_maps(simd, face) } else { self.by_descent(simd) }
+        if is_map {
+            self.by_maps(simd, face)
+        } else {
+            self.by_descent(simd)
+        }
+        self.pack
     }
 }
 
@@ -192,8 +222,13 @@ impl<L: Look> Walk<'_, L> {
     /// Looks at the packs of a leaf; true when all is found.
     #[inline(always)]
     pub(super) fn look_at<S: Simd>(&mut self, simd: S, leaf: &Leaf) -> bool {
-        let packs = &self.projection.packs[leaf.first_pack as usize..(leaf.first_pack + leaf.packs) as usize];
-        packs.iter().any(|pack| self.look.look(simd, pack))
+        for pack in leaf.first_pack..leaf.first_pack + leaf.packs {
+            if self.look.look(simd, &self.projection.packs[pack as usize]) {
+                self.pack = Some(pack);
+                return true;
+            }
+        }
+        false
     }
 
     /// Whether a depth lies certainly behind all that matters.
@@ -251,32 +286,20 @@ impl Projection {
     }
 
     /// Whether any triangle blocks the open segment from `x` to the viewpoint (without end, for parallel rays): exactly what
-    /// [`polygon_blocks`] says of all of them. Contact at its ends does not block.
+    /// [`polygon_blocks`] says of all of them. Contact at its ends does not block. For many points, [`Projection::segments`] is
+    /// faster.
     pub fn any_hit(&self, x: DVec3) -> bool {
-        self.any_hit_where(x, 0.0, |triangle| self.blocks(triangle, x))
+        self.segments().any_hit(x)
     }
 
-    /// [`Projection::any_hit`] by an ordinary traversal of the same octree, without maps.
-    pub fn any_hit_by_descent(&self, x: DVec3) -> bool {
-        self.blocked(x, 0.0, |triangle| self.blocks(triangle, x), Way::Descent)
+    /// Segments from many points to the viewpoint.
+    pub fn segments(&self) -> ProjectedSegments<'_> {
+        ProjectedSegments { projection: self, way: Way::Maps, last: None }
     }
 
-    /// As [`Projection::any_hit`] for a point that is not a float: it is within `slack` of `x` on every axis, and `decide`
-    /// tells whether a triangle blocks its segment. It is asked about triangles in doubt only, until it says yes, in no
-    /// particular order; those that the point lies on are always in doubt.
-    pub fn any_hit_where(&self, x: DVec3, slack: f64, decide: impl FnMut(u32) -> bool) -> bool {
-        self.blocked(x, slack, decide, Way::Maps)
-    }
-
-    fn blocked(&self, x: DVec3, slack: f64, mut decide: impl FnMut(u32) -> bool, way: Way) -> bool {
-        let sight = self.frame.sight_to(x, slack);
-        if sight.spread.is_nan() || sight.spread > MAX_SPREAD {
-            return (0..self.mesh.triangles().len() as u32).any(decide);
-        }
-        let probe = Probe::new(sight.direction, self.frame.kind.nearness(sight.depth, sight.depth_error));
-        let mut look = Blocked { probe, depth: sight.depth, decide: &mut decide, open: None, is_blocked: false };
-        dispatch(Walk { projection: self, sight: &sight, way, look: &mut look });
-        look.is_blocked
+    /// [`Projection::segments`] by an ordinary traversal of the same octree, without maps.
+    pub fn segments_by_descent(&self) -> ProjectedSegments<'_> {
+        ProjectedSegments { projection: self, way: Way::Descent, last: None }
     }
 
     /// The exact decision.
@@ -286,7 +309,7 @@ impl Projection {
         polygon_blocks::<Dyadic>(&corners, &PointProbe::at(x), &self.light)
     }
 
-    fn corners(&self, triangle: u32) -> [DVec3; 3] {
+    pub(super) fn corners(&self, triangle: u32) -> [DVec3; 3] {
         self.mesh.triangles()[triangle as usize].map(|index| self.mesh.positions()[index as usize])
     }
 
@@ -299,7 +322,6 @@ impl Projection {
         if !is_own {
             return Err(NotOfView);
         }
-        let Some(ray) = TriangleRay::new(origin, direction) else { return Ok(None) };
         let (sight, base, scale) = if kind == Kind::Parallel {
             let sight = self.frame.sight_to(origin, 0.0);
             let begin = sight.depth - sight.depth_error - self.root.slack;
@@ -310,13 +332,49 @@ impl Projection {
         };
         let nearest = if kind == Kind::Parallel { kind.nearness(base, sight.depth_error)[1] } else { f32::INFINITY };
         let probe = Probe::new(sight.direction, [f32::NEG_INFINITY, nearest]);
-        let mut look = Nearest { projection: self, ray, probe, base, scale, t_max, best: None };
+        let mut look =
+            Nearest { projection: self, line: [origin, direction], ray: None, probe, base, scale, t_max, best: None };
         if sight.spread.is_nan() || sight.spread > MAX_SPREAD {
             (0..self.mesh.triangles().len() as u32).for_each(|triangle| look.measure(triangle));
             return Ok(look.best);
         }
         look.probe.nearness[0] = look.farthest();
-        dispatch(Walk { projection: self, sight: &sight, way, look: &mut look });
+        dispatch(Walk { projection: self, sight: &sight, way, look: &mut look, pack: None });
         Ok(look.best)
+    }
+}
+
+/// Segments from many points to the viewpoint. What blocked the last one is tried first for the next (the shadow cache of
+/// Haines and Greenberg, "The light buffer", 1986), so neighbours should follow each other; answers do not depend on it.
+#[derive(Clone, Debug)]
+pub struct ProjectedSegments<'a> {
+    projection: &'a Projection,
+    way: Way,
+    /// The pack that blocked the last segment.
+    last: Option<u32>,
+}
+
+impl ProjectedSegments<'_> {
+    /// As [`Projection::any_hit`].
+    #[inline]
+    pub fn any_hit(&mut self, x: DVec3) -> bool {
+        let projection = self.projection;
+        self.any_hit_where(x, 0.0, |triangle| projection.blocks(triangle, x))
+    }
+
+    /// As [`ProjectedSegments::any_hit`] for a point that is not a float: it is within `slack` of `x` on every axis, and
+    /// `decide` tells whether a triangle blocks its segment. It is asked about triangles in doubt only, until it says yes, in
+    /// no particular order; those that the point lies on are always in doubt.
+    pub fn any_hit_where(&mut self, x: DVec3, slack: f64, mut decide: impl FnMut(u32) -> bool) -> bool {
+        let projection = self.projection;
+        let sight = projection.frame.sight_to(x, slack);
+        if sight.spread.is_nan() || sight.spread > MAX_SPREAD {
+            return (0..projection.mesh.triangles().len() as u32).any(decide);
+        }
+        let probe = Probe::new(sight.direction, projection.frame.kind.nearness(sight.depth, sight.depth_error));
+        let mut look = Blocked { probe, depth: sight.depth, decide: &mut decide, open: None, is_blocked: false };
+        let walk = Walk { projection, sight: &sight, way: self.way, look: &mut look, pack: self.last };
+        self.last = dispatch(walk).or(self.last);
+        look.is_blocked
     }
 }

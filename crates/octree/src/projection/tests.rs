@@ -61,22 +61,30 @@ fn numbers_grow_along_every_ray_but_not_the_sources() {
     for viewpoint in viewpoints() {
         assert_eq!(disorder(viewpoint, &fine), 0, "{viewpoint:?}");
     }
-    assert!(viewpoints().into_iter().any(|viewpoint| disorder(viewpoint, &sections) > 100));
+    let wrong: usize = viewpoints().into_iter().map(|viewpoint| disorder(viewpoint, &sections)).sum();
+    assert!(wrong > 10, "the source's order fails on {wrong} rays");
 }
 
 #[test]
 fn a_point_of_a_leaf_finds_the_leaf_in_its_cell() {
     let mut dice = Dice(9);
     for viewpoint in viewpoints() {
+        let mut found = 0;
         for rays in [1, 1 << 16, 1 << 24] {
             let options = ProjectionOptions { leaf_items: 1, max_level: 6, rays, ..ProjectionOptions::default() };
             let projection = built(viewpoint, &options);
             let kind = projection.frame.kind;
             for (number, &cell) in (0u32..).zip(&projection.tree.cells) {
-                let (min, max) = cell_box(&projection.root, cell);
                 // Corners and points of edges are as good as others.
-                let share = DVec3::from_array([0, 1, 2].map(|_| (dice.next() * 1.5).clamp(-1.0, 1.0)));
-                let point = (min + max) * 0.5 + (max - min) * 0.5 * share;
+                let items = projection.tree.items(number as usize);
+                let triangle = projection.corners(items[items.len() / 2]).map(|corner| projection.frame.local(corner));
+                let [u, v] = [0, 1].map(|_| (dice.next() * 0.75 + 0.25).clamp(0.0, 0.5));
+                let point = triangle[0] + (triangle[1] - triangle[0]) * u + (triangle[2] - triangle[0]) * v;
+                let (min, max) = cell_box(&projection.root, cell);
+                if point.cmplt(min).any() || point.cmpgt(max).any() {
+                    continue;
+                }
+                found += 1;
                 let size = point.abs().max_element();
                 let (direction, face) = match kind {
                     Kind::Parallel => (point.with_z(1.0), 4),
@@ -93,6 +101,7 @@ fn a_point_of_a_leaf_finds_the_leaf_in_its_cell() {
                 }
             }
         }
+        assert!(found > 100);
     }
 }
 
