@@ -120,7 +120,14 @@ pub fn side_filter(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
 /// (7 + 56u)·u times the permanent of the magnitudes ("Adaptive Precision Floating-Point Arithmetic", 1997, §4.3).
 const ROUNDED_ROWS_BOUND: f64 = (7.0 + 56.0 * UNIT_ROUNDOFF) * UNIT_ROUNDOFF;
 
+/// As [`side_filter`], of points that are floats.
+#[inline]
+pub fn float_side_filter(a: DVec3, b: DVec3, c: DVec3, x: DVec3) -> Approx {
+    exact_corners_filter(a - c, b - c, x - c)
+}
+
 /// The filter where all coordinates are exact floats.
+#[inline]
 fn exact_corners_filter(a: DVec3, b: DVec3, x: DVec3) -> Approx {
     let value = a.x * (b.y * x.z - b.z * x.y) + a.y * (b.z * x.x - b.x * x.z) + a.z * (b.x * x.y - b.y * x.x);
     let (a, b, x) = (a.abs(), b.abs(), x.abs());

@@ -22,6 +22,7 @@ use crate::{
     report::{Cell, LightReport, ObjectReport, Report, SampleCount, Time, Work},
     request::{Detail, Request},
     samples::Samples,
+    solids::Solids,
     sums::AreaSums,
 };
 
@@ -60,6 +61,8 @@ pub(crate) struct Stage<'a> {
     pub(crate) spacing: Option<Spacing>,
     /// The samples of each object's flat faces, each made when it is first asked for.
     pub(crate) layouts: Vec<OnceLock<Layout>>,
+    /// The solids of each object, each made when it is first asked for.
+    pub(crate) solids: Vec<OnceLock<Solids>>,
     tree: ObjectTree,
     /// Seconds that making it took.
     seconds: f64,
@@ -72,7 +75,8 @@ impl<'a> Stage<'a> {
         let bodies = Bodies::new(scene);
         let (tree, spacing) = (object_tree(&bodies), spacing(&bodies, request));
         let layouts = scene.objects.iter().map(|_| OnceLock::new()).collect();
-        Self { bodies, request, spacing, layouts, tree, seconds: start.elapsed().as_secs_f64() }
+        let solids = scene.objects.iter().map(|_| OnceLock::new()).collect();
+        Self { bodies, request, spacing, layouts, solids, tree, seconds: start.elapsed().as_secs_f64() }
     }
 
     /// The account to which lights are added.

@@ -28,6 +28,7 @@ mod request;
 mod sample_points;
 mod samples;
 mod slack;
+mod solids;
 mod sums;
 
 pub use bake::bake;

@@ -13,6 +13,7 @@ use crate::{
     fine::scan::{IsLit, Layout, Sampled, sample},
     progress::{Cancelled, Progress},
     report::{LitArea, ObjectReport, SampleCount},
+    solids::Solids,
 };
 
 /// The samples of all flat receivers under one light.
@@ -67,7 +68,8 @@ impl<'a> Samples<'a> {
             .filter_map(|object| {
                 let Body::Flat(facets) = bodies.get(object) else { return None };
                 let receives = place[object].map(|_| (self.layout(object, facets), &lit_faces[object] as &IsLit));
-                Some(Sampled { object: object as u32, facets, receives, bounds: bodies.boxes[object] })
+                let solids = self.stage.solids[object].get_or_init(|| Solids::of(facets));
+                Some(Sampled { object: object as u32, facets, solids, receives, bounds: bodies.boxes[object] })
             })
             .collect();
         let lit = sample(bodies, self.light, &objects, progress)?;

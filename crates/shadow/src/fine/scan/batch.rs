@@ -197,7 +197,7 @@ impl Meeting<'_, '_> {
             while children != 0 {
                 let pack = &sampler.packs[packs[children.trailing_zeros() as usize]];
                 children &= children - 1;
-                let mut lanes = pack.load(simd).over(simd, &rect, farthest);
+                let mut lanes = pack.load(simd).over(simd, &rect, farthest) & !pack.of_solid(simd, self.patch.solid);
                 while lanes != 0 {
                     let lane = lanes.trailing_zeros() as usize;
                     lanes &= lanes - 1;

@@ -2,18 +2,63 @@
 
 use std::collections::BTreeMap;
 
-use umbriel_geometry::{Facet, Facets};
+use umbriel_geometry::{Facet, Facets, LightSource, Sign};
 
 use super::{
     clip::clip,
     images::Images,
+    sampler::{IsLit, Sampled},
     view::{Image, View},
 };
+use crate::solids::Solids;
 
 /// One object's part.
 pub(super) struct Source<'a> {
     pub(super) object: u32,
     pub(super) facets: &'a Facets,
+    solids: &'a Solids,
+    /// What the numbers of its solids are counted from.
+    first_solid: u32,
+    is_lit: Option<&'a IsLit<'a>>,
+    light: &'a LightSource,
+}
+
+impl<'a> Source<'a> {
+    pub(super) fn all(objects: &[Sampled<'a>], light: &'a LightSource) -> Vec<Self> {
+        let mut solid_count = 0;
+        let source = |&Sampled { object, facets, solids, receives, .. }: &Sampled<'a>| {
+            let first_solid = solid_count;
+            solid_count += solids.len() as u32;
+            Self { object, facets, solids, first_solid, is_lit: receives.map(|(_, is_lit)| is_lit), light }
+        };
+        objects.iter().map(source).collect()
+    }
+
+    /// The convex solid that a face belongs to.
+    #[inline(always)]
+    pub(super) fn convex(&self, face: usize) -> Option<u32> {
+        let (number, solid) = self.solids.get(face)?;
+        solid.is_convex.then_some(self.first_solid + number)
+    }
+
+    /// The same, if the face turns so that rays from it to the light leave the solid: none of its faces is in their way.
+    #[inline(always)]
+    pub(super) fn convex_behind(&self, face: usize, turn: Option<Sign>) -> Option<u32> {
+        let (number, solid) = self.solids.get(face)?;
+        let is_left = turn? == if solid.is_inward { Sign::Negative } else { Sign::Positive };
+        (is_left && solid.is_convex).then_some(self.first_solid + number)
+    }
+
+    /// Whether a face has nothing to receive, and blocks nothing that other faces of its solid do not block as well: on their
+    /// way to a light outside, rays do not leave the solid by it (NUMERICS.md, "Samples by scan conversion").
+    #[inline(always)]
+    pub(super) fn is_spare(&self, face: usize, images: &[Image; 4], view: &View) -> bool {
+        let Some((_, solid)) = self.solids.get(face) else { return false };
+        let Some(turn) = view.turn(images) else { return false };
+        let is_left = (turn == Sign::Positive) != solid.is_inward;
+        let is_outside = || self.light.is_sun() || !solid.bounds.contains(self.light.xyz());
+        !is_left && is_outside() && !self.is_lit.is_some_and(|is_lit| is_lit(face, Some(turn)))
+    }
 }
 
 /// A face of a source.

@@ -96,7 +96,11 @@ fn add(sampler: &Sampler, face: Face, place: usize, room: &mut Room) {
         return room.large.push(face);
     }
     let frame = Frame::of_images(counted_from(&corners, &lattice), &lattice.lattice, &sampler.view);
-    room.patches.push(Patch::whole(face, &frame, &extent, &lattice));
+    let mut patch = Patch::whole(face, &frame, &extent, &lattice);
+    if let Some(solid) = sampler.faces.sources[face.source as usize].convex_behind(face.number as usize, turn) {
+        patch.solid = solid as i32;
+    }
+    room.patches.push(patch);
 }
 
 /// The corners from which the lattice is counted: first, next, last.

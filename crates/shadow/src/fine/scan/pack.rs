@@ -19,6 +19,8 @@ pub(super) struct Pack {
     depth: [[f32; WIDTH]; 3],
     source: [i32; WIDTH],
     number: [i32; WIDTH],
+    /// The convex solid that the face belongs to; −1 for none.
+    solid: [i32; WIDTH],
     /// The lanes whose second and third corner have changed places.
     turned: u8,
 }
@@ -31,6 +33,7 @@ impl Pack {
         depth: [[f32::INFINITY; WIDTH]; 3],
         source: [-1; WIDTH],
         number: [-1; WIDTH],
+        solid: [-1; WIDTH],
         turned: 0,
     };
 
@@ -39,7 +42,10 @@ impl Pack {
         let mut pack = Self::EMPTY;
         for (lane, &piece) in pieces.iter().enumerate() {
             if let Some(corners) = faces.triangle(piece) {
-                pack.set(lane, piece.face(), &corners);
+                let face = piece.face();
+                pack.set(lane, face, &corners);
+                let convex = faces.sources[face.source as usize].convex(face.number as usize);
+                pack.solid[lane] = convex.map_or(-1, |solid| solid as i32);
             }
         }
         pack
@@ -80,6 +86,12 @@ impl Pack {
     /// The face in a lane.
     pub(super) fn face(&self, lane: usize) -> Face {
         Face { source: self.source[lane] as u32, number: self.number[lane] as u32 }
+    }
+
+    /// The lanes with faces of a solid.
+    #[inline(always)]
+    pub(super) fn of_solid<S: Simd>(&self, simd: S, solid: i32) -> u32 {
+        simd.load_int(&self.solid).eq(simd.splat_int8(solid)).bits()
     }
 
     /// The box of all images, and the least depth.

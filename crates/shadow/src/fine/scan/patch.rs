@@ -73,6 +73,8 @@ impl Frame {
 #[derive(Clone, Debug)]
 pub(super) struct Patch {
     pub(super) face: Face,
+    /// The convex solid whose faces do not block its samples; −2 for none.
+    pub(super) solid: i32,
     /// Its first row and column.
     pub(super) origin: [u32; 2],
     pub(super) rows: u32,
@@ -222,6 +224,7 @@ impl Patch {
         let vectors = [first, frame.row, frame.column];
         let mut patch = Self {
             face,
+            solid: -2,
             origin,
             rows,
             columns,

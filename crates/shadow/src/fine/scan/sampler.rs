@@ -23,6 +23,7 @@ use crate::{
     fine::flat::flat_probe,
     progress::{Cancelled, Progress},
     receivers::flat_corners,
+    solids::Solids,
 };
 
 /// Blocks of a face up to which one thread takes all.
@@ -35,6 +36,7 @@ pub(crate) type IsLit<'a> = dyn Fn(usize, Option<Sign>) -> bool + Sync + 'a;
 pub(crate) struct Sampled<'a> {
     pub(crate) object: u32,
     pub(crate) facets: &'a Facets,
+    pub(crate) solids: &'a Solids,
     /// `None` for an object that only blocks.
     pub(crate) receives: Option<(&'a Layout, &'a IsLit<'a>)>,
     pub(crate) bounds: Aabb,
@@ -75,8 +77,7 @@ pub(crate) fn sample(
         return Ok(lit);
     }
     let slack = objects.iter().map(|object| object.facets.slack()).fold(0.0, f64::max);
-    let sources: Vec<Source> =
-        objects.iter().map(|&Sampled { object, facets, .. }| Source { object, facets }).collect();
+    let sources = Source::all(objects, light);
     for view in View::all(light, &bounds, slack) {
         let (faces, order) = sorted(&sources, &view);
         let packs: Vec<Pack> =

@@ -154,6 +154,60 @@ fn a_lamp_half_an_ulp_before_a_wall() {
     assert!(lit * 3 > all && lit * 3 < all * 2, "{lit} of {all}");
 }
 
+/// A body whose triangles share corners: a tetrahedron, a box under a random map, or a star with dents.
+fn solid(kind: usize, [at, u, v, w]: [[f64; 3]; 4], is_turned: bool) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    let [at, u, v, w] = [at, u, v, w].map(DVec3::from);
+    let (positions, mut triangles) = match kind {
+        0 => (vec![at, at + u, at + v, at + w], vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]),
+        1 => {
+            let corner =
+                |k: usize| at + [u, v, w].iter().enumerate().map(|(j, &x)| x * (k >> j & 1) as f64).sum::<DVec3>();
+            let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+            ((0..8).map(corner).collect(), sides.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
+        }
+        _ => {
+            let ring = (0..6).map(|k| {
+                let (sine, cosine) = (f64::from(k) * std::f64::consts::FRAC_PI_3).sin_cos();
+                at + (u * cosine + v * sine) * if k % 2 == 0 { 1.0 } else { 0.4 }
+            });
+            let sides = (0..6u32).map(|k| [2 + k, 2 + (k + 1) % 6]);
+            (
+                [at + w, at - w].into_iter().chain(ring).collect(),
+                sides.flat_map(|[a, b]| [[a, b, 0], [b, a, 1]]).collect(),
+            )
+        }
+    };
+    if is_turned {
+        triangles.iter_mut().for_each(|triangle: &mut [u32; 3]| triangle.swap(0, 1));
+    }
+    (positions.into_iter().map(|p| p.to_array()).collect(), triangles)
+}
+
+#[test]
+fn random_solids_in_each_other() {
+    let number = || prop_oneof![(-4i32..=4).prop_map(|n| f64::from(n) / 2.0), -2.0..2.0f64];
+    let point = move || prop::array::uniform3(number());
+    let solids = prop::collection::vec((0..3usize, prop::array::uniform4(point()), any::<bool>()), 1..8);
+    let strategy = (solids, point(), any::<bool>(), prop_oneof![Just(Sides::One), Just(Sides::Two), Just(Sides::Auto)]);
+    let mut runner = TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(300) });
+    let outcome = runner.run(&strategy, |(solids, light, is_sun, sides)| {
+        let light = if is_sun { LightSource::sun(light) } else { LightSource::point(light) };
+        let Ok(light) = light else { return Ok(()) };
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        for (kind, vectors, is_turned) in solids {
+            let (corners, faces) = solid(kind, vectors, is_turned);
+            let first = positions.len() as u32;
+            triangles.extend(faces.into_iter().map(|face| face.map(|corner| corner + first)));
+            positions.extend(corners);
+        }
+        let shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a mesh")));
+        let Ok(object) = Object::new("solids".into(), shape, Placement::IDENTITY, sides) else { return Ok(()) };
+        check(vec![object, floor(6.0, -1.0)], light, 1_500);
+        Ok(())
+    });
+    outcome.expect("every sample is right");
+}
+
 #[test]
 fn random_soups() {
     let number = || prop_oneof![(-8i32..=8).prop_map(|n| f64::from(n) / 4.0), -2.0..2.0f64];
