@@ -20,12 +20,14 @@ pub enum FindingKind {
     AreaLightAsPoint,
     /// An optional extension of the file that is not read.
     UnknownExtension,
-    /// Points or lines, which have no surface.
+    /// Points, lines, or primitives without positions, which have no surface.
     NotTriangles,
     /// Skins taken at their bind pose, or morph targets at their default weights.
     Deformation,
     /// A rule of the file's format that is broken without leaving a doubt about what is meant; the subject says where.
     BrokenRule,
+    /// A shape that has no body here: a plane without an end, a capsule with two radii, one made from a mesh.
+    UnreadShape,
     /// A material library that is not there.
     MissingMaterials,
     /// An OBJ whose extents look z-up.
@@ -53,6 +55,7 @@ impl FindingKind {
             Self::NotTriangles => "not_triangles",
             Self::Deformation => "deformation",
             Self::BrokenRule => "broken_rule",
+            Self::UnreadShape => "unread_shape",
             Self::MissingMaterials => "missing_materials",
             Self::LooksZUp => "looks_z_up",
             Self::NonPlanarPolygons => "non_planar_polygons",

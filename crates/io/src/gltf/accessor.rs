@@ -21,7 +21,7 @@ pub(super) enum Component {
 }
 
 impl Component {
-    fn of(code: u32) -> Result<Self, String> {
+    pub(super) fn of(code: u32) -> Result<Self, String> {
         match code {
             5120 => Ok(Self::I8),
             5121 => Ok(Self::U8),
@@ -109,7 +109,13 @@ impl<'a> Accessors<'a> {
 
     /// Elements of `N` components as f64: floats and integers exactly, normalised integers divided.
     pub(super) fn vectors<const N: usize>(&self, index: usize) -> Result<Vec<[f64; N]>, LoadProblem> {
-        let kind = ["", "SCALAR", "VEC2", "VEC3", "VEC4"][N];
+        let kind = match N {
+            1 => "SCALAR",
+            2 => "VEC2",
+            3 => "VEC3",
+            4 => "VEC4",
+            _ => "MAT4",
+        };
         let (accessor, component) = self.declared(index)?;
         let place = || format!("accessor {index}");
         if accessor.kind != kind {

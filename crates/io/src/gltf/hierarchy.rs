@@ -23,6 +23,8 @@ pub(super) struct Placed {
 #[derive(Debug)]
 pub(super) struct Hierarchy {
     pub(super) placed: Vec<Placed>,
+    /// The map of every node of the document, in the scene or not.
+    pub(super) maps: Vec<DAffine3>,
 }
 
 /// How messages call a node.
@@ -36,23 +38,29 @@ pub(super) fn place(node: usize, declared: &Node) -> String {
 impl Hierarchy {
     /// Checks the hierarchy of all nodes and walks the one of the scene.
     pub(super) fn new(document: &Document) -> Result<Self, LoadProblem> {
-        let has_parent = check_forest(document)?;
+        let parents_first = parents_first(document)?;
+        let mut maps = vec![DAffine3::IDENTITY; document.nodes.len()];
+        for &(node, parent) in &parents_first {
+            let declared = &document.nodes[node];
+            let own = own_map(declared).map_err(|message| LoadProblem::element(place(node, declared), message))?;
+            maps[node] = parent.map_or(own, |parent| maps[parent] * own);
+        }
+        let mut has_parent = vec![false; document.nodes.len()];
+        parents_first.iter().for_each(|&(node, parent)| has_parent[node] = parent.is_some());
         let roots = roots(document, &has_parent)?;
         let mut open: Vec<(usize, Option<usize>)> = roots.into_iter().rev().map(|root| (root, None)).collect();
         let mut placed: Vec<Placed> = Vec::new();
         while let Some((node, parent)) = open.pop() {
-            let declared = &document.nodes[node];
-            let own = own_map(declared).map_err(|message| LoadProblem::element(place(node, declared), message))?;
-            let map = parent.map_or(own, |parent| placed[parent].map * own);
-            open.extend(declared.children.iter().rev().map(|&child| (child, Some(placed.len()))));
-            placed.push(Placed { node, parent, map });
+            open.extend(document.nodes[node].children.iter().rev().map(|&child| (child, Some(placed.len()))));
+            placed.push(Placed { node, parent, map: maps[node] });
         }
-        Ok(Self { placed })
+        Ok(Self { placed, maps })
     }
 }
 
-/// Every node has one parent at most and no node is its own ancestor. Says which nodes have a parent.
-fn check_forest(document: &Document) -> Result<Vec<bool>, LoadProblem> {
+/// All nodes with their parents, parents before their children; refused unless every node has one parent at most and
+/// no node is its own ancestor.
+fn parents_first(document: &Document) -> Result<Vec<(usize, Option<usize>)>, LoadProblem> {
     let mut parent_of: Vec<Option<usize>> = vec![None; document.nodes.len()];
     for (parent, node) in document.nodes.iter().enumerate() {
         for &child in &node.children {
@@ -69,8 +77,10 @@ fn check_forest(document: &Document) -> Result<Vec<bool>, LoadProblem> {
     // With one parent each, whatever cannot be reached from a node without parent hangs on a cycle.
     let mut open: Vec<usize> = (0..parent_of.len()).filter(|&node| parent_of[node].is_none()).collect();
     let mut reached = vec![false; parent_of.len()];
+    let mut order = Vec::with_capacity(parent_of.len());
     while let Some(node) = open.pop() {
         reached[node] = true;
+        order.push((node, parent_of[node]));
         open.extend(&document.nodes[node].children);
     }
     match reached.iter().position(|&reached| !reached) {
@@ -78,7 +88,7 @@ fn check_forest(document: &Document) -> Result<Vec<bool>, LoadProblem> {
             place(node, &document.nodes[node]),
             "it is, or hangs on, its own ancestor: a cycle",
         )),
-        None => Ok(parent_of.iter().map(Option::is_some).collect()),
+        None => Ok(order),
     }
 }
 

@@ -22,7 +22,13 @@ pub(super) struct Document {
     #[serde(default)]
     pub(super) meshes: Vec<MeshPrimitives>,
     #[serde(default)]
+    pub(super) skins: Vec<Skin>,
+    #[serde(default)]
     pub(super) materials: Vec<Material>,
+    #[serde(default)]
+    pub(super) textures: Vec<Texture>,
+    #[serde(default)]
+    pub(super) images: Vec<Image>,
     #[serde(default)]
     pub(super) cameras: Vec<Eye>,
     #[serde(default)]
@@ -46,6 +52,81 @@ pub(super) struct Asset {
 pub(super) struct RootExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub(super) lights: Option<PunctualLights>,
+    #[serde(rename = "KHR_implicit_shapes")]
+    pub(super) implicit_shapes: Option<Shapes>,
+    #[serde(rename = "KHR_collision_shapes")]
+    pub(super) collision_shapes: Option<Shapes>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Shapes {
+    #[serde(default)]
+    pub(super) shapes: Vec<ImplicitShape>,
+}
+
+/// A body, in the member that its type names.
+#[derive(Debug, Deserialize)]
+pub(super) struct ImplicitShape {
+    #[serde(rename = "type")]
+    pub(super) kind: String,
+    #[serde(default)]
+    pub(super) sphere: SphereShape,
+    #[serde(default, rename = "box")]
+    pub(super) cuboid: BoxShape,
+    #[serde(default)]
+    pub(super) cylinder: TurnedShape,
+    #[serde(default)]
+    pub(super) capsule: TurnedShape,
+    #[serde(default)]
+    pub(super) plane: PlaneShape,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(default)]
+pub(super) struct SphereShape {
+    pub(super) radius: f64,
+}
+
+impl Default for SphereShape {
+    fn default() -> Self {
+        Self { radius: 0.5 }
+    }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(default)]
+pub(super) struct BoxShape {
+    pub(super) size: [f64; 3],
+}
+
+impl Default for BoxShape {
+    fn default() -> Self {
+        Self { size: [1.0; 3] }
+    }
+}
+
+/// A cylinder or capsule; early drafts have one `radius` for both ends.
+#[derive(Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct TurnedShape {
+    pub(super) height: f64,
+    pub(super) radius: f64,
+    pub(super) radius_top: Option<f64>,
+    pub(super) radius_bottom: Option<f64>,
+}
+
+impl Default for TurnedShape {
+    fn default() -> Self {
+        Self { height: 0.5, radius: 0.25, radius_top: None, radius_bottom: None }
+    }
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct PlaneShape {
+    pub(super) size_x: Option<f64>,
+    pub(super) size_z: Option<f64>,
+    pub(super) double_sided: bool,
 }
 
 #[derive(Debug, Deserialize)]
@@ -89,6 +170,25 @@ pub(super) struct NodeExtensions {
     pub(super) light: Option<LightReference>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub(super) instancing: Option<Instancing>,
+    #[serde(default, rename = "KHR_physics_rigid_bodies")]
+    pub(super) rigid_body: RigidBody,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct RigidBody {
+    pub(super) collider: Option<Collider>,
+}
+
+/// What collides in place of a node: named by itself in the older drafts, within `geometry` in the newer ones.
+#[derive(Debug, Deserialize)]
+pub(super) struct Collider {
+    pub(super) shape: Option<usize>,
+    pub(super) geometry: Option<ColliderGeometry>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct ColliderGeometry {
+    pub(super) shape: Option<usize>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -137,6 +237,37 @@ pub(super) struct DracoPrimitive {
 #[serde(rename_all = "camelCase")]
 pub(super) struct Material {
     pub(super) alpha_mode: Option<String>,
+    #[serde(default)]
+    pub(super) pbr_metallic_roughness: BaseColor,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct BaseColor {
+    pub(super) base_color_texture: Option<TextureReference>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct TextureReference {
+    pub(super) index: usize,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Texture {
+    pub(super) source: Option<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Image {
+    pub(super) buffer_view: Option<usize>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Skin {
+    pub(super) inverse_bind_matrices: Option<usize>,
+    pub(super) joints: Vec<usize>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -24,7 +24,7 @@ pub(super) struct LoadedMesh {
     pub(super) masked: usize,
     /// Triangles with a BLEND material.
     pub(super) blended: usize,
-    /// Primitives of points or lines.
+    /// Primitives of points or lines, or without positions.
     pub(super) not_triangles: usize,
     /// Whether it has morph targets.
     pub(super) morphs: bool,
@@ -98,7 +98,8 @@ impl<'a> Meshes<'a> {
         for (number, primitive) in declared.primitives.iter().enumerate() {
             let place = format!("{place}, primitive {number}");
             let refused = |message: String| LoadProblem::element(&place, message);
-            if primitive.mode.is_some_and(|mode| mode < 4) {
+            // Positions may be left out; then there is nothing to see.
+            if primitive.mode.is_some_and(|mode| mode < 4) || !primitive.attributes.contains_key("POSITION") {
                 not_triangles += 1;
                 continue;
             }

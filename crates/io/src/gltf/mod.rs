@@ -13,7 +13,8 @@
 //! - The scene is the default one, else the first, else all nodes without a parent. Families are its nodes with children.
 //! - Sparse accessors, accessors without a buffer view, KHR_mesh_quantization and all three ways of compression
 //!   (EXT_meshopt_compression, KHR_meshopt_compression, KHR_draco_mesh_compression) are read.
-//! - Morph targets are added by the weights of the node, else of the mesh.
+//! - Morph targets are added by the weights of the node, else of the mesh. Skins are taken at their bind pose.
+//! - A node without a mesh whose collider (KHR_physics_rigid_bodies) has a shape of KHR_implicit_shapes is that body.
 
 mod accessor;
 mod container;
@@ -24,6 +25,9 @@ mod mesh;
 mod meshopt;
 mod nodes;
 mod primitive;
+mod shapes;
+mod skins;
+mod validate;
 mod views;
 
 use umbriel_scene::FindingKind;
@@ -36,13 +40,16 @@ use mesh::Meshes;
 use views::Views;
 
 /// Extensions that are read.
-const READ: [&str; 6] = [
+const READ: [&str; 9] = [
     "KHR_lights_punctual",
     "EXT_mesh_gpu_instancing",
     "KHR_mesh_quantization",
     "EXT_meshopt_compression",
     "KHR_meshopt_compression",
     "KHR_draco_mesh_compression",
+    "KHR_implicit_shapes",
+    "KHR_collision_shapes",
+    "KHR_physics_rigid_bodies",
 ];
 /// Beginnings of the names of extensions that change nothing but shading, pictures and remarks.
 const WITHOUT_EFFECT: [&str; 4] = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_xmp"];
@@ -61,6 +68,7 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, lightmap_set: Option<u32>) -> 
     let hierarchy = hierarchy::Hierarchy::new(&document)?;
     let meshes = Meshes::new(&document, &accessors, lightmap_set);
     let mut model = nodes::read(&document, &hierarchy, &accessors, meshes)?;
+    model.findings.absorb(validate::check(&document)?, str::to_owned);
     for name in document.extensions_used.iter().filter(|name| !is_known(name)) {
         model.findings.add(FindingKind::UnknownExtension, name, 1);
     }

@@ -9,8 +9,10 @@ use umbriel_scene::{Camera, Family, FindingKind, Light, Member, Projection, Shap
 use super::{
     accessor::{Accessors, Component, within},
     hierarchy::{Hierarchy, Placed, place},
-    json::{Document, Eye, Instancing, Node, PunctualLight, element},
+    json::{Document, Eye, ImplicitShape, Instancing, Node, PunctualLight, element},
     mesh::{LoadedMesh, Meshes},
+    shapes::{self, Body},
+    skins,
 };
 use crate::{
     error::LoadProblem,
@@ -34,13 +36,18 @@ pub(super) fn read(
         let first = model.objects.len();
         if let Some(mesh) = node.mesh {
             let name = name_of(placed.node, node);
+            let told = |problem| within(problem, &place(placed.node, node));
             let maps = instances(node, &place(placed.node, node), accessors)?;
-            let mesh = meshes
-                .get(mesh, node.weights.as_deref())
-                .map_err(|problem| within(problem, &place(placed.node, node)))?;
+            let mesh = meshes.get(mesh, node.weights.as_deref()).map_err(told)?;
+            let map = match node.skin {
+                Some(skin) => skins::bind_map(document, hierarchy, accessors, skin).map_err(told)?,
+                None => placed.map,
+            };
             tell(&mut model, &name, node, mesh);
-            add_objects(&mut model, &name, placed, maps, mesh);
+            add_objects(&mut model, &name, map, maps, mesh);
             model.check_size(accessors.ledger())?;
+        } else if let Some(shape) = shapes::declared(document, node).map_err(refused)? {
+            add_body(&mut model, placed, node, shape);
         }
         objects_of.push(first..model.objects.len());
         if let Some(reference) = &node.extensions.light {
@@ -81,7 +88,7 @@ fn tell(model: &mut Model, name: &str, node: &Node, mesh: &LoadedMesh) {
 }
 
 /// One object, or one an instance; none for a mesh without triangles.
-fn add_objects(model: &mut Model, name: &str, placed: &Placed, maps: Option<Vec<DAffine3>>, mesh: &LoadedMesh) {
+fn add_objects(model: &mut Model, name: &str, map: DAffine3, maps: Option<Vec<DAffine3>>, mesh: &LoadedMesh) {
     if mesh.mesh.triangles().is_empty() {
         return;
     }
@@ -93,11 +100,22 @@ fn add_objects(model: &mut Model, name: &str, placed: &Placed, maps: Option<Vec<
         lightmap: mesh.lightmap.clone(),
     };
     match maps {
-        None => model.objects.push(object(name.to_owned(), placed.map)),
+        None => model.objects.push(object(name.to_owned(), map)),
         Some(maps) => {
             let instances = maps.into_iter().enumerate();
-            model.objects.extend(instances.map(|(i, map)| object(format!("{name}#{i}"), placed.map * map)));
+            model.objects.extend(instances.map(|(i, own)| object(format!("{name}#{i}"), map * own)));
         }
+    }
+}
+
+/// The body that stands for a node, if its shape is one that is read.
+fn add_body(model: &mut Model, placed: &Placed, node: &Node, shape: &ImplicitShape) {
+    let name = name_of(placed.node, node);
+    match shapes::body(shape) {
+        Some(Body { shape, map, sides }) => {
+            model.objects.push(ModelObject { name, shape, map: placed.map * map, sides, lightmap: None });
+        }
+        None => model.findings.add(FindingKind::UnreadShape, &name, 1),
     }
 }
 

@@ -75,7 +75,7 @@ impl<'a> Views<'a> {
 }
 
 /// How a view is compressed, with the extension that says so.
-fn compression(view: &BufferView) -> Option<(&'static str, &MeshoptView)> {
+pub(super) fn compression(view: &BufferView) -> Option<(&'static str, &MeshoptView)> {
     let extensions = &view.extensions;
     let ext = extensions.ext_meshopt.as_ref().map(|view| ("EXT_meshopt_compression", view));
     extensions.khr_meshopt.as_ref().map(|view| ("KHR_meshopt_compression", view)).or(ext)

@@ -20,6 +20,9 @@ fn meaning(kind: FindingKind) -> &'static str {
         FindingKind::UnknownExtension => "extensions that are not read",
         FindingKind::NotTriangles => "points or lines, which have no surface",
         FindingKind::Deformation => "skins or morph targets, taken at their bind pose and default weights",
+        FindingKind::UnreadShape => {
+            "shapes without a body here (endless planes, capsules of two radii, hulls of meshes)"
+        }
         FindingKind::BrokenRule => "rules of the file's format that are broken, without harm",
         FindingKind::MissingMaterials => "material libraries that are not there",
         FindingKind::LooksZUp => "the model looks z-up; read it with --up z if its +Z is up",

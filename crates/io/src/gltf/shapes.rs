@@ -1,0 +1,75 @@
+//! Bodies of KHR_implicit_shapes, and of its older form KHR_collision_shapes: what stands for a node without a mesh that
+//! KHR_physics_rigid_bodies gives a collider.
+//!
+//! Spheres, boxes, cylinders, cones, capsules and rectangles become bodies given by formulas. Planes without an end,
+//! capsules with two radii and shapes made from meshes have no such body here: they are told and left out.
+
+use glam::{DAffine3, DMat3, DVec3};
+use umbriel_geometry::{Analytic, Cuboid, Rectangle};
+use umbriel_scene::{Shape, Sides};
+
+use super::json::{Document, ImplicitShape, Node, TurnedShape, element};
+
+/// A body in the coordinates of its node.
+pub(super) struct Body {
+    pub(super) shape: Shape,
+    pub(super) map: DAffine3,
+    pub(super) sides: Option<Sides>,
+}
+
+impl Body {
+    fn of(shape: Shape) -> Self {
+        Self { shape, map: DAffine3::IDENTITY, sides: None }
+    }
+}
+
+/// The shape of a node's collider, if it has one.
+pub(super) fn declared<'a>(document: &'a Document, node: &Node) -> Result<Option<&'a ImplicitShape>, String> {
+    let Some(collider) = &node.extensions.rigid_body.collider else { return Ok(None) };
+    let named = collider.geometry.as_ref().and_then(|geometry| geometry.shape).or(collider.shape);
+    let Some(index) = named else { return Ok(None) };
+    let extensions = &document.extensions;
+    let shapes = extensions.implicit_shapes.as_ref().or(extensions.collision_shapes.as_ref());
+    element(shapes.map_or(&[], |shapes| &shapes.shapes), index, "shape").map(Some)
+}
+
+/// The body of a shape; `None` for one that is not read.
+pub(super) fn body(shape: &ImplicitShape) -> Option<Body> {
+    match shape.kind.as_str() {
+        "sphere" => Some(Body::of(Shape::Analytic(Analytic::Sphere { radius: shape.sphere.radius }))),
+        "box" => Some(Body::of(Shape::Cuboid(Cuboid { size: shape.cuboid.size }))),
+        "cylinder" => Some(cylinder(&shape.cylinder)),
+        "capsule" => {
+            let [bottom, top] = radii(&shape.capsule);
+            let body = Analytic::Capsule { radius: top, height: shape.capsule.height };
+            (bottom == top).then(|| Body::of(Shape::Analytic(body)))
+        }
+        "plane" => {
+            let size = [shape.plane.size_x?, shape.plane.size_z?];
+            let sides = Some(if shape.plane.double_sided { Sides::Two } else { Sides::One });
+            Some(Body { sides, ..Body::of(Shape::Rectangle(Rectangle { size })) })
+        }
+        _ => None,
+    }
+}
+
+fn radii(shape: &TurnedShape) -> [f64; 2] {
+    [shape.radius_bottom, shape.radius_top].map(|radius| radius.unwrap_or(shape.radius))
+}
+
+/// A cylinder, frustum or cone. A cone that stands on its apex is one turned by half a turn about x, which is exact.
+fn cylinder(shape: &TurnedShape) -> Body {
+    let height = shape.height;
+    let [bottom_radius, top_radius] = radii(shape);
+    let upright = |body| Body::of(Shape::Analytic(body));
+    if bottom_radius == top_radius {
+        upright(Analytic::Cylinder { radius: top_radius, height })
+    } else if top_radius == 0.0 {
+        upright(Analytic::Cone { radius: bottom_radius, height })
+    } else if bottom_radius == 0.0 {
+        let turn = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
+        Body { map: DAffine3::from_mat3(turn), ..upright(Analytic::Cone { radius: top_radius, height }) }
+    } else {
+        upright(Analytic::Frustum { bottom_radius, top_radius, height })
+    }
+}

@@ -1,0 +1,44 @@
+//! Skins, taken at their bind pose.
+//!
+//! A vertex of a skinned mesh lies at the weighted sum of J·B·v over its joints, J being the joint's matrix in the scene
+//! and B its inverse bind matrix; the matrix of the node itself is ignored, as glTF says. In the bind pose all J·B are
+//! one matrix, and the mesh keeps the shape that it has in the file: that matrix is its placement. Where the nodes do
+//! not stand in the bind pose, the mesh takes it up where its first joint stands.
+
+use glam::DAffine3;
+
+use super::{
+    accessor::{Accessors, Component, within},
+    hierarchy::Hierarchy,
+    json::{Document, element, existing},
+};
+use crate::{error::LoadProblem, transform::from_matrix};
+
+/// The placement of a mesh with that skin: J·B of the first joint.
+pub(super) fn bind_map(
+    document: &Document,
+    hierarchy: &Hierarchy,
+    accessors: &Accessors,
+    index: usize,
+) -> Result<DAffine3, LoadProblem> {
+    let skin = existing(&document.skins, index, "skin")?;
+    let place = format!("skin {index}");
+    let refused = |message: String| LoadProblem::element(&place, message);
+    for &joint in &skin.joints {
+        element(&document.nodes, joint, "joint node").map_err(refused)?;
+    }
+    let Some(&first) = skin.joints.first() else { return Err(refused("it has no joints".to_owned())) };
+    let joint = hierarchy.maps[first];
+    let Some(accessor) = skin.inverse_bind_matrices else { return Ok(joint) };
+    let (_, component) = accessors.declared(accessor).map_err(|problem| within(problem, &place))?;
+    if component != Component::F32 {
+        return Err(refused("its inverse bind matrices are not 32-bit floats".to_owned()));
+    }
+    let matrices = accessors.vectors::<16>(accessor).map_err(|problem| within(problem, &place))?;
+    let Some(&matrix) = matrices.first().filter(|_| matrices.len() >= skin.joints.len()) else {
+        let (count, joints) = (matrices.len(), skin.joints.len());
+        return Err(refused(format!("it has {count} inverse bind matrices for {joints} joints")));
+    };
+    let inverse = from_matrix(&matrix).map_err(|message| refused(format!("inverse bind matrix 0: {message}")))?;
+    Ok(joint * inverse)
+}

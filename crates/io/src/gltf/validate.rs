@@ -1,0 +1,224 @@
+//! What is wrong with a document apart from what was read of it.
+//!
+//! Whoever reads an element checks what is needed to read it; here is the rest, so that a file that is broken somewhere
+//! does not pass because nobody looked there: references to elements that are not there, and ranges that leave their
+//! buffers, are refused; rules that are broken without harm (alignment, strides, numbers of vertices) are told.
+//! Only declarations are looked at, no bytes, so the time is linear in the text.
+
+use umbriel_scene::FindingKind;
+
+use super::{
+    accessor::Component,
+    json::{Accessor, BufferView, Document, MeshPrimitives, Primitive, existing},
+    views::compression,
+};
+use crate::{error::LoadProblem, model::Findings};
+
+/// Checks a document that was read without fault.
+pub(super) fn check(document: &Document) -> Result<Findings, LoadProblem> {
+    let mut check = Check { document, findings: Findings::default() };
+    for (index, view) in document.buffer_views.iter().enumerate() {
+        check.view(view, &format!("buffer view {index}"))?;
+    }
+    for (index, accessor) in document.accessors.iter().enumerate() {
+        check.accessor(accessor, &format!("accessor {index}"))?;
+    }
+    for (index, mesh) in document.meshes.iter().enumerate() {
+        check.mesh(mesh, &format!("mesh {index}"))?;
+    }
+    check.nodes()?;
+    check.textures()?;
+    Ok(check.findings)
+}
+
+struct Check<'a> {
+    document: &'a Document,
+    findings: Findings,
+}
+
+/// Names an element that has to be there.
+fn named<T>(list: &[T], index: usize, kind: &str, place: &str) -> Result<(), LoadProblem> {
+    existing(list, index, kind).map(|_| ()).map_err(|problem| super::accessor::within(problem, place))
+}
+
+impl Check<'_> {
+    /// Tells a rule that is broken.
+    fn tell(&mut self, place: &str, rule: &str) {
+        self.findings.add(FindingKind::BrokenRule, &format!("{place}: {rule}"), 1);
+    }
+
+    fn view(&mut self, view: &BufferView, place: &str) -> Result<(), LoadProblem> {
+        let inside = |buffer: usize, offset: usize, length: usize| -> Result<(), LoadProblem> {
+            named(&self.document.buffers, buffer, "buffer", place)?;
+            let declared = &self.document.buffers[buffer];
+            let end = offset.checked_add(length).filter(|&end| end <= declared.byte_length);
+            end.map(|_| ()).ok_or_else(|| {
+                let message = format!("its {length} bytes from byte {offset} on leave buffer {buffer}");
+                LoadProblem::element(place, message)
+            })
+        };
+        inside(view.buffer, view.byte_offset, view.byte_length)?;
+        if let Some((_, stream)) = compression(view) {
+            inside(stream.buffer, stream.byte_offset, stream.byte_length)?;
+        }
+        if view.byte_stride.is_some_and(|stride| !(4..=252).contains(&stride) || !stride.is_multiple_of(4)) {
+            self.tell(place, "its stride is not one of 4, 8, ... 252");
+        }
+        Ok(())
+    }
+
+    fn accessor(&mut self, accessor: &Accessor, place: &str) -> Result<(), LoadProblem> {
+        let refused = |message: String| LoadProblem::element(place, message);
+        let component = Component::of(accessor.component_type).map_err(refused)?;
+        let size = element_size(&accessor.kind, component)
+            .ok_or_else(|| refused(format!("its type {} is none of glTF's", crate::error::excerpt(&accessor.kind))))?;
+        if let Some(view) = accessor.buffer_view {
+            self.elements(view, accessor.byte_offset, (size, component.size()), accessor.count, place)?;
+        }
+        if accessor.count == 0 {
+            self.tell(place, "it has no elements");
+        }
+        if accessor.normalized && matches!(component, Component::U32 | Component::F32) {
+            self.tell(place, "its components cannot be normalised");
+        }
+        let Some(sparse) = &accessor.sparse else { return Ok(()) };
+        if sparse.count > accessor.count {
+            return Err(refused(format!("{} of its {} elements are sparse", sparse.count, accessor.count)));
+        }
+        let place = format!("{place}, sparse");
+        let (at, from) = (&sparse.indices, &sparse.values);
+        let index = Component::of(at.component_type).map_err(|message| LoadProblem::element(&place, message))?.size();
+        self.elements(at.buffer_view, at.byte_offset, (index, index), sparse.count, &place)?;
+        self.elements(from.buffer_view, from.byte_offset, (size, component.size()), sparse.count, &place)
+    }
+
+    /// Elements of `size` bytes in a view, made of components of `unit` bytes.
+    fn elements(
+        &mut self,
+        view: usize,
+        offset: usize,
+        (size, unit): (usize, usize),
+        count: usize,
+        place: &str,
+    ) -> Result<(), LoadProblem> {
+        named(&self.document.buffer_views, view, "buffer view", place)?;
+        let declared = &self.document.buffer_views[view];
+        let stride = declared.byte_stride.unwrap_or(size);
+        let end = match count {
+            0 => Some(offset),
+            _ => (count - 1).checked_mul(stride).and_then(|last| last.checked_add(size)?.checked_add(offset)),
+        };
+        if stride < size || end.is_none_or(|end| end > declared.byte_length) {
+            let message = format!("{count} elements of {size} bytes do not fit into it");
+            return Err(LoadProblem::element(format!("{place}, buffer view {view}"), message));
+        }
+        let start = declared.byte_offset.wrapping_add(offset);
+        if !offset.is_multiple_of(unit) || !start.is_multiple_of(unit) || !stride.is_multiple_of(unit) {
+            self.tell(place, "its components are not aligned");
+        }
+        Ok(())
+    }
+
+    fn mesh(&mut self, mesh: &MeshPrimitives, place: &str) -> Result<(), LoadProblem> {
+        if mesh.primitives.is_empty() {
+            self.tell(place, "it has no primitives");
+        }
+        for (number, primitive) in mesh.primitives.iter().enumerate() {
+            self.primitive(primitive, &format!("{place}, primitive {number}"))?;
+        }
+        Ok(())
+    }
+
+    fn primitive(&mut self, primitive: &Primitive, place: &str) -> Result<(), LoadProblem> {
+        let accessors = &self.document.accessors;
+        let targets = primitive.targets.iter().flat_map(|target| target.values());
+        for &accessor in primitive.attributes.values().chain(targets.clone()).chain(&primitive.indices) {
+            named(accessors, accessor, "accessor", place)?;
+        }
+        if let Some(material) = primitive.material {
+            named(&self.document.materials, material, "material", place)?;
+        }
+        if let Some(draco) = &primitive.extensions.draco {
+            named(&self.document.buffer_views, draco.buffer_view, "buffer view", place)?;
+        }
+        if primitive.mode.is_some_and(|mode| mode > 6) {
+            return Err(LoadProblem::element(place, "its mode is none of glTF's (0 to 6)"));
+        }
+        let mut counts = primitive.attributes.values().chain(targets).map(|&index| accessors[index].count);
+        let first = counts.next();
+        if counts.any(|count| Some(count) != first) {
+            self.tell(place, "its attributes differ in their number of vertices");
+        }
+        Ok(())
+    }
+
+    fn nodes(&mut self) -> Result<(), LoadProblem> {
+        let document = self.document;
+        for (index, node) in document.nodes.iter().enumerate() {
+            let place = super::hierarchy::place(index, node);
+            let references = [
+                (node.mesh, document.meshes.len(), "mesh"),
+                (node.skin, document.skins.len(), "skin"),
+                (node.camera, document.cameras.len(), "camera"),
+            ];
+            for (index, count, kind) in references {
+                if let Some(index) = index.filter(|&index| index >= count) {
+                    let message = format!("it names {kind} {index}, but there are {count}");
+                    return Err(LoadProblem::element(place, message));
+                }
+            }
+        }
+        for (index, scene) in document.scenes.iter().enumerate() {
+            for &node in &scene.nodes {
+                named(&document.nodes, node, "node", &format!("scene {index}"))?;
+            }
+        }
+        for (index, skin) in document.skins.iter().enumerate() {
+            let place = format!("skin {index}");
+            for &joint in &skin.joints {
+                named(&document.nodes, joint, "node", &place)?;
+            }
+            if let Some(accessor) = skin.inverse_bind_matrices {
+                named(&document.accessors, accessor, "accessor", &place)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Pictures do not matter to shadows as long as MASK materials are opaque, but their numbers do to the file.
+    fn textures(&mut self) -> Result<(), LoadProblem> {
+        let document = self.document;
+        for (index, material) in document.materials.iter().enumerate() {
+            if let Some(texture) = &material.pbr_metallic_roughness.base_color_texture {
+                named(&document.textures, texture.index, "texture", &format!("material {index}"))?;
+            }
+        }
+        for (index, texture) in document.textures.iter().enumerate() {
+            if let Some(image) = texture.source {
+                named(&document.images, image, "image", &format!("texture {index}"))?;
+            }
+        }
+        for (index, image) in document.images.iter().enumerate() {
+            if let Some(view) = image.buffer_view {
+                named(&document.buffer_views, view, "buffer view", &format!("image {index}"))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The bytes of an element; columns of matrices begin at multiples of four bytes.
+fn element_size(kind: &str, component: Component) -> Option<usize> {
+    let size = component.size();
+    let matrix = |side: usize| (side - 1) * (side * size).next_multiple_of(4) + side * size;
+    match kind {
+        "SCALAR" => Some(size),
+        "VEC2" => Some(2 * size),
+        "VEC3" => Some(3 * size),
+        "VEC4" => Some(4 * size),
+        "MAT2" => Some(matrix(2)),
+        "MAT3" => Some(matrix(3)),
+        "MAT4" => Some(matrix(4)),
+        _ => None,
+    }
+}
