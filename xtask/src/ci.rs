@@ -18,7 +18,10 @@ use crate::{
 type Step = (&'static str, fn() -> Result<()>);
 
 const STEPS: [Step; 10] = [
-    ("fmt", || succeed(&mut cargo(&["fmt", "--all", "--check"]))),
+    ("fmt", || {
+        succeed(&mut cargo(&["fmt", "--all", "--check"]))?;
+        succeed(&mut cargo(&["fmt", "--manifest-path", "fuzz/Cargo.toml", "--check"]))
+    }),
     ("clippy", || succeed(&mut cargo(&["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]))),
     ("doc", || succeed(&mut documentation())),
     ("test", || succeed(&mut cargo(&["test", "--quiet", "--workspace"]))),

@@ -7,6 +7,7 @@ mod bench;
 mod ci;
 mod downstream;
 mod fixtures;
+mod fuzz;
 mod layers;
 mod projection;
 mod regress;
@@ -42,6 +43,8 @@ enum Task {
     Projection(projection::Options),
     /// Let the judges look at millions of adversarial cases; hours, unless --minutes says otherwise
     Soak(soak::Options),
+    /// Let libFuzzer look for bytes that break a parser, a small scene or an octree
+    Fuzz(fuzz::Options),
     /// What distance from the origin does to answers: the table of the README
     Offsets,
     /// Check which crate uses which, and what the lower layers must not use
@@ -62,6 +65,7 @@ fn main() -> ExitCode {
         Task::Bench(options) => bench::run(&options),
         Task::Projection(options) => projection::run(&options),
         Task::Soak(options) => soak::run(&options),
+        Task::Fuzz(options) => fuzz::run(&options),
         Task::Offsets => bench::offsets(),
         Task::Layers => layers::run(),
         Task::Downstream => downstream::run(),

@@ -28,7 +28,7 @@ pub enum LoadProblem {
         source: io::Error,
     },
     /// A file name that ends in none of the known ways.
-    #[error("only files that end in .toml, .obj, .gltf or .glb are read as scenes")]
+    #[error("only files that end in .toml, .gltf, .glb, .obj, .stl or .ply are read as scenes")]
     UnknownFormat,
     /// A path that leads out of the folder of the scene.
     #[error(

@@ -1,6 +1,7 @@
-//! What is worth knowing about the surfaces of a scene: open edges, faces without area, faces given twice.
+//! What is worth knowing about the surfaces of a scene: open edges, edges whose faces are wound differently, faces without
+//! area, faces given twice.
 //!
-//! All three are decided exactly on the placed vertices, and every instance is looked at where it stands, since rounding
+//! All of it is decided exactly on the placed vertices, and every instance is looked at where it stands, since rounding
 //! may join vertices in one place and not in another. Vertices that are equal in a mesh are equal wherever it stands; so
 //! an instance in which rounding joins no others has the mesh's own topology, which is found once. O(n log n) in the
 //! triangles of all meshes, O(n) in those of all instances unless rounding comes near to joining vertices.
@@ -13,7 +14,7 @@ use umbriel_geometry::{Facets, Mesh, Placement};
 use umbriel_scene::{Finding, FindingKind, Object, Scene, Shape};
 
 /// The findings about the surfaces of all triangle meshes of a scene, mesh by mesh: what is found about objects that
-/// share a mesh is one finding, with the name of the first of them and the count over all. Other bodies are what they
+/// share a mesh is one finding, with the name of the first of them, its first places, and the count over all. Other bodies are what they
 /// are: nothing is found about them.
 pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
     let mut place_of: HashMap<*const Mesh, usize> = HashMap::new();
@@ -24,7 +25,7 @@ pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
             groups.push(Group {
                 own: Joints::of(mesh, &Placement::IDENTITY),
                 gap: gap(mesh),
-                found: [const { None }; 3],
+                found: Default::default(),
             });
             groups.len() - 1
         });
@@ -37,7 +38,7 @@ pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
 struct Group {
     own: Joints,
     gap: f64,
-    found: [Option<Finding>; 3],
+    found: [Option<Finding>; 4],
 }
 
 impl Group {
@@ -45,15 +46,43 @@ impl Group {
         let placed: Vec<DVec3> = mesh.positions().iter().map(|&position| object.placement.round(position)).collect();
         let kept_apart =
             stay_apart(self.gap, &object.placement.map().matrix3, &placed) || distinct(&placed) == self.own.positions;
-        let joints = if kept_apart { self.own } else { Joints::of(mesh, &object.placement) };
-        let counts = [
-            (FindingKind::OpenEdges, joints.open_edges),
-            (FindingKind::ZeroAreaFaces, without_area(mesh, &placed)),
-            (FindingKind::DuplicateFaces, joints.duplicates),
+        let moved = (!kept_apart).then(|| Joints::of(mesh, &object.placement));
+        let joints = moved.as_ref().unwrap_or(&self.own);
+        let flat = without_area(mesh, &placed);
+        let faults = [
+            (FindingKind::OpenEdges, &joints.open_edges),
+            (FindingKind::InconsistentWinding, &joints.turned_edges),
+            (FindingKind::ZeroAreaFaces, &flat),
+            (FindingKind::DuplicateFaces, &joints.duplicates),
         ];
-        for (found, (kind, count)) in self.found.iter_mut().zip(counts).filter(|(_, (_, count))| *count > 0) {
-            found.get_or_insert_with(|| Finding { kind, subject: object.name.clone(), count: 0 }).count += count;
+        for (found, (kind, faults)) in self.found.iter_mut().zip(faults).filter(|(_, (_, faults))| faults.count > 0) {
+            let finding = || Finding { kind, subject: object.name.clone(), count: 0, places: faults.places() };
+            found.get_or_insert_with(finding).count += faults.count;
         }
+    }
+}
+
+/// How often something was found, and the first faces where it was.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Faults {
+    count: usize,
+    /// Ascending.
+    faces: Vec<u32>,
+}
+
+impl Faults {
+    /// From the faces at fault, in any order; one that is at fault twice counts twice.
+    fn at(faces: impl Iterator<Item = u32>) -> Self {
+        let mut faces: Vec<u32> = faces.collect();
+        let count = faces.len();
+        faces.sort_unstable();
+        faces.dedup();
+        faces.truncate(Finding::PLACES);
+        Self { count, faces }
+    }
+
+    fn places(&self) -> Vec<String> {
+        self.faces.iter().map(|face| format!("face {face}")).collect()
     }
 }
 
@@ -82,27 +111,67 @@ fn stay_apart(gap: f64, map: &DMat3, placed: &[DVec3]) -> bool {
 }
 
 /// How the triangles of a mesh hang together.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Joints {
     positions: usize,
-    open_edges: usize,
-    /// How many triangles have the same three corners as an earlier one, in whichever order.
-    duplicates: usize,
+    /// Edges whose directed uses do not cancel.
+    open_edges: Faults,
+    /// Edges that just two triangles use, both in one direction; they are open, too.
+    turned_edges: Faults,
+    /// Triangles that have the same three corners as an earlier one, in whichever order.
+    duplicates: Faults,
 }
 
 impl Joints {
     fn of(mesh: &Arc<Mesh>, placement: &Placement) -> Self {
         let facets = Facets::of_mesh(Arc::clone(mesh), placement);
-        let mut corners: Vec<Vec<u32>> =
-            (0..facets.len()).map(|facet| facets.ranked(facet).corners().to_vec()).collect();
-        corners.iter_mut().for_each(|corners| corners.sort_unstable());
-        corners.sort_unstable();
+        let ranks: Vec<Vec<u32>> = (0..facets.len()).map(|facet| facets.ranked(facet).corners().to_vec()).collect();
+        let uses = edge_uses(&ranks);
+        let edges = || uses.chunk_by(|a, b| a.ends == b.ends);
+        let is_open =
+            |edge: &&[EdgeUse]| edge.iter().map(|usage| if usage.is_upward { 1 } else { -1 }).sum::<i64>() != 0;
+        let is_turned = |edge: &&[EdgeUse]| edge.len() == 2 && edge[0].is_upward == edge[1].is_upward;
         Self {
             positions: distinct(facets.positions()),
-            open_edges: facets.topology().components.iter().map(|component| component.open_edges).sum(),
-            duplicates: corners.windows(2).filter(|pair| pair[0] == pair[1]).count(),
+            open_edges: Faults::at(edges().filter(is_open).map(|edge| edge[0].face)),
+            turned_edges: Faults::at(edges().filter(is_turned).map(|edge| edge[0].face)),
+            duplicates: duplicates(&ranks),
         }
     }
+}
+
+/// One use of an edge by a triangle.
+struct EdgeUse {
+    /// Its ends, the lower first.
+    ends: [u32; 2],
+    is_upward: bool,
+    face: u32,
+}
+
+/// The uses of all edges, those of one edge together and by face.
+fn edge_uses(faces: &[Vec<u32>]) -> Vec<EdgeUse> {
+    let mut uses = Vec::with_capacity(3 * faces.len());
+    for (face, corners) in faces.iter().enumerate() {
+        let edges = corners.iter().zip(corners.iter().cycle().skip(1)).filter(|(from, to)| from != to);
+        uses.extend(edges.map(|(&from, &to)| EdgeUse {
+            ends: [from.min(to), from.max(to)],
+            is_upward: from < to,
+            face: face as u32,
+        }));
+    }
+    uses.sort_unstable_by_key(|usage| (usage.ends, usage.face));
+    uses
+}
+
+fn duplicates(faces: &[Vec<u32>]) -> Faults {
+    let sorted = |(face, corners): (usize, &Vec<u32>)| {
+        let mut corners = corners.clone();
+        corners.sort_unstable();
+        (corners, face as u32)
+    };
+    let mut faces: Vec<(Vec<u32>, u32)> = faces.iter().enumerate().map(sorted).collect();
+    faces.sort_unstable();
+    Faults::at(faces.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1))
 }
 
 /// The number of different positions.
@@ -114,8 +183,8 @@ fn distinct(positions: &[DVec3]) -> usize {
     keys.len()
 }
 
-/// How many triangles have no area: exactly those whose projections along all three axes have none.
-fn without_area(mesh: &Mesh, placed: &[DVec3]) -> usize {
+/// The triangles without area: exactly those whose projections along all three axes have none.
+fn without_area(mesh: &Mesh, placed: &[DVec3]) -> Faults {
     let has_area = |corners: &[u32; 3]| {
         let [a, b, c] = corners.map(|corner| placed[corner as usize]);
         (0..3).any(|axis| {
@@ -123,7 +192,8 @@ fn without_area(mesh: &Mesh, placed: &[DVec3]) -> usize {
             orient2d(seen(a), seen(b), seen(c)) != 0.0
         })
     };
-    mesh.triangles().iter().filter(|corners| !has_area(corners)).count()
+    let flat = mesh.triangles().iter().enumerate().filter(|(_, corners)| !has_area(corners));
+    Faults::at(flat.map(|(face, _)| face as u32))
 }
 
 #[cfg(test)]
@@ -147,8 +217,15 @@ mod tests {
         scene.objects.push(object("floor", Shape::Rectangle(Rectangle { size: [1.0, 1.0] })));
         let found: Vec<_> = surface_findings(&scene).iter().map(|f| (f.kind, f.count)).collect();
         // 0.1 and 0.2 times (1, 1) are exactly in line with the origin; the doubled edges do not cancel.
-        let expected = [(FindingKind::OpenEdges, 6), (FindingKind::ZeroAreaFaces, 1), (FindingKind::DuplicateFaces, 1)];
+        let expected = [
+            (FindingKind::OpenEdges, 6),
+            (FindingKind::InconsistentWinding, 3),
+            (FindingKind::ZeroAreaFaces, 1),
+            (FindingKind::DuplicateFaces, 1),
+        ];
         assert_eq!(found, expected);
+        let places: Vec<_> = surface_findings(&scene).iter().map(|finding| finding.places.join(", ")).collect();
+        assert_eq!(places, ["face 0, face 1", "face 0", "face 1", "face 2"]);
         assert!(surface_findings(&scene).iter().all(|finding| finding.subject == "mesh"));
     }
 

@@ -72,6 +72,11 @@ impl Ledger {
         Ok(bytes)
     }
 
+    /// Counts the bytes of a file that was read elsewhere.
+    pub(crate) fn count(&self, bytes: &[u8]) {
+        self.account.borrow_mut().bytes += bytes.len() as u64;
+    }
+
     /// Whether so much is acceptable.
     pub(crate) fn check(&self, quantity: Quantity, count: u64) -> Result<(), LoadProblem> {
         let most = quantity.base() + self.account.borrow().bytes;

@@ -1,6 +1,6 @@
 //! Scenes in, tables, meshes and pictures out.
 //!
-//! [`load`] reads scene files (`.toml`), Wavefront OBJ and glTF 2.0 (`.gltf`, `.glb`) into a
+//! [`load`] reads scene files (`.toml`), glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ, STL and PLY into a
 //! [`Scene`](umbriel_scene::Scene), strictly: a fault is an error that names its place, and what is taken otherwise
 //! than the file says is a finding. [`mod@npy`] has NumPy's tables of points. [`surface_findings`] looks at the surfaces themselves. [`read_suns`] reads tables of
 //! suns. [`mod@write`] holds the writers.
@@ -24,17 +24,22 @@ mod names;
 pub mod npy;
 mod obj;
 mod options;
+mod ply;
 mod scene_file;
+mod stl;
 mod sun;
 mod suns;
+mod text;
+mod tokens;
 mod transform;
 mod triangulate;
 pub mod write;
+mod z_up;
 
 pub use error::{LoadError, LoadProblem};
 pub use findings::surface_findings;
 pub use lightmap::LightmapLayout;
-pub use load::load;
+pub use load::{load, load_bytes};
 pub use options::{DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
 pub use sun::sun_from_angles;
 pub use suns::{SunPlace, SunRow, SunsError, duration_of_hours, read_suns};

@@ -12,10 +12,10 @@ use crate::{
     model::Model,
     obj,
     options::{DetailSetting, LoadOptions, LoadedScene, UpAxis},
-    scene_file,
+    ply, scene_file, stl,
 };
 
-/// Reads a scene: a scene file (`.toml`), Wavefront OBJ (`.obj`) or glTF 2.0 (`.gltf`, `.glb`).
+/// Reads a scene: a scene file (`.toml`), glTF 2.0 (`.gltf`, `.glb`), Wavefront OBJ (`.obj`), STL (`.stl`) or PLY (`.ply`).
 ///
 /// All names are unique, all numbers accepted, all indices in range; what was taken otherwise than the file says is a
 /// finding. A scene without lights is fine. Time O(n log n) in the size of the files; memory a small multiple of it.
@@ -26,11 +26,26 @@ use crate::{
 pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedScene, LoadError> {
     let folder = Folder::of_scene(path, options.outside);
     let bytes = folder.ledger().read(&as_named(path)).map_err(|problem| problem.in_file(path))?;
+    read(path, &bytes, folder, options)
+}
+
+/// As [`load`], with the content of the scene's file at hand. `path` says what kind of file it is and where the files lie
+/// that it names; the file itself need not be there.
+///
+/// # Errors
+/// As of [`load`].
+pub fn load_bytes(path: &Path, bytes: &[u8], options: &LoadOptions) -> Result<LoadedScene, LoadError> {
+    let folder = Folder::of_scene(path, options.outside);
+    folder.ledger().count(bytes);
+    read(path, bytes, folder, options)
+}
+
+fn read(path: &Path, bytes: &[u8], folder: Folder, options: &LoadOptions) -> Result<LoadedScene, LoadError> {
     let (model, stated) = match Format::of(path) {
-        Some(Format::SceneFile) => scene_file::read(path, &bytes, &folder, options)?,
+        Some(Format::SceneFile) => scene_file::read(path, bytes, &folder, options)?,
         Some(Format::Mesh(format)) => {
             let reading = Reading { up_is_stated: options.up.is_some(), lightmap_set: options.lightmap_set };
-            let model = read_mesh(path, format, &bytes, &folder, &reading)?;
+            let model = read_mesh(path, format, bytes, &folder, &reading)?;
             (model, Stated::default())
         }
         None => return Err(LoadProblem::UnknownFormat.in_file(path)),
@@ -63,6 +78,8 @@ enum Format {
 pub(crate) enum MeshFormat {
     Obj,
     Gltf,
+    Stl,
+    Ply,
 }
 
 impl MeshFormat {
@@ -70,6 +87,8 @@ impl MeshFormat {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "obj" => Some(Self::Obj),
             "gltf" | "glb" => Some(Self::Gltf),
+            "stl" => Some(Self::Stl),
+            "ply" => Some(Self::Ply),
             _ => None,
         }
     }
@@ -85,13 +104,13 @@ impl Format {
 /// How to read a mesh file.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Reading {
-    /// Keeps an OBJ from being suspected of pointing up elsewhere.
+    /// Keeps a file that does not say from being suspected of pointing up elsewhere.
     pub(crate) up_is_stated: bool,
     /// See [`LoadOptions::lightmap_set`].
     pub(crate) lightmap_set: Option<u32>,
 }
 
-/// The content of an OBJ or glTF file.
+/// The content of a mesh file.
 pub(crate) fn read_mesh(
     path: &Path,
     format: MeshFormat,
@@ -104,6 +123,8 @@ pub(crate) fn read_mesh(
     let model = match format {
         MeshFormat::Obj => obj::read(bytes, &stem, &folder, reading),
         MeshFormat::Gltf => gltf::read(bytes, &folder, reading.lightmap_set),
+        MeshFormat::Stl => stl::read(bytes, &stem, reading),
+        MeshFormat::Ply => ply::read(bytes, &stem, reading),
     };
     model.map_err(|problem| problem.in_file(path))
 }

@@ -41,26 +41,49 @@ pub(crate) struct Model {
     pub(crate) findings: Findings,
 }
 
-/// Findings by kind and subject, counts added up.
+/// Findings by kind and subject, counts added up, the first places kept.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Findings(BTreeMap<(FindingKind, String), usize>);
+pub(crate) struct Findings(BTreeMap<(FindingKind, String), Found>);
+
+#[derive(Clone, Debug, Default)]
+struct Found {
+    count: usize,
+    places: Vec<String>,
+}
 
 impl Findings {
     pub(crate) fn add(&mut self, kind: FindingKind, subject: &str, count: usize) {
         if count > 0 {
-            *self.0.entry((kind, subject.to_owned())).or_default() += count;
+            self.entry(kind, subject).count += count;
         }
+    }
+
+    /// One more, at a place that a user can look up.
+    pub(crate) fn add_at(&mut self, kind: FindingKind, subject: &str, place: impl std::fmt::Display) {
+        let found = self.entry(kind, subject);
+        found.count += 1;
+        if found.places.len() < Finding::PLACES {
+            found.places.push(place.to_string());
+        }
+    }
+
+    fn entry(&mut self, kind: FindingKind, subject: &str) -> &mut Found {
+        self.0.entry((kind, subject.to_owned())).or_default()
     }
 
     /// Takes over the findings of a part; `rename` says what its subjects are called in the whole.
     pub(crate) fn absorb(&mut self, part: Self, rename: impl Fn(&str) -> String) {
-        for ((kind, subject), count) in part.0 {
-            self.add(kind, &rename(&subject), count);
+        for ((kind, subject), found) in part.0 {
+            let entry = self.entry(kind, &rename(&subject));
+            entry.count += found.count;
+            entry.places.extend(found.places);
+            entry.places.truncate(Finding::PLACES);
         }
     }
 
     pub(crate) fn into_list(self) -> Vec<Finding> {
-        self.0.into_iter().map(|((kind, subject), count)| Finding { kind, subject, count }).collect()
+        let finding = |((kind, subject), Found { count, places })| Finding { kind, subject, count, places };
+        self.0.into_iter().map(finding).collect()
     }
 }
 
@@ -119,7 +142,7 @@ impl Model {
         families.roots = copy_members(&self.families, roots, &mut families, &place);
         let kept: BTreeSet<&str> = objects.iter().map(|object| object.name.as_str()).collect();
         let findings = self.findings.0.iter().filter(|((_, subject), _)| kept.contains(subject.as_str()));
-        let findings = Findings(findings.map(|(key, &count)| (key.clone(), count)).collect());
+        let findings = Findings(findings.map(|(key, found)| (key.clone(), found.clone())).collect());
         Some(Self { objects, families, findings, ..Self::default() })
     }
 

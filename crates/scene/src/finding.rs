@@ -6,6 +6,8 @@
 pub enum FindingKind {
     /// Edges whose directed uses do not cancel: the component is open and counts as two-sided.
     OpenEdges,
+    /// Edges that two triangles use in one direction: they are wound differently, and the edge is open.
+    InconsistentWinding,
     /// Triangles without area.
     ZeroAreaFaces,
     /// Triangles with the same corners as another one.
@@ -45,6 +47,7 @@ impl FindingKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::OpenEdges => "open_edges",
+            Self::InconsistentWinding => "inconsistent_winding",
             Self::ZeroAreaFaces => "zero_area_faces",
             Self::DuplicateFaces => "duplicate_faces",
             Self::MaskAsOpaque => "mask_as_opaque",
@@ -74,4 +77,11 @@ pub struct Finding {
     pub subject: String,
     /// How many times.
     pub count: usize,
+    /// The first places, [`Finding::PLACES`] at most ("line 12", "face 3"); none where the subject says it all.
+    pub places: Vec<String>,
+}
+
+impl Finding {
+    /// How many places are told.
+    pub const PLACES: usize = 5;
 }

@@ -7,15 +7,17 @@
 //!
 //! Positions are read as f64. Normals are checked and not used, texture coordinates used for light maps only (their v
 //! counts from below in this format, so it is turned). A statement may be continued
-//! by a `\` at the end of the line; negative indices count back from their own line, others may look ahead. Two passes
-//! (statements, then triangles), linear in the file but for triangulation.
+//! by a `\` at the end of the line; negative indices count back from their own line, others may look ahead. Text is UTF-8 or
+//! UTF-16, with any line ends. Faults that change no surface (a normal that is no number, a face of two corners, corners of
+//! different forms in one face) are findings. Two passes (statements, then triangles), linear in the file but for
+//! triangulation.
 
 mod parser;
 
 use std::{borrow::Cow, collections::HashMap, sync::Arc};
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Aabb, Mesh};
+use umbriel_geometry::Mesh;
 use umbriel_scene::{Family, FindingKind, Member, Shape};
 
 use crate::{
@@ -23,20 +25,18 @@ use crate::{
     folder::Folder,
     lightmap::{LightmapLayout, NOWHERE},
     load::Reading,
-    model::{Model, ModelObject},
+    model::{Findings, Model, ModelObject},
+    text,
     triangulate::{is_planar, triangulate},
+    z_up::tell_z_up,
 };
 use parser::{Owner, Parser, Polygon};
 
 /// Reads an OBJ file. `stem` names what stands before any object or group.
 pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, reading: &Reading) -> Result<Model, LoadProblem> {
-    if let Some(at) = bytes.iter().position(|&byte| byte == 0) {
-        let line = bytes[..at].iter().filter(|&&byte| byte == b'\n').count() + 1;
-        return Err(LoadProblem::line(line, "a zero byte: this is no text in UTF-8 or ASCII, which an OBJ file is"));
-    }
-    let text = String::from_utf8_lossy(bytes);
+    let text = text::decode(bytes)?;
     let mut parser = Parser::new(reading.lightmap_set.is_some());
-    for (line, statement) in statements(text.strip_prefix('\u{feff}').unwrap_or(&text)) {
+    for (line, statement) in statements(&text) {
         parser.statement(&statement, line).map_err(|message| LoadProblem::line(line, message))?;
     }
     parser.check_ranges()?;
@@ -48,26 +48,36 @@ pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, reading: &Reading)
             model.findings.add(FindingKind::MissingMaterials, library, 1);
         }
     }
-    model.findings.add(FindingKind::NonPlanarPolygons, "", count_non_planar(&parser));
-    model.findings.add(FindingKind::LooksZUp, "", usize::from(!reading.up_is_stated && looks_z_up(&model)));
+    tell_non_planar(&parser, &mut model.findings);
+    tell_z_up(&mut model, reading);
     Ok(model)
 }
 
 /// The statements of a file, each with the number of its first line.
 fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
-    let mut lines = text.lines().enumerate();
+    let mut lines = text::lines(text).enumerate();
     std::iter::from_fn(move || {
         let (number, first) = lines.next()?;
-        let mut statement = Cow::Borrowed(first);
         // A remark that ends in a backslash (a path, say) must not swallow the next line.
-        while !statement.trim_start().starts_with('#')
-            && let Some(begun) = statement.trim_end().strip_suffix('\\')
-        {
-            let rest = lines.next().map_or("", |(_, line)| line);
-            statement = Cow::Owned(format!("{begun} {rest}"));
+        let Some(begun) = continued(first).filter(|begun| !begun.trim_start().starts_with('#')) else {
+            return Some((number + 1, Cow::Borrowed(first)));
+        };
+        let mut statement = begun.to_owned();
+        for (_, line) in lines.by_ref() {
+            let begun = continued(line);
+            statement.push(' ');
+            statement.push_str(begun.unwrap_or(line));
+            if begun.is_none() {
+                break;
+            }
         }
-        Some((number + 1, statement))
+        Some((number + 1, Cow::Owned(statement)))
     })
+}
+
+/// What stands before the backslash that continues a line.
+fn continued(line: &str) -> Option<&str> {
+    line.trim_end().strip_suffix('\\')
 }
 
 /// The second pass: triangles, object by object, and the families of the groups.
@@ -139,21 +149,15 @@ fn mesh_of(parser: &Parser, polygons: &[&Polygon], name: &str) -> Result<(Mesh, 
     Ok((mesh, LightmapLayout::of(layout)))
 }
 
-fn count_non_planar(parser: &Parser) -> usize {
-    let points = |polygon| parser.corners(polygon).iter().map(|&corner| parser.positions[corner as usize]);
-    parser.polygons.iter().filter(|&polygon| !is_planar(&points(polygon).collect::<Vec<_>>())).count()
-}
-
-/// Whether the model is much flatter along z than along x and y: terrain, cities and floor plans are flat along their
-/// up axis.
-fn looks_z_up(model: &Model) -> bool {
-    const FAR_BELOW: f64 = 0.25;
-    let positions = model.objects.iter().filter_map(|object| match &object.shape {
-        Shape::Mesh(mesh) => Some(mesh.positions().iter().copied()),
-        _ => None,
-    });
-    let size = Aabb::of(positions.flatten()).size();
-    size.z < FAR_BELOW * size.x.min(size.y)
+fn tell_non_planar(parser: &Parser, findings: &mut Findings) {
+    let mut points = Vec::new();
+    for polygon in &parser.polygons {
+        points.clear();
+        points.extend(parser.corners(polygon).iter().map(|&corner| parser.positions[corner as usize]));
+        if !is_planar(&points) {
+            findings.add_at(FindingKind::NonPlanarPolygons, "", format_args!("line {}", polygon.line));
+        }
+    }
 }
 
 #[cfg(test)]

@@ -31,6 +31,8 @@ pub(super) enum Owner {
 pub(super) struct Polygon {
     first: usize,
     len: usize,
+    /// Of the file.
+    pub(super) line: usize,
     pub(super) owner: usize,
     pub(super) group: Option<usize>,
 }
@@ -53,6 +55,8 @@ pub(super) struct Parser {
     pub(super) libraries: Vec<String>,
     pub(super) findings: Findings,
     group_of_name: HashMap<String, (usize, Option<usize>)>,
+    /// The owner of faces before any name.
+    unnamed: Option<usize>,
     owner: Option<usize>,
     in_object: bool,
     group: Option<usize>,
@@ -83,29 +87,46 @@ impl Parser {
             "" => {}
             _ if keyword.starts_with('#') => {}
             "v" => {
-                let numbers = numbers(words(), 3..=7)?;
+                let numbers = numbers(words().take(3), 3..=3)?;
                 let position = accept_point([numbers[0], numbers[1], numbers[2]]);
                 self.positions.push(position.map_err(|(axis, defect)| format!("coordinate {axis} {defect}"))?);
+                // A weight and a colour may follow.
+                let is_sound = words().nth(3).is_none() || finite(words().skip(3), 0..=4);
+                self.require(is_sound, "v: not up to four numbers after the position", line);
             }
-            "vt" => self.texture_coordinate(&numbers(words(), 1..=3)?),
-            "vn" => self.normals += numbers(words(), 3..=3).map(|_| 1)?,
+            "vt" if self.keeps_texture => self.texture_coordinate(&numbers(words(), 1..=3)?),
+            "vt" => {
+                self.texture_count += 1;
+                self.require(finite(words(), 1..=3), "vt: not one to three numbers", line);
+            }
+            "vn" => {
+                self.normals += 1;
+                self.require(finite(words(), 3..=3), "vn: not three numbers", line);
+            }
             "f" | "fo" => self.face(words(), line)?,
             "o" => self.begin_object(rest.trim()),
             "g" => self.begin_group(&rest.split_whitespace().collect::<Vec<_>>().join(" ")),
             "mtllib" => self.libraries.push(rest.trim().to_owned()),
-            "p" | "l" | "curv" | "curv2" | "surf" => self.findings.add(FindingKind::NotTriangles, "", 1),
+            "p" | "l" | "curv" | "curv2" | "surf" => {
+                self.findings.add_at(FindingKind::NotTriangles, "", format_args!("line {line}"));
+            }
             _ if WITHOUT_EFFECT.split_whitespace().any(|known| known == keyword) => {}
-            _ => self.findings.add(FindingKind::UnknownExtension, keyword, 1),
+            _ => self.findings.add_at(FindingKind::UnknownExtension, &excerpt(keyword), format_args!("line {line}")),
         }
         Ok(())
     }
 
+    /// A rule of the format that no surface hangs on: where it is broken, that is told.
+    fn require(&mut self, is_kept: bool, fault: &str, line: usize) {
+        if !is_kept {
+            self.findings.add_at(FindingKind::BrokenRule, fault, format_args!("line {line}"));
+        }
+    }
+
     fn texture_coordinate(&mut self, numbers: &[f64]) {
         self.texture_count += 1;
-        if self.keeps_texture {
-            // The origin is the lower left corner here, the upper left one in glTF and in pictures.
-            self.texture_coordinates.push([numbers[0], 1.0 - numbers.get(1).copied().unwrap_or(0.0)]);
-        }
+        // The origin is the lower left corner here, the upper left one in glTF and in pictures.
+        self.texture_coordinates.push([numbers[0], 1.0 - numbers.get(1).copied().unwrap_or(0.0)]);
     }
 
     /// The texture coordinates of a polygon's corners, if they are kept and it has them.
@@ -142,26 +163,28 @@ impl Parser {
 
     fn face<'a>(&mut self, words: impl Iterator<Item = &'a str>, line: usize) -> Result<(), String> {
         let first = self.corners.len();
-        let mut form = None;
+        let (mut form, mut is_uniform) = (None, true);
         for word in words {
             let parts = self.corner(word, line)?;
-            if *form.get_or_insert(parts) != parts {
-                return Err("the corners of a face must all have the same form (v, v/vt, v//vn or v/vt/vn)".into());
-            }
+            is_uniform &= *form.get_or_insert(parts) == parts;
         }
+        self.require(is_uniform, "f: corners of different forms (v, v/vt, v//vn, v/vt/vn)", line);
         let len = self.corners.len() - first;
         if len < 3 {
-            return Err(format!("a face needs at least three corners, this one has {len}"));
+            self.require(false, "f: fewer than three corners", line);
+            self.corners.truncate(first);
+            self.texture_corners.truncate(first);
+            return Ok(());
         }
         let owner = self.current_owner();
-        self.polygons.push(Polygon { first, len, owner, group: self.group });
+        self.polygons.push(Polygon { first, len, line, owner, group: self.group });
         Ok(())
     }
 
     fn current_owner(&mut self) -> usize {
         *self.owner.get_or_insert_with(|| {
             // Faces before any name may come again after an unnamed group: they are one object.
-            self.owners.iter().position(|owner| *owner == Owner::File).unwrap_or_else(|| {
+            *self.unnamed.get_or_insert_with(|| {
                 self.owners.push(Owner::File);
                 self.owners.len() - 1
             })
@@ -222,6 +245,11 @@ fn absolute(text: &str, count: usize, kind: &str) -> Result<usize, String> {
     Ok(from_zero as usize)
 }
 
+/// Whether all the words are finite numbers, and as many as allowed.
+fn finite<'a>(words: impl Iterator<Item = &'a str>, allowed: std::ops::RangeInclusive<usize>) -> bool {
+    numbers(words, allowed).is_ok()
+}
+
 /// All the words as finite numbers.
 fn numbers<'a>(
     words: impl Iterator<Item = &'a str>,
@@ -236,7 +264,9 @@ fn numbers<'a>(
         numbers.push(number);
     }
     if !allowed.contains(&numbers.len()) {
-        return Err(format!("{} to {} numbers expected, found {}", allowed.start(), allowed.end(), numbers.len()));
+        let (least, most) = (allowed.start(), allowed.end());
+        let expected = if least == most { least.to_string() } else { format!("{least} to {most}") };
+        return Err(format!("{expected} numbers expected, found {}", numbers.len()));
     }
     Ok(numbers)
 }

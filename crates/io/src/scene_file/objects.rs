@@ -118,7 +118,8 @@ fn read_file(
     context: &Context,
 ) -> Result<Model, LoadError> {
     let Some(format) = MeshFormat::of(&file.shown) else {
-        let message = format!("\"{}\" is no mesh file; .obj, .gltf and .glb are read", file.shown.display());
+        let message =
+            format!("\"{}\" is no mesh file; .gltf, .glb, .obj, .stl and .ply are read", file.shown.display());
         return Err(LoadProblem::element(place, message).in_file(scene));
     };
     let bytes = context.folder.ledger().read(file).map_err(|problem| problem.in_file(scene))?;

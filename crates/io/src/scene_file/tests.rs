@@ -260,7 +260,7 @@ fn mesh_files_stay_in_the_folder_and_name_their_own_faults() {
     assert!(outside.to_string().contains("object \"a\""), "{outside}");
     let missing = refused(&object("house.obj"));
     assert!(missing.is_unreadable() && missing.to_string().contains("house.obj"), "{missing}");
-    let kind = Files::new(&object("house.stl")).with("house.stl", "solid").load().expect_err("refused");
+    let kind = Files::new(&object("house.fbx")).with("house.fbx", "?").load().expect_err("refused");
     assert!(!kind.is_unreadable() && kind.to_string().contains("no mesh file"), "{kind}");
     let broken = Files::new(&object("house.obj")).with("house.obj", "v 0 0 x\n").load().expect_err("refused");
     assert!(broken.to_string().contains("house.obj: line 1"), "{broken}");

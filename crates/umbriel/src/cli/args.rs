@@ -9,7 +9,7 @@ use crate::output::{csv::Rows, glb::Coloring};
 
 /// Shadows in object space with a known error.
 ///
-/// For every object and light of a scene (.toml, .obj, .gltf, .glb): which parts of its surface are lit, which are in
+/// For every object and light of a scene (.toml, .gltf, .glb, .obj, .stl, .ply): which parts of its surface are lit, which are in
 /// shadow, and exactly how much is still undecided.
 #[derive(Debug, Parser)]
 #[command(
@@ -41,7 +41,7 @@ pub(crate) enum Command {
 /// Which scene, and how to read it.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SceneArgs {
-    /// Scene file (.toml) or model (.obj, .gltf, .glb)
+    /// Scene file (.toml) or model (.gltf, .glb, .obj, .stl, .ply)
     pub(crate) scene: PathBuf,
     /// Which axis points up; z: +Y becomes north [default: as the scene file says, else y]
     #[arg(long, value_name = "AXIS")]

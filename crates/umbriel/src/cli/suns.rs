@@ -120,7 +120,7 @@ fn findings(rows: &[SunRow], lights: &[Option<TimedLight>]) -> Vec<Finding> {
     let upward = rows.iter().zip(lights).filter(is_upward).count();
     let counts = [(FindingKind::SunsBelowHorizon, night), (FindingKind::SunsFromBelow, upward)];
     let found = counts.into_iter().filter(|(_, count)| *count > 0);
-    found.map(|(kind, count)| Finding { kind, subject: String::new(), count }).collect()
+    found.map(|(kind, count)| Finding { kind, subject: String::new(), count, places: Vec::new() }).collect()
 }
 
 /// The rows for results; each that shines has its place in the list of lights.

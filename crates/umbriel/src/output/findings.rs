@@ -6,18 +6,21 @@ use umbriel_scene::{Finding, FindingKind};
 
 /// How many subjects of one kind are told by name.
 const NAMED: usize = 5;
+/// How many places of a subject are told.
+const PLACED: usize = 3;
 
 /// What a kind of finding means to a user.
 fn meaning(kind: FindingKind) -> &'static str {
     match kind {
         FindingKind::OpenEdges => "open edges: the surface has a border there, so it counts as two-sided",
+        FindingKind::InconsistentWinding => "open edges among them between triangles that are wound differently",
         FindingKind::ZeroAreaFaces => "triangles without area",
         FindingKind::DuplicateFaces => "triangles that repeat another one",
         FindingKind::MaskAsOpaque => "triangles of a MASK material, taken as opaque",
         FindingKind::BlendAsOpaque => "triangles of a BLEND material, taken as opaque",
         FindingKind::SpotAsPoint => "spot lights, taken as point lights",
         FindingKind::AreaLightAsPoint => "lights with an extent, taken as their centres",
-        FindingKind::UnknownExtension => "extensions that are not read",
+        FindingKind::UnknownExtension => "extensions or unknown elements that are not read",
         FindingKind::NotTriangles => "points or lines, which have no surface",
         FindingKind::Deformation => "skins or morph targets, taken at their bind pose and default weights",
         FindingKind::UnreadShape => {
@@ -44,13 +47,13 @@ pub(crate) fn lines(findings: &[Finding]) -> Vec<String> {
 fn line(kind: FindingKind, findings: &[Finding]) -> String {
     let of_kind = || findings.iter().filter(|finding| finding.kind == kind);
     let count: usize = of_kind().map(|finding| finding.count).sum();
-    let subjects: Vec<&str> = of_kind().map(|finding| finding.subject.as_str()).filter(|s| !s.is_empty()).collect();
+    let subjects: Vec<String> = of_kind().map(subject).filter(|subject| !subject.is_empty()).collect();
     let mut line = match kind {
         FindingKind::LooksZUp => meaning(kind).to_owned(),
         _ => format!("{count} {}", meaning(kind)),
     };
     if !subjects.is_empty() {
-        let _ = write!(line, " ({}", subjects[..subjects.len().min(NAMED)].join(", "));
+        let _ = write!(line, " ({}", subjects[..subjects.len().min(NAMED)].join("; "));
         if subjects.len() > NAMED {
             let _ = write!(line, " and {} more", subjects.len() - NAMED);
         }
@@ -59,19 +62,37 @@ fn line(kind: FindingKind, findings: &[Finding]) -> String {
     line
 }
 
+/// What a finding is about, with its first places.
+fn subject(finding: &Finding) -> String {
+    let mut text = finding.subject.clone();
+    if !finding.places.is_empty() {
+        text.push_str(if text.is_empty() { "at " } else { " at " });
+        text.push_str(&finding.places[..finding.places.len().min(PLACED)].join(", "));
+        if finding.count > PLACED {
+            text.push_str(", ...");
+        }
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn a_kind_is_told_once_with_its_count() {
-        let finding = |kind, subject: String, count| Finding { kind, subject, count };
+        let finding =
+            |kind, subject: String, count| Finding { kind, subject, count, places: vec!["face 7".to_owned()] };
         let mut findings: Vec<Finding> =
             (0..8).map(|i| finding(FindingKind::OpenEdges, format!("house{i}"), 3)).collect();
         findings.push(finding(FindingKind::LooksZUp, String::new(), 1));
         let lines = lines(&findings);
         assert_eq!(lines.len(), 2);
-        assert!(lines[0].starts_with("24 open edges") && lines[0].ends_with("house4 and 3 more)"), "{}", lines[0]);
+        assert!(
+            lines[0].starts_with("24 open edges") && lines[0].ends_with("house4 at face 7 and 3 more)"),
+            "{}",
+            lines[0]
+        );
         assert!(lines[1].contains("--up z"));
     }
 }

@@ -108,6 +108,8 @@ struct FindingEntry<'a> {
     kind: &'static str,
     object: &'a str,
     count: usize,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    places: &'a [String],
 }
 
 #[derive(Debug, Serialize)]
@@ -193,6 +195,7 @@ impl<'a> Document<'a> {
             kind: finding.kind.name(),
             object: &finding.subject,
             count: finding.count,
+            places: &finding.places,
         });
         Self {
             schema: SCHEMA,

@@ -7,7 +7,11 @@ use proptest::{
 
 /// A source of random numbers.
 #[derive(Clone, Debug)]
-pub(crate) struct Dice(TestRng);
+pub(crate) struct Dice {
+    /// What is left of given bytes; they come before the generator.
+    given: std::vec::IntoIter<u8>,
+    generator: TestRng,
+}
 
 impl Dice {
     /// The dice of case number `case` of the judge called `judge`.
@@ -17,12 +21,25 @@ impl Dice {
             *slot = byte;
         }
         seed[..8].copy_from_slice(&case.to_le_bytes());
-        Self(TestRng::from_seed(RngAlgorithm::ChaCha, &seed))
+        Self { given: Vec::new().into_iter(), generator: TestRng::from_seed(RngAlgorithm::ChaCha, &seed) }
+    }
+
+    /// Dice that throw what the bytes say, one byte a throw of up to 256 sides and eight for more, and go on by chance.
+    pub(crate) fn of_bytes(bytes: &[u8]) -> Self {
+        Self { given: bytes.to_vec().into_iter(), ..Self::new("bytes", 0) }
+    }
+
+    /// The next number; of given bytes only as many as it takes.
+    fn next(&mut self, bytes: usize) -> u64 {
+        if self.given.as_slice().is_empty() {
+            return self.generator.next_u64();
+        }
+        self.given.by_ref().take(bytes).fold(0, |number, byte| number << 8 | u64::from(byte))
     }
 
     /// A number below `bound`.
     pub(crate) fn below(&mut self, bound: u64) -> u64 {
-        self.0.next_u64() % bound
+        self.next(if bound <= 256 { 1 } else { 8 }) % bound
     }
 
     /// An index into a list of this length.
@@ -42,7 +59,7 @@ impl Dice {
 
     /// A float in `low..high`.
     pub(crate) fn float(&mut self, low: f64, high: f64) -> f64 {
-        let unit = (self.0.next_u64() >> 11) as f64 / 2f64.powi(53);
+        let unit = (self.next(8) >> 11) as f64 / 2f64.powi(53);
         low + (high - low) * unit
     }
 

@@ -1,0 +1,220 @@
+//! The header: which elements follow, how many of each, and what they are made of.
+
+use crate::{
+    error::{LoadProblem, excerpt},
+    text::cut_line,
+};
+
+/// How numbers are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Text,
+    LittleEndian,
+    BigEndian,
+}
+
+/// A type of numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Type {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Type {
+    fn of(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    /// Bytes of a number.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    pub(super) fn is_whole(self) -> bool {
+        !matches!(self, Self::F32 | Self::F64)
+    }
+}
+
+/// A column of an element.
+#[derive(Clone, Debug)]
+pub(super) struct Property {
+    pub(super) name: String,
+    /// The type of a list's length; `None` for a single number.
+    pub(super) length: Option<Type>,
+    pub(super) item: Type,
+}
+
+impl Property {
+    /// The type of what every row has at least.
+    pub(super) fn first(&self) -> Type {
+        self.length.unwrap_or(self.item)
+    }
+}
+
+/// A table of rows.
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    pub(super) name: String,
+    pub(super) count: u64,
+    pub(super) properties: Vec<Property>,
+}
+
+impl Element {
+    /// The places of single numbers.
+    pub(super) fn columns<const N: usize>(&self, names: [&str; N]) -> Result<[usize; N], LoadProblem> {
+        let mut columns = [0; N];
+        for (column, name) in columns.iter_mut().zip(names) {
+            let is_named = |property: &Property| property.name == name && property.length.is_none();
+            *column = self.properties.iter().position(is_named).ok_or_else(|| self.lacks(name))?;
+        }
+        Ok(columns)
+    }
+
+    /// The place of the list of vertices; both names are in use.
+    pub(super) fn index_list(&self) -> Result<usize, LoadProblem> {
+        let is_list = |property: &Property| {
+            matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
+                && property.length.is_some()
+                && property.item.is_whole()
+        };
+        self.properties.iter().position(is_list).ok_or_else(|| self.lacks("list of whole numbers vertex_indices"))
+    }
+
+    fn lacks(&self, name: &str) -> LoadProblem {
+        LoadProblem::element(format!("element {}", self.name), format!("it has no property {name}"))
+    }
+}
+
+/// What the file says of itself.
+#[derive(Debug)]
+pub(super) struct Header {
+    pub(super) encoding: Encoding,
+    pub(super) elements: Vec<Element>,
+    /// In bytes, its last line's end included.
+    pub(super) length: usize,
+    /// The number of its lines.
+    pub(super) lines: usize,
+}
+
+/// The longest header that is looked for, bytes.
+const LONGEST: usize = 1 << 20;
+
+impl Header {
+    pub(super) fn is_text(&self) -> bool {
+        self.encoding == Encoding::Text
+    }
+
+    /// Reads the header. Its bytes are ASCII but for remarks.
+    pub(super) fn read(bytes: &[u8]) -> Result<Self, LoadProblem> {
+        if bytes.get(..3) != Some(b"ply") || !bytes.get(3).is_some_and(u8::is_ascii_whitespace) {
+            return Err(LoadProblem::line(1, "the first line is not \"ply\""));
+        }
+        let mut rest = &bytes[..bytes.len().min(LONGEST)];
+        let (mut encoding, mut elements, mut number) = (None, Vec::new(), 0);
+        loop {
+            number += 1;
+            let Some((line, behind)) = cut(rest) else {
+                return Err(LoadProblem::line(number, "the file has no line \"end_header\""));
+            };
+            let length = bytes.len().min(LONGEST) - behind.len();
+            rest = behind;
+            let text = String::from_utf8_lossy(line);
+            let words: Vec<&str> = text.split_whitespace().collect();
+            if words == ["end_header"] {
+                let encoding = encoding.ok_or_else(|| LoadProblem::line(number, "there is no line \"format\""))?;
+                return Ok(Self { encoding, elements, length, lines: number });
+            }
+            statement(&words, &mut encoding, &mut elements)
+                .map_err(|message| LoadProblem::line(number, message.unwrap_or_else(|| unknown(&text))))?;
+        }
+    }
+}
+
+/// A line and what follows it.
+fn cut(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let end = bytes.iter().position(|&byte| matches!(byte, b'\n' | b'\r'))?;
+    let width = if bytes[end..].starts_with(b"\r\n") { 2 } else { 1 };
+    Some((&bytes[..end], &bytes[end + width..]))
+}
+
+fn unknown(line: &str) -> String {
+    format!("\"{}\" is no line of a header", excerpt(cut_line(line).0))
+}
+
+/// Takes one line of the header; an error without words means that it is none.
+fn statement(
+    words: &[&str],
+    encoding: &mut Option<Encoding>,
+    elements: &mut Vec<Element>,
+) -> Result<(), Option<String>> {
+    match words {
+        ["ply"] | [] | ["comment" | "obj_info", ..] => Ok(()),
+        ["format", name, version] => {
+            let read = match *name {
+                "ascii" => Encoding::Text,
+                "binary_little_endian" => Encoding::LittleEndian,
+                "binary_big_endian" => Encoding::BigEndian,
+                _ => return Err(None),
+            };
+            if *version != "1.0" {
+                return Err(Some(format!("version {} of the format is not known", excerpt(version))));
+            }
+            if encoding.replace(read).is_some() { Err(Some("\"format\" is there twice".to_owned())) } else { Ok(()) }
+        }
+        ["element", name, count] => {
+            let count = count.parse().map_err(|_| Some(format!("\"{}\" is not a count", excerpt(count))))?;
+            if elements.iter().any(|element| element.name == *name) {
+                return Err(Some(format!("element {} is there twice", excerpt(name))));
+            }
+            elements.push(Element { name: (*name).to_owned(), count, properties: Vec::new() });
+            Ok(())
+        }
+        ["property", what @ .., name] => {
+            let property = property(what, name)?;
+            let element = elements.last_mut().ok_or_else(|| Some("a property before any element".to_owned()))?;
+            if element.properties.iter().any(|other| other.name == property.name) {
+                return Err(Some(format!("property {} is there twice", excerpt(name))));
+            }
+            element.properties.push(property);
+            Ok(())
+        }
+        _ => Err(None),
+    }
+}
+
+fn property(what: &[&str], name: &str) -> Result<Property, Option<String>> {
+    let kind = |name: &str| Type::of(name).ok_or_else(|| Some(format!("\"{}\" is no type of numbers", excerpt(name))));
+    let name = name.to_owned();
+    match what {
+        ["list", length, item] => {
+            let length = kind(length)?;
+            if !length.is_whole() {
+                return Err(Some("the length of a list must be a whole number".to_owned()));
+            }
+            Ok(Property { name, length: Some(length), item: kind(item)? })
+        }
+        [item] => Ok(Property { name, length: None, item: kind(item)? }),
+        _ => Err(None),
+    }
+}

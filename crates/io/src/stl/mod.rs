@@ -1,0 +1,170 @@
+//! STL ("StereoLithography Interface Specification", 3D Systems, 1988), as text or binary.
+//!
+//! Read here instead of by a crate: the kept one (`stl_io`) rounds the numbers of text to 32 bits and names no line. A
+//! binary file may begin with `solid` as well, so what decides is its length, and zero bytes, which no text has. Each
+//! solid is an object; triangles have corners of their own, as in the file. Normals are not used: windings count. One
+//! pass, O(bytes); no more is allocated than the file holds.
+
+use std::sync::Arc;
+
+use glam::DAffine3;
+use umbriel_geometry::{Mesh, MeshDefect};
+use umbriel_scene::{FindingKind, Member, Shape};
+
+use crate::{
+    error::{LoadProblem, excerpt},
+    load::Reading,
+    model::{Model, ModelObject},
+    tokens::Tokens,
+    z_up::tell_z_up,
+};
+
+/// Bytes before the triangles of a binary file: a remark, and their number.
+const HEADER: usize = 84;
+/// Bytes of a binary triangle: a normal, three corners, two bytes without a meaning.
+const TRIANGLE: usize = 50;
+
+/// Reads an STL file. `stem` names solids that have no name.
+pub(crate) fn read(bytes: &[u8], stem: &str, reading: &Reading) -> Result<Model, LoadProblem> {
+    let mut model = Model::default();
+    if is_text(bytes) {
+        read_text(&mut model, &String::from_utf8_lossy(bytes), stem)?;
+    } else {
+        read_binary(&mut model, bytes, stem)?;
+    }
+    tell_z_up(&mut model, reading);
+    Ok(model)
+}
+
+fn is_text(bytes: &[u8]) -> bool {
+    let begins = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let is_binary = binary_length(bytes).is_some_and(|length| length == bytes.len() as u64);
+    begins && !is_binary && !bytes.contains(&0)
+}
+
+/// How long the file is according to its header, if it is long enough to have one.
+fn binary_length(bytes: &[u8]) -> Option<u64> {
+    let count: [u8; 4] = bytes.get(HEADER - 4..HEADER)?.try_into().ok()?;
+    Some(HEADER as u64 + TRIANGLE as u64 * u64::from(u32::from_le_bytes(count)))
+}
+
+fn read_binary(model: &mut Model, bytes: &[u8], stem: &str) -> Result<(), LoadProblem> {
+    let found = bytes.len() as u64;
+    let Some(expected) = binary_length(bytes) else {
+        let message = format!("a binary STL has {HEADER} bytes at the least, this file has {found}");
+        return Err(LoadProblem::element("header", message));
+    };
+    if found < expected {
+        let message = format!("the header tells of {expected} bytes, the file has {found}");
+        return Err(LoadProblem::element("triangles", message));
+    }
+    if found > expected {
+        let place = format_args!("byte {expected}");
+        model.findings.add_at(FindingKind::BrokenRule, "bytes after the last triangle", place);
+    }
+    let (triangles, _) = bytes[HEADER..expected as usize].as_chunks::<TRIANGLE>();
+    let number = |triangle: &[u8; TRIANGLE], at: usize| {
+        f64::from(f32::from_le_bytes(std::array::from_fn(|byte| triangle[4 * at + byte])))
+    };
+    let corner = |triangle, corner: usize| std::array::from_fn(|axis| number(triangle, 3 + 3 * corner + axis));
+    let corners = triangles.iter().flat_map(|triangle| (0..3).map(move |at| corner(triangle, at)));
+    take_solid(model, stem, corners.collect())
+}
+
+/// A solid with the corners of its triangles, three a triangle; nothing if there are none.
+fn take_solid(model: &mut Model, name: &str, corners: Vec<[f64; 3]>) -> Result<(), LoadProblem> {
+    if corners.is_empty() {
+        return Ok(());
+    }
+    let triangles = (0..corners.len() as u32 / 3).map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner));
+    let mesh = Mesh::new(corners, triangles.collect()).map_err(|defect| match defect {
+        MeshDefect::Coordinate { vertex, axis, defect } => {
+            let message = format!("coordinate {axis} of corner {} {defect}", vertex % 3);
+            LoadProblem::element(format!("solid \"{name}\", triangle {}", vertex / 3), message)
+        }
+        defect => LoadProblem::element(format!("solid \"{name}\""), defect),
+    })?;
+    model.families.roots.push(Member::Object(model.objects.len()));
+    let shape = Shape::Mesh(Arc::new(mesh));
+    model.objects.push(ModelObject {
+        name: name.to_owned(),
+        shape,
+        map: DAffine3::IDENTITY,
+        sides: None,
+        lightmap: None,
+    });
+    Ok(())
+}
+
+fn read_text(model: &mut Model, text: &str, stem: &str) -> Result<(), LoadProblem> {
+    let mut tokens = Tokens::new(text, 1);
+    while let Some(word) = tokens.next() {
+        if !word.eq_ignore_ascii_case("solid") {
+            return Err(unexpected(&tokens, Some(word), "solid"));
+        }
+        let name = tokens.rest_of_line().trim();
+        let corners = solid(model, &mut tokens)?;
+        take_solid(model, if name.is_empty() { stem } else { name }, corners)?;
+    }
+    Ok(())
+}
+
+/// The corners up to `endsolid`.
+fn solid(model: &mut Model, tokens: &mut Tokens) -> Result<Vec<[f64; 3]>, LoadProblem> {
+    let mut corners = Vec::new();
+    loop {
+        match tokens.next() {
+            Some(word) if word.eq_ignore_ascii_case("endsolid") => {
+                tokens.rest_of_line();
+                return Ok(corners);
+            }
+            Some(word) if word.eq_ignore_ascii_case("facet") => facet(model, tokens, &mut corners)?,
+            other => return Err(unexpected(tokens, other, "facet\" or \"endsolid")),
+        }
+    }
+}
+
+/// The rest of a facet, after its first word.
+fn facet(model: &mut Model, tokens: &mut Tokens, corners: &mut Vec<[f64; 3]>) -> Result<(), LoadProblem> {
+    expect(tokens, "normal")?;
+    let mut is_sound = true;
+    for _ in 0..3 {
+        is_sound &= tokens.next().and_then(|word| word.parse::<f64>().ok()).is_some_and(f64::is_finite);
+    }
+    if !is_sound {
+        let fault = "normal: not three numbers";
+        model.findings.add_at(FindingKind::BrokenRule, fault, format_args!("line {}", tokens.line()));
+    }
+    expect(tokens, "outer")?;
+    expect(tokens, "loop")?;
+    for _ in 0..3 {
+        expect(tokens, "vertex")?;
+        corners.push([number(tokens)?, number(tokens)?, number(tokens)?]);
+    }
+    expect(tokens, "endloop")?;
+    expect(tokens, "endfacet")
+}
+
+fn expect(tokens: &mut Tokens, word: &str) -> Result<(), LoadProblem> {
+    match tokens.next() {
+        Some(found) if found.eq_ignore_ascii_case(word) => Ok(()),
+        found => Err(unexpected(tokens, found, word)),
+    }
+}
+
+fn number(tokens: &mut Tokens) -> Result<f64, LoadProblem> {
+    let word = tokens.next();
+    let number = word.and_then(|word| word.parse::<f64>().ok()).filter(|number| number.is_finite());
+    number.ok_or_else(|| match word {
+        Some(word) => LoadProblem::line(tokens.line(), format!("\"{}\" is not a finite number", excerpt(word))),
+        None => unexpected(tokens, None, "vertex"),
+    })
+}
+
+fn unexpected(tokens: &Tokens, found: Option<&str>, expected: &str) -> LoadProblem {
+    let found = found.map_or("the file ends".to_owned(), |word| format!("\"{}\"", excerpt(word)));
+    LoadProblem::line(tokens.line(), format!("{found} where \"{expected}\" is expected"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,92 @@
+use super::*;
+
+const FACET: &str = "facet normal 0 0 1\nouter loop\nvertex 0 0 0.1\nvertex 1 0 0\nvertex 0 1 9\nendloop\nendfacet\n";
+
+fn parse(bytes: &[u8]) -> Result<Model, LoadProblem> {
+    read(bytes, "part", &Reading { up_is_stated: true, lightmap_set: None })
+}
+
+fn mesh(model: &Model, object: usize) -> &Mesh {
+    match &model.objects[object].shape {
+        Shape::Mesh(mesh) => mesh,
+        other => panic!("not a mesh: {other:?}"),
+    }
+}
+
+fn binary(header: &str, count: u32, triangles: &[[f32; 9]]) -> Vec<u8> {
+    let mut bytes = header.as_bytes().to_vec();
+    bytes.resize(80, b' ');
+    bytes.extend(count.to_le_bytes());
+    for corners in triangles {
+        bytes.extend([f32::NAN; 3].iter().chain(corners).flat_map(|number| number.to_le_bytes()));
+        bytes.extend([7, 9]);
+    }
+    bytes
+}
+
+const CORNERS: [f32; 9] = [0.0, 0.0, 0.1, 1.0, 0.0, 0.0, 0.0, 1.0, 9.0];
+
+#[test]
+fn text_is_read_as_f64() {
+    let text = format!("solid a thing\n{FACET}{FACET}endsolid a thing\nSOLID\r\n{}ENDSOLID", FACET.to_uppercase());
+    let model = parse(text.as_bytes()).expect("loads");
+    let names: Vec<&str> = model.objects.iter().map(|object| object.name.as_str()).collect();
+    assert_eq!(names, ["a thing", "part"]);
+    assert_eq!(mesh(&model, 0).triangles(), [[0, 1, 2], [3, 4, 5]]);
+    assert_eq!(mesh(&model, 0).positions()[0].to_array(), [0.0, 0.0, 0.1]);
+    assert_eq!(model.families.roots.len(), 2);
+    assert!(model.findings.into_list().is_empty());
+}
+
+#[test]
+fn binary_files_may_begin_like_text() {
+    for header in ["solid thing", "exported", " solid"] {
+        let model = parse(&binary(header, 2, &[CORNERS; 2])).expect("loads");
+        assert_eq!(mesh(&model, 0).triangles().len(), 2);
+        assert_eq!(mesh(&model, 0).positions()[2].to_array(), [0.0, 1.0, 9.0]);
+        assert_eq!(mesh(&model, 0).positions()[0].z, f64::from(0.1f32));
+        assert!(model.findings.into_list().is_empty(), "{header}");
+    }
+}
+
+#[test]
+fn what_changes_no_surface_is_told() {
+    let text = format!("solid\n{}endsolid\n", FACET.replace("normal 0", "normal -nan(ind)"));
+    let found = parse(text.as_bytes()).expect("loads").findings.into_list();
+    assert_eq!((found[0].kind, found[0].places[0].as_str()), (FindingKind::BrokenRule, "line 2"));
+    let mut bytes = binary("", 1, &[CORNERS]);
+    bytes.push(0);
+    let found = parse(&bytes).expect("loads").findings.into_list();
+    assert_eq!((found[0].kind, found[0].places[0].as_str()), (FindingKind::BrokenRule, "byte 134"));
+}
+
+#[test]
+fn faults_name_their_place() {
+    let mut not_finite = CORNERS;
+    not_finite[4] = f32::INFINITY;
+    let cut = format!("solid a\n{FACET}");
+    for (bytes, words) in [
+        (binary("", u32::MAX, &[CORNERS]), "tells of 214748364834 bytes, the file has 134"),
+        (binary("solid", 2, &[CORNERS]), "tells of 184 bytes, the file has 134"),
+        (binary("", 1, &[not_finite]), "solid \"part\", triangle 0: coordinate 1 of corner 1 is not finite"),
+        (b"so".to_vec(), "84 bytes at the least"),
+        (cut.clone().into_bytes(), "line 9: the file ends where \"facet\" or \"endsolid\" is expected"),
+        (format!("{cut}endsolid\nfacet").into_bytes(), "line 10: \"facet\" where \"solid\" is expected"),
+        (cut.replace("1 9", "1 nan").into_bytes(), "line 6: \"nan\" is not a finite number"),
+        (cut.replace("endloop", "vertex 0 0 0").into_bytes(), "line 7: \"vertex\" where \"endloop\" is expected"),
+        (cut.replace("vertex 1 0 0\n", "").into_bytes(), "line 6: \"endloop\" where \"vertex\" is expected"),
+    ] {
+        let message = parse(&bytes).expect_err(words).to_string();
+        assert!(message.contains(words), "{message}\n{words}");
+    }
+}
+
+proptest::proptest! {
+    /// Any bytes are read or refused; nothing panics.
+    #[test]
+    fn any_bytes_are_survived(text in "(facet|normal|outer|loop|vertex|endloop|endfacet|endsolid|solid|0|1|\n| ){0,80}",
+                              bytes in proptest::collection::vec(0u8.., 0..200)) {
+        let _ = parse(format!("solid {text}").as_bytes());
+        let _ = parse(&bytes);
+    }
+}

@@ -1,0 +1,107 @@
+//! Text of files that may come in several encodings and with several line ends.
+//!
+//! UTF-8 (bytes that are none become U+FFFD, so that a name in an old encoding spoils nothing), and UTF-16 in both byte
+//! orders, told by the byte order mark or, without one, by the zero half of the first character (text formats here begin
+//! with ASCII). Lines end with LF, CR LF or CR. O(bytes); UTF-8 is not copied.
+
+use std::borrow::Cow;
+
+use crate::error::LoadProblem;
+
+/// The text, without a byte order mark.
+///
+/// # Errors
+/// A zero character (binary data, or UTF-32), or half a character at the end, by its line.
+pub(crate) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, LoadProblem> {
+    let text = match bytes {
+        [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes)?,
+        [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes)?,
+        [first, 0, ..] if *first != 0 => utf16(bytes, u16::from_le_bytes)?,
+        [0, second, ..] if *second != 0 => utf16(bytes, u16::from_be_bytes)?,
+        [0xef, 0xbb, 0xbf, rest @ ..] => String::from_utf8_lossy(rest),
+        _ => String::from_utf8_lossy(bytes),
+    };
+    match text.find('\0') {
+        Some(at) => Err(LoadProblem::line(last_line(&text[..at]), "a zero character: this is no text")),
+        None => Ok(text),
+    }
+}
+
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<Cow<'static, str>, LoadProblem> {
+    let (units, rest) = bytes.as_chunks::<2>();
+    let characters = char::decode_utf16(units.iter().map(|&bytes| unit(bytes)));
+    let text: String = characters.map(|read| read.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+    if rest.is_empty() {
+        Ok(text.into())
+    } else {
+        Err(LoadProblem::line(last_line(&text), "the file ends within a character of UTF-16"))
+    }
+}
+
+/// The lines, without their ends.
+pub(crate) fn lines(text: &str) -> impl Iterator<Item = &str> {
+    let mut rest = Some(text);
+    std::iter::from_fn(move || {
+        let (line, behind) = cut_line(rest.take()?);
+        rest = behind;
+        Some(line)
+    })
+}
+
+/// The first line, and what follows its end if it has one.
+pub(crate) fn cut_line(text: &str) -> (&str, Option<&str>) {
+    let Some(end) = text.find(['\n', '\r']) else { return (text, None) };
+    let behind = &text[end..];
+    (&text[..end], behind.strip_prefix("\r\n").or_else(|| behind.get(1..)))
+}
+
+/// The number of the line in which `text` ends, counted from 1.
+fn last_line(text: &str) -> usize {
+    lines(text).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn encoded(text: &str, bytes: fn(u16) -> [u8; 2]) -> Vec<u8> {
+        text.encode_utf16().flat_map(bytes).collect()
+    }
+
+    #[test]
+    fn every_encoding_gives_the_same_text() {
+        let text = "v 1 2 3\r\no täst 🏠\n";
+        let marked = format!("\u{feff}{text}");
+        let forms = [
+            text.as_bytes().to_vec(),
+            marked.as_bytes().to_vec(),
+            encoded(text, u16::to_le_bytes),
+            encoded(text, u16::to_be_bytes),
+            encoded(&marked, u16::to_le_bytes),
+            encoded(&marked, u16::to_be_bytes),
+        ];
+        for bytes in forms {
+            assert_eq!(decode(&bytes).expect("text"), text);
+        }
+        assert_eq!(decode(b"o t\xe4st").expect("text"), "o t\u{fffd}st");
+        assert_eq!(decode(b"").expect("text"), "");
+    }
+
+    #[test]
+    fn what_is_no_text_is_told_with_its_line() {
+        let line = |bytes: &[u8]| match decode(bytes) {
+            Err(LoadProblem::Text { line, .. }) => line,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(line(b"a\r\nb\rc\nd\0"), 4);
+        assert_eq!(line(b"\xff\xfea\0\n\0b"), 2);
+        assert_eq!(line(b"\xff\xfe\0\0a\0\0\0"), 1, "UTF-32");
+        assert_eq!(line(b"\0\0"), 1);
+    }
+
+    #[test]
+    fn all_line_ends_end_lines() {
+        assert_eq!(lines("a\nb\r\nc\rd\n\ne").collect::<Vec<_>>(), ["a", "b", "c", "d", "", "e"]);
+        assert_eq!(lines("a\n").collect::<Vec<_>>(), ["a", ""]);
+    }
+}

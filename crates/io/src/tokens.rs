@@ -1,0 +1,58 @@
+//! Words between white space, each with its line.
+
+/// The words of a text. O(bytes) for all of them.
+pub(crate) struct Tokens<'a> {
+    rest: &'a str,
+    line: usize,
+}
+
+impl<'a> Tokens<'a> {
+    /// The words of `text`, whose first line has the number `line`.
+    pub(crate) fn new(text: &'a str, line: usize) -> Self {
+        Self { rest: text, line }
+    }
+
+    /// The next word.
+    pub(crate) fn next(&mut self) -> Option<&'a str> {
+        let start = self.rest.find(|c: char| !c.is_whitespace()).unwrap_or(self.rest.len());
+        let (space, word) = self.rest.split_at(start);
+        let space = space.as_bytes();
+        let ends = |(i, &byte): (usize, &u8)| byte == b'\n' || byte == b'\r' && space.get(i + 1) != Some(&b'\n');
+        self.line += space.iter().enumerate().filter(|&end| ends(end)).count();
+        let (word, rest) = word.split_at(word.find(char::is_whitespace).unwrap_or(word.len()));
+        self.rest = rest;
+        (!word.is_empty()).then_some(word)
+    }
+
+    /// What is left of the line of the last word.
+    pub(crate) fn rest_of_line(&mut self) -> &'a str {
+        let (line, rest) = self.rest.split_at(self.rest.find(['\n', '\r']).unwrap_or(self.rest.len()));
+        self.rest = rest;
+        line
+    }
+
+    /// The line of the last word; where there was none, the last line.
+    pub(crate) fn line(&self) -> usize {
+        self.line
+    }
+
+    /// The bytes that are left.
+    pub(crate) fn remaining(&self) -> usize {
+        self.rest.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_and_their_lines() {
+        let mut tokens = Tokens::new(" a b\r\n\r\nc\rd rest of it \ne", 10);
+        let mut next = || (tokens.next(), tokens.line());
+        assert_eq!([next(), next()], [(Some("a"), 10), (Some("b"), 10)]);
+        assert_eq!([next(), next()], [(Some("c"), 12), (Some("d"), 13)]);
+        assert_eq!((tokens.rest_of_line(), tokens.next(), tokens.line()), (" rest of it ", Some("e"), 14));
+        assert_eq!((tokens.next(), tokens.remaining()), (None, 0));
+    }
+}

@@ -1,0 +1,180 @@
+//! Fuzzing: the targets of `fuzz/` on libFuzzer, one after the other.
+//!
+//! The coverage counters are those of LLVM's SanitizerCoverage pass, which the stable compiler has as well; a nightly
+//! one would add sanitizers, which find what safe Rust does not have. Overflow checks are on. New inputs go to
+//! `target/fuzz/corpus`; `--store` keeps a smallest set of them with the same coverage in `fixtures/fuzz`, where the tests
+//! of every day repeat it. Cost: the minutes asked for, and some to build.
+
+use std::{
+    fs::{self, File},
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use anyhow::{Context, Result, ensure};
+
+use crate::workspace::{cargo, output_of, root, succeed};
+
+/// How long, and what.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Options {
+    /// Minutes for all targets together
+    #[arg(long, default_value_t = 10.0)]
+    minutes: f64,
+    /// Only targets whose names hold this text
+    #[arg(long, default_value = "")]
+    target: String,
+    /// Keep the smallest corpus of the same coverage in fixtures/fuzz
+    #[arg(long)]
+    store: bool,
+}
+
+/// A target's name, and the longest input that is worth its time, bytes.
+const TARGETS: [(&str, usize); 10] = [
+    ("obj", 2048),
+    ("stl", 1024),
+    ("ply", 1024),
+    ("gltf", 4096),
+    ("scene_file", 2048),
+    ("npy", 512),
+    ("points", 512),
+    ("suns", 512),
+    ("shadows", 256),
+    ("codes", 256),
+];
+
+/// What turns counters on.
+const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
+    -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
+    -Cllvm-args=-sanitizer-coverage-trace-compares -Ccodegen-units=1 --cfg fuzzing";
+
+/// One input may take so long, seconds, and all of the program so much memory, MiB.
+const SECONDS: u32 = 5;
+const MEBIBYTES: u32 = 1024;
+
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let program = build()?;
+    let chosen: Vec<_> = TARGETS.iter().filter(|(name, _)| name.contains(&options.target)).collect();
+    ensure!(!chosen.is_empty(), "no target has {:?} in its name", options.target);
+    let seconds = (options.minutes * 60.0 / chosen.len() as f64).max(1.0) as u64;
+    for &&(name, longest) in &chosen {
+        let course = Course { program: &program, name, longest };
+        println!("{name}: {}", course.run(seconds)?);
+        if options.store {
+            println!("{name}: {} inputs in {}", course.store()?, stored(name).display());
+        }
+    }
+    Ok(())
+}
+
+/// The folder of everything that fuzzing makes.
+fn folder() -> PathBuf {
+    root().join("target/fuzz")
+}
+
+/// A target's corpus among the fixtures.
+fn stored(name: &str) -> PathBuf {
+    root().join("fixtures/fuzz").join(name)
+}
+
+fn build() -> Result<PathBuf> {
+    let compiler = output_of(Command::new("rustc").arg("-vV"))?;
+    let host = compiler.lines().find_map(|line| line.strip_prefix("host: ")).context("rustc names no host")?;
+    let mut build = cargo(&["build", "--release", "--manifest-path", "fuzz/Cargo.toml"]);
+    // With a target of its own, build scripts and macros stay without counters.
+    build.args(["--target", host, "--target-dir"]).arg(folder()).env("RUSTFLAGS", COVERAGE);
+    succeed(&mut build)?;
+    Ok(folder().join(host).join("release/umbriel-fuzz"))
+}
+
+/// One target at work.
+struct Course<'a> {
+    program: &'a Path,
+    name: &'static str,
+    longest: usize,
+}
+
+impl Course<'_> {
+    fn command(&self) -> Command {
+        let mut command = Command::new(self.program);
+        command.env("UMBRIEL_TARGET", self.name).current_dir(root());
+        command.arg(format!("-max_len={}", self.longest)).arg(format!("-timeout={SECONDS}"));
+        command.arg(format!("-rss_limit_mb={MEBIBYTES}"));
+        command
+    }
+
+    fn corpus(&self) -> PathBuf {
+        folder().join("corpus").join(self.name)
+    }
+
+    /// Fuzzes for so long; says what was done.
+    fn run(&self, seconds: u64) -> Result<String> {
+        let findings = folder().join("findings").join(self.name);
+        fs::create_dir_all(self.corpus())?;
+        fs::create_dir_all(&findings)?;
+        fs::create_dir_all(stored(self.name))?;
+        let mut command = self.command();
+        command.arg(format!("-max_total_time={seconds}")).arg("-print_final_stats=1");
+        command.arg(format!("-artifact_prefix={}/", findings.display())).arg("-dict=fuzz/words.dict");
+        command.args([self.corpus(), stored(self.name), root().join("fixtures")]);
+        let log = folder().join(format!("{}.log", self.name));
+        let file = File::create(&log).with_context(|| format!("cannot write {}", log.display()))?;
+        let status = command.stdout(file.try_clone()?).stderr(file).status().context("the fuzzer does not start")?;
+        let text = String::from_utf8_lossy(&fs::read(&log)?).into_owned();
+        ensure!(status.success(), "{}: a finding in {}\n{}", self.name, findings.display(), end_of(&text));
+        Ok(summary(&text))
+    }
+
+    /// Replaces the stored corpus by a smallest one of the same coverage; answers its size.
+    fn store(&self) -> Result<usize> {
+        let (old, new) = (stored(self.name), folder().join("smallest").join(self.name));
+        if new.exists() {
+            fs::remove_dir_all(&new)?;
+        }
+        fs::create_dir_all(&new)?;
+        let mut merge = self.command();
+        merge.arg("-set_cover_merge=1").arg(&new).arg(self.corpus()).arg(&old);
+        output_of(merge.stderr(std::process::Stdio::null()))?;
+        fs::remove_dir_all(&old)?;
+        fs::create_dir_all(&old)?;
+        let mut count = 0;
+        for entry in fs::read_dir(&new)? {
+            let entry = entry?;
+            fs::copy(entry.path(), old.join(entry.file_name()))?;
+            count += 1;
+        }
+        Ok(count)
+    }
+}
+
+/// Executions and coverage, from the fuzzer's last words.
+fn summary(log: &str) -> String {
+    let of = |key: &str| log.lines().rev().find_map(|line| line.split_once(key)).map_or("?", |(_, rest)| rest.trim());
+    let coverage = of(" cov: ").split(" exec/s").next().unwrap_or("?");
+    format!("{} executions, coverage {coverage}", of("stat::number_of_executed_units:"))
+}
+
+/// The last lines of a log.
+fn end_of(log: &str) -> String {
+    let lines: Vec<&str> = log.lines().collect();
+    lines[lines.len().saturating_sub(60)..].join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_targets_are_those_of_the_program() {
+        let text = fs::read_to_string(root().join("fuzz/src/targets/mod.rs")).expect("the list of targets");
+        let there: Vec<&str> =
+            text.lines().filter_map(|line| line.trim().strip_prefix("(\"")?.split('"').next()).collect();
+        assert_eq!(there, TARGETS.map(|(name, _)| name));
+    }
+
+    #[test]
+    fn the_last_words_are_understood() {
+        let log = "#8\tINITED cov: 12 ft: 9 corp: 1/1b exec/s: 0 rss: 30Mb\n#99\tDONE   cov: 34 ft: 56 corp: 7/89b lim: 4 exec/s: 9 rss: 31Mb\nstat::number_of_executed_units: 99\n";
+        assert_eq!(summary(log), "99 executions, coverage 34 ft: 56 corp: 7/89b lim: 4");
+    }
+}
