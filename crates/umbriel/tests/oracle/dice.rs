@@ -1,5 +1,7 @@
 //! Reproducible chance: one generator a case, seeded by the case's number.
 
+use std::collections::VecDeque;
+
 use proptest::{
     prelude::Rng,
     test_runner::{RngAlgorithm, TestRng},
@@ -9,7 +11,7 @@ use proptest::{
 #[derive(Clone, Debug)]
 pub(crate) struct Dice {
     /// What is left of given bytes; they come before the generator.
-    given: std::vec::IntoIter<u8>,
+    given: VecDeque<u8>,
     generator: TestRng,
 }
 
@@ -21,20 +23,20 @@ impl Dice {
             *slot = byte;
         }
         seed[..8].copy_from_slice(&case.to_le_bytes());
-        Self { given: Vec::new().into_iter(), generator: TestRng::from_seed(RngAlgorithm::ChaCha, &seed) }
+        Self { given: VecDeque::new(), generator: TestRng::from_seed(RngAlgorithm::ChaCha, &seed) }
     }
 
     /// Dice that throw what the bytes say, one byte a throw of up to 256 sides and eight for more, and go on by chance.
     pub(crate) fn of_bytes(bytes: &[u8]) -> Self {
-        Self { given: bytes.to_vec().into_iter(), ..Self::new("bytes", 0) }
+        Self { given: bytes.iter().copied().collect(), ..Self::new("bytes", 0) }
     }
 
     /// The next number; of given bytes only as many as it takes.
     fn next(&mut self, bytes: usize) -> u64 {
-        if self.given.as_slice().is_empty() {
+        if self.given.is_empty() {
             return self.generator.next_u64();
         }
-        self.given.by_ref().take(bytes).fold(0, |number, byte| number << 8 | u64::from(byte))
+        self.given.drain(..bytes.min(self.given.len())).fold(0, |number, byte| number << 8 | u64::from(byte))
     }
 
     /// A number below `bound`.
