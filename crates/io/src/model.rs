@@ -146,6 +146,11 @@ impl Model {
         Some(Self { objects, families, findings, ..Self::default() })
     }
 
+    /// Tells a rule of the format that an element breaks without harm.
+    pub(crate) fn tell(&mut self, place: &str, rule: &str) {
+        self.findings.add(FindingKind::BrokenRule, &format!("{place}: {rule}"), 1);
+    }
+
     /// Whether there are not too many objects, families and lights.
     pub(crate) fn check_size(&self, ledger: &Ledger) -> Result<(), LoadProblem> {
         let parts = self.objects.len() + self.families.families.len() + self.lights.len();

@@ -24,6 +24,8 @@ pub(super) struct Document {
     #[serde(default)]
     pub(super) skins: Vec<Skin>,
     #[serde(default)]
+    pub(super) animations: Vec<Animation>,
+    #[serde(default)]
     pub(super) materials: Vec<Material>,
     #[serde(default)]
     pub(super) textures: Vec<Texture>,
@@ -384,6 +386,32 @@ pub(super) enum MeshoptFilter {
 pub(super) struct Buffer {
     pub(super) uri: Option<String>,
     pub(super) byte_length: usize,
+}
+
+/// How nodes move, of which only the references are looked at.
+#[derive(Debug, Deserialize)]
+pub(super) struct Animation {
+    #[serde(default)]
+    pub(super) samplers: Vec<AnimationSampler>,
+    #[serde(default)]
+    pub(super) channels: Vec<AnimationChannel>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct AnimationSampler {
+    pub(super) input: usize,
+    pub(super) output: usize,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct AnimationChannel {
+    pub(super) sampler: usize,
+    pub(super) target: AnimationTarget,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct AnimationTarget {
+    pub(super) node: Option<usize>,
 }
 
 /// An element of the document by its index; a message about it is told of the element.

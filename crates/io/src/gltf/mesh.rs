@@ -41,8 +41,8 @@ struct Parts {
     lightmap: Vec<[[f64; 2]; 3]>,
 }
 
-/// Which mesh, with which weights of its morph targets, by their bits.
-type Key = (usize, Vec<u64>);
+/// Which mesh, and the bits of the weights that a node gives its morph targets.
+type Key = (usize, Option<Vec<u64>>);
 
 /// The meshes of a document, read when first asked for.
 #[derive(Debug)]
@@ -62,10 +62,11 @@ impl<'a> Meshes<'a> {
 
     /// The mesh of that index, morphed by the weights of a node, else by its own; the same one every time.
     pub(super) fn get(&mut self, index: usize, weights: Option<&[f64]>) -> Result<&LoadedMesh, LoadProblem> {
-        let declared = existing(&self.document.meshes, index, "mesh")?;
-        let weights = self.weights(index, declared, weights);
-        let key: Key = (index, weights.iter().map(|weight| weight.to_bits()).collect());
+        let bits = |weights: &[f64]| weights.iter().map(|weight| weight.to_bits()).collect();
+        let key: Key = (index, weights.map(bits));
         if !self.loaded.contains_key(&key) {
+            let declared = existing(&self.document.meshes, index, "mesh")?;
+            let weights = self.weights(index, declared, weights);
             let mesh = self.read(index, declared, &weights)?;
             self.loaded.insert(key.clone(), mesh);
         }
@@ -86,7 +87,7 @@ impl<'a> Meshes<'a> {
             let subject = format!("mesh {index}: its primitives and weights differ in their number of morph targets");
             self.primitives.findings.add(FindingKind::BrokenRule, &subject, 1);
         }
-        let mut weights: Vec<f64> = given.iter().take(targets).map(|weight| weight + 0.0).collect();
+        let mut weights: Vec<f64> = given.iter().take(targets).copied().collect();
         weights.resize(targets, 0.0);
         weights
     }
@@ -105,9 +106,13 @@ impl<'a> Meshes<'a> {
             }
             let geometry = self.primitives.read(primitive, weights, &place)?;
             match self.alpha_mode(primitive).map_err(refused)? {
+                "OPAQUE" => {}
                 "MASK" => masked += geometry.faces.len(),
                 "BLEND" => blended += geometry.faces.len(),
-                _ => {}
+                _ => {
+                    let subject = format!("{place}: the alphaMode of its material is none of glTF's, taken as OPAQUE");
+                    self.primitives.findings.add(FindingKind::BrokenRule, &subject, 1);
+                }
             }
             parts.append(&geometry, self.wants_lightmaps).map_err(refused)?;
         }
@@ -120,11 +125,7 @@ impl<'a> Meshes<'a> {
 
     fn alpha_mode(&self, primitive: &Primitive) -> Result<&'a str, String> {
         let Some(material) = primitive.material else { return Ok("OPAQUE") };
-        let mode = element(&self.document.materials, material, "material")?.alpha_mode.as_deref().unwrap_or("OPAQUE");
-        match mode {
-            "OPAQUE" | "MASK" | "BLEND" => Ok(mode),
-            _ => Err(format!("material {material}: its alphaMode \"{mode}\" is none of OPAQUE, MASK, BLEND")),
-        }
+        Ok(element(&self.document.materials, material, "material")?.alpha_mode.as_deref().unwrap_or("OPAQUE"))
     }
 }
 

@@ -30,6 +30,7 @@ mod skins;
 mod validate;
 mod views;
 
+use serde_json::Value;
 use umbriel_scene::FindingKind;
 
 use crate::{error::LoadProblem, folder::Folder, model::Model};
@@ -56,11 +57,7 @@ const WITHOUT_EFFECT: [&str; 4] = ["KHR_materials_", "KHR_texture_", "EXT_textur
 /// Reads a glTF file; `lightmap_set` says which texture coordinates lay out light maps, if any are wanted.
 pub(crate) fn read(bytes: &[u8], folder: &Folder, lightmap_set: Option<u32>) -> Result<Model, LoadProblem> {
     let (text, binary) = container::split(bytes)?;
-    let document: Document = serde_json::from_slice(text).map_err(|fault| LoadProblem::Text {
-        line: fault.line(),
-        column: Some(fault.column().max(1)),
-        message: format!("its JSON is not glTF 2.0: {}", without_place(&fault)),
-    })?;
+    let document = parse(text)?;
     check_version(&document)?;
     check_required(&document)?;
     let accessors =
@@ -75,6 +72,39 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, lightmap_set: Option<u32>) -> 
     Ok(model)
 }
 
+/// The document of a text. Some exporters write whole numbers as `3.0`, which is the same number in JSON; a text that is
+/// not glTF is read once more with those as `3`.
+fn parse(text: &[u8]) -> Result<Document, LoadProblem> {
+    serde_json::from_slice(text).or_else(|fault| {
+        let again = serde_json::from_slice(text).ok().map(whole_numbers);
+        again.and_then(|value| serde_json::from_value(value).ok()).ok_or_else(|| LoadProblem::Text {
+            line: fault.line(),
+            column: Some(fault.column().max(1)),
+            message: format!("its JSON is not glTF 2.0: {}", without_place(&fault)),
+        })
+    })
+}
+
+/// Turns floats that are whole numbers into integers.
+fn whole_numbers(mut value: Value) -> Value {
+    let mut open = vec![&mut value];
+    while let Some(value) = open.pop() {
+        match value {
+            Value::Array(elements) => open.extend(elements),
+            Value::Object(members) => open.extend(members.values_mut()),
+            // Floats hold all whole numbers up to 2^53.
+            Value::Number(number) => match number.as_f64() {
+                Some(float) if number.is_f64() && float.fract() == 0.0 && float.abs() <= 9_007_199_254_740_992.0 => {
+                    *number = (float as i64).into();
+                }
+                _ => {}
+            },
+            _ => {}
+        }
+    }
+    value
+}
+
 /// The message without the line and column that end it, in words of the format.
 fn without_place(fault: &serde_json::Error) -> String {
     let message = fault.to_string();
@@ -84,7 +114,11 @@ fn without_place(fault: &serde_json::Error) -> String {
 
 fn check_version(document: &Document) -> Result<(), LoadProblem> {
     let needed = document.asset.min_version.as_deref().filter(|&minimum| minimum != "2.0");
-    let unread = needed.or(Some(&*document.asset.version).filter(|version| !version.starts_with("2.")));
+    let is_second = |version: &&str| {
+        let minor = version.strip_prefix("2.");
+        minor.is_some_and(|minor| !minor.is_empty() && minor.bytes().all(|digit| digit.is_ascii_digit()))
+    };
+    let unread = needed.or(Some(&*document.asset.version).filter(|version| !is_second(version)));
     match unread {
         Some(version) => Err(LoadProblem::element("asset", format!("needs glTF {version}; glTF 2.0 is read"))),
         None => Ok(()),

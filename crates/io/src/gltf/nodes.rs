@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Camera, Family, FindingKind, Light, Member, Projection, Shape};
 
@@ -61,8 +61,10 @@ pub(super) fn read(
         }
         if let (Some(index), None) = (node.camera, &model.camera) {
             let declared = element(&document.cameras, index, "camera").map_err(refused)?;
-            model.camera =
-                Some(eye(declared, &placed.map).map_err(|message| refused(format!("its camera: {message}")))?);
+            match eye(declared, &placed.map) {
+                Ok(camera) => model.camera = Some(camera),
+                Err(fault) => model.tell(&place(placed.node, node), &format!("its camera is left out: {fault}")),
+            }
         }
     }
     model.findings.absorb(meshes.into_findings(), str::to_owned);
@@ -90,6 +92,11 @@ fn tell(model: &mut Model, name: &str, node: &Node, mesh: &LoadedMesh) {
 /// One object, or one an instance; none for a mesh without triangles.
 fn add_objects(model: &mut Model, name: &str, map: DAffine3, maps: Option<Vec<DAffine3>>, mesh: &LoadedMesh) {
     if mesh.mesh.triangles().is_empty() {
+        return;
+    }
+    // Exporters hide nodes by a scale of zero: what is left is a point.
+    if map.matrix3 == DMat3::ZERO {
+        model.findings.add(FindingKind::NotTriangles, name, 1);
         return;
     }
     let object = |name: String, map| ModelObject {

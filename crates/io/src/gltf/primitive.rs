@@ -15,6 +15,9 @@ use crate::{error::LoadProblem, model::Findings};
 /// The extension that compresses primitives.
 const DRACO: &str = "KHR_draco_mesh_compression";
 
+/// What a primitive without vertices costs, in elements: a mesh is read again for every set of morph weights.
+const PRIMITIVE: usize = 16;
+
 /// The content of a primitive. All corners are in range.
 pub(super) struct Geometry {
     pub(super) vertices: Rc<Vec<[f64; 3]>>,
@@ -57,6 +60,7 @@ impl<'a> Primitives<'a> {
         place: &str,
     ) -> Result<Geometry, LoadProblem> {
         let refused = |message: String| LoadProblem::element(place, message);
+        self.accessors.count(PRIMITIVE)?;
         let stream = match &primitive.extensions.draco {
             Some(draco) => Some((self.decompress(draco).map_err(|problem| within(problem, place))?, draco)),
             None => None,

@@ -412,8 +412,16 @@ fn the_first_camera_of_the_scene_is_taken() {
     assert_eq!(camera, Some(expected));
     let camera = model(with(json!({ "orthographic": { "ymag": 2.5 } }))).camera.expect("a camera");
     assert_eq!(camera.projection, Projection::Orthographic { height: 5.0 });
-    assert!(refused(with(json!({ "perspective": { "yfov": 4.0 } }))).contains("field of view"));
-    assert!(refused(with(json!({}))).contains("perspective or orthographic"));
+    for (camera, fault) in
+        [(json!({ "perspective": { "yfov": 4.0 } }), "field of view"), (json!({}), "perspective or orthographic")]
+    {
+        let mut input = with(camera);
+        input.0["nodes"][2] = json!({});
+        let model = model(input);
+        assert_eq!(model.camera, None);
+        let found = found(model);
+        assert!(matches!(&found[..], [(FindingKind::BrokenRule, told, 1)] if told.contains(fault)), "{found:?}");
+    }
 }
 
 #[test]

@@ -27,6 +27,7 @@ pub(super) fn check(document: &Document) -> Result<Findings, LoadProblem> {
         check.mesh(mesh, &format!("mesh {index}"))?;
     }
     check.nodes()?;
+    check.animations()?;
     check.textures()?;
     Ok(check.findings)
 }
@@ -152,7 +153,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn nodes(&mut self) -> Result<(), LoadProblem> {
+    fn nodes(&self) -> Result<(), LoadProblem> {
         let document = self.document;
         for (index, node) in document.nodes.iter().enumerate() {
             let place = super::hierarchy::place(index, node);
@@ -185,8 +186,25 @@ impl Check<'_> {
         Ok(())
     }
 
+    fn animations(&self) -> Result<(), LoadProblem> {
+        let document = self.document;
+        for (index, animation) in document.animations.iter().enumerate() {
+            let place = format!("animation {index}");
+            for accessor in animation.samplers.iter().flat_map(|sampler| [sampler.input, sampler.output]) {
+                named(&document.accessors, accessor, "accessor", &place)?;
+            }
+            for channel in &animation.channels {
+                named(&animation.samplers, channel.sampler, "sampler", &place)?;
+                if let Some(node) = channel.target.node {
+                    named(&document.nodes, node, "node", &place)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Pictures do not matter to shadows as long as MASK materials are opaque, but their numbers do to the file.
-    fn textures(&mut self) -> Result<(), LoadProblem> {
+    fn textures(&self) -> Result<(), LoadProblem> {
         let document = self.document;
         for (index, material) in document.materials.iter().enumerate() {
             if let Some(texture) = &material.pbr_metallic_roughness.base_color_texture {

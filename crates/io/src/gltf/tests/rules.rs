@@ -107,6 +107,35 @@ fn rules_broken_without_harm_are_told() {
 }
 
 #[test]
+fn whole_numbers_may_be_written_as_floats() {
+    let (mut document, data) = changed(|document, _| document["scenes"] = json!([{ "nodes": [0.0] }]));
+    document["scene"] = json!(0.0);
+    assert_eq!(model((document.clone(), data)).objects.len(), 1);
+    for scene in [json!(0.5), json!(-1.0), json!(1e300)] {
+        document["scene"] = scene;
+        assert!(parse((document.clone(), Data::default())).is_err());
+    }
+}
+
+#[test]
+fn an_unknown_alpha_mode_is_told() {
+    let model = model(changed(|document, _| {
+        document["materials"] = json!([{ "alphaMode": "GLASS" }]);
+        document["meshes"][0]["primitives"][0]["material"] = json!(0);
+    }));
+    let found = found(model);
+    assert!(matches!(&found[..], [(FindingKind::BrokenRule, told, 1)] if told.contains("alphaMode")), "{found:?}");
+}
+
+#[test]
+fn a_node_scaled_to_a_point_is_told() {
+    let nodes = json!([{ "mesh": 0 }, { "name": "hidden", "mesh": 0, "scale": [0, 0, 0] }]);
+    let model = model(triangle(&nodes));
+    assert_eq!(names(&model), ["node0"]);
+    assert_eq!(found(model), [(FindingKind::NotTriangles, "hidden".to_owned(), 1)]);
+}
+
+#[test]
 fn a_primitive_without_positions_is_told() {
     let model = model(changed(|document, _| {
         let primitives = document["meshes"][0]["primitives"].as_array_mut().expect("primitives");
