@@ -119,7 +119,7 @@ impl Model {
             let lights = part
                 .lights
                 .into_iter()
-                .filter_map(|light| Some(Light { name: full(&light.name), source: moved_light(&light.source, &map)? }));
+                .filter_map(|light| moved_light(&light, &map).map(|moved| Light { name: full(&light.name), ..moved }));
             self.lights.extend(lights);
         }
     }
@@ -182,10 +182,10 @@ impl Model {
         let mut lights = Vec::with_capacity(self.lights.len());
         for light in self.lights {
             let name = names.unique(&light.name);
-            let source = moved_light(&light.source, &turn).ok_or_else(|| {
+            let moved = moved_light(&light, &turn).ok_or_else(|| {
                 LoadProblem::element(format!("light \"{name}\""), "it lies too far away or has no direction")
             })?;
-            lights.push(Light { name, source });
+            lights.push(Light { name, ..moved });
         }
         let camera = self.camera.map(|camera| turned_camera(&camera, &turn));
         Ok(Scene { objects, families: self.families, lights, camera, findings: self.findings.into_list() })
@@ -193,12 +193,13 @@ impl Model {
 }
 
 /// A light moved with its model; `None` where the result is no light.
-fn moved_light(light: &LightSource, map: &DAffine3) -> Option<LightSource> {
-    if light.is_sun() {
-        LightSource::sun(map.transform_vector3(-light.xyz()).to_array()).ok()
+fn moved_light(light: &Light, map: &DAffine3) -> Option<Light> {
+    let source = if light.source.is_sun() {
+        LightSource::sun(map.transform_vector3(-light.source.xyz()).to_array()).ok()
     } else {
-        LightSource::point(map.transform_point3(light.xyz()).to_array()).ok()
-    }
+        LightSource::point(map.transform_point3(light.source.xyz()).to_array()).ok()
+    };
+    Light::with_extent(light.name.clone(), source?, light.extent.mapped(&map.matrix3)).ok()
 }
 
 fn turned_camera(camera: &Camera, turn: &DAffine3) -> Camera {

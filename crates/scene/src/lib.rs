@@ -10,23 +10,14 @@ struct Readme;
 mod camera;
 mod family;
 mod finding;
+mod light;
 mod object;
-
-use umbriel_geometry::LightSource;
 
 pub use camera::{Camera, Projection};
 pub use family::{Family, FamilyTree, Member};
 pub use finding::{Finding, FindingKind};
+pub use light::{Extent, ExtentDefect, Light};
 pub use object::{Object, ObjectDefect, Shape, Sides};
-
-/// A named light.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Light {
-    /// Unique within the scene.
-    pub name: String,
-    /// Where its light comes from.
-    pub source: LightSource,
-}
 
 /// Objects, lights, and what a file said besides.
 #[derive(Clone, Debug, Default)]

@@ -42,7 +42,7 @@ fn camp() -> Result<Scene, Box<dyn Error>> {
         let placement = Placement::new(DAffine3::from_translation(at))?;
         Ok(Object::new(name.into(), shape, placement, Sides::Auto)?)
     };
-    let lamp = Light { name: "lamp".into(), source: LightSource::point([-4.0, 0.6, 0.0])? };
+    let lamp = Light::new("lamp", LightSource::point([-4.0, 0.6, 0.0])?);
     Ok(Scene {
         objects: bodies.into_iter().map(placed).collect::<Result<_, _>>()?,
         lights: vec![lamp],

@@ -46,8 +46,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Object::new("city".into(), city, Placement::IDENTITY, Sides::Auto)?,
         ],
         lights: vec![
-            Light { name: "sun".into(), source: LightSource::sun([0.5, -0.9, 0.3])? },
-            Light { name: "lamp".into(), source: LightSource::point(lamp)? },
+            Light::new("sun", LightSource::sun([0.5, -0.9, 0.3])?),
+            Light::new("lamp", LightSource::point(lamp)?),
         ],
         ..Scene::default()
     };

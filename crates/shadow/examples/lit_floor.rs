@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Object::new("floor".into(), floor, Placement::IDENTITY, Sides::Auto)?,
             Object::new("ball".into(), ball, above, Sides::Auto)?,
         ],
-        lights: vec![Light { name: "sun".into(), source: LightSource::sun([0.5, -1.0, 0.0])? }],
+        lights: vec![Light::new("sun", LightSource::sun([0.5, -1.0, 0.0])?)],
         ..Scene::default()
     };
     for boundary in [4, 6, 8, 10] {

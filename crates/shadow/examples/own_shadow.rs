@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("body          surface   lit, m²               faces with their middles in the light");
     for body in BODIES {
         let object = Object::new(body.name().into(), Shape::Analytic(body), Placement::IDENTITY, Sides::Auto)?;
-        let lights = vec![Light { name: "sun".into(), source: sun }];
+        let lights = vec![Light::new("sun", sun)];
         let scene = Scene { objects: vec![object], lights, ..Scene::default() };
 
         let detail = Detail::Depth { interior: 4, boundary: 7 };

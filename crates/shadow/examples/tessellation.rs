@@ -115,8 +115,8 @@ impl Body {
                 Object::new("ball".into(), ball, above, Sides::Auto)?,
             ],
             lights: vec![
-                Light { name: "sun".into(), source: LightSource::sun(sun().to_array())? },
-                Light { name: "lamp".into(), source: LightSource::point(LAMP.to_array())? },
+                Light::new("sun", LightSource::sun(sun().to_array())?),
+                Light::new("lamp", LightSource::point(LAMP.to_array())?),
             ],
             ..Scene::default()
         };

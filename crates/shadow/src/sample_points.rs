@@ -90,7 +90,7 @@ mod tests {
         let sun = LightSource::sun([0.25, -1.0, 0.125]).expect("a sun");
         Scene {
             objects: vec![object("flat", flat), object("floor", floor), object("ball", ball)],
-            lights: vec![Light { name: "sun".into(), source: sun }],
+            lights: vec![Light::new("sun", sun)],
             ..Scene::default()
         }
     }

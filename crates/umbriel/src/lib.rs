@@ -13,7 +13,7 @@
 //!     geometry::Placement::IDENTITY,
 //!     scene::Sides::Auto,
 //! )?;
-//! let sun = scene::Light { name: "sun".into(), source: geometry::LightSource::sun([0.3, -1.0, 0.2])? };
+//! let sun = scene::Light::new("sun", geometry::LightSource::sun([0.3, -1.0, 0.2])?);
 //! let scene = scene::Scene { objects: vec![floor], lights: vec![sun], ..Default::default() };
 //! let request = shadow::Request::everything(&scene, shadow::Detail::default());
 //! let report = shadow::bake(&scene, &request, &shadow::Silent)?;

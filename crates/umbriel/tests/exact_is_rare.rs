@@ -33,7 +33,7 @@ fn scenes() -> Vec<(PathBuf, bool)> {
 fn read(path: &Path) -> Scene {
     let mut scene = load(path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}")).scene;
     let sun = LightSource::sun([0.24, -0.7, 0.66]).expect("a sun");
-    scene.lights.push(Light { name: "one more sun".into(), source: sun });
+    scene.lights.push(Light::new("one more sun", sun));
     scene
 }
 

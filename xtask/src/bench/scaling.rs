@@ -91,7 +91,7 @@ fn under_a_day(mut scene: Scene) -> Result<Scene> {
         let part = (hour as f64 + 0.5) / SUNS as f64 * std::f64::consts::PI;
         let direction = [-libm::cos(part), -0.14 - 1.6 * libm::sin(part), 0.9 * libm::sin(part)];
         let source = LightSource::sun(direction.map(|x| f64::from(x as f32)))?;
-        scene.lights.push(Light { name: format!("sun {hour}"), source });
+        scene.lights.push(Light::new(format!("sun {hour}"), source));
     }
     Ok(scene)
 }

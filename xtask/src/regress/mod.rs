@@ -137,7 +137,7 @@ fn add_lights(loaded: &mut LoadedScene) -> Result<()> {
     let size = bounds.size();
     let above = [bounds.min.x + 0.375 * size.x, bounds.max.y + 0.5 * size.max_element(), bounds.min.z + 0.625 * size.z];
     let lamp = LightSource::point(above)?;
-    loaded.scene.lights = vec![Light { name: "sun".into(), source: sun }, Light { name: "lamp".into(), source: lamp }];
+    loaded.scene.lights = vec![Light::new("sun", sun), Light::new("lamp", lamp)];
     Ok(())
 }
 

@@ -179,7 +179,7 @@ fn light(declared: &PunctualLight, placed: &Placed, node: &Node) -> Result<Light
     };
     let name = node.name.clone().or_else(|| declared.name.clone()).filter(|name| !name.is_empty());
     let name = name.unwrap_or_else(|| format!("light{}", placed.node));
-    source.map(|source| Light { name, source }).map_err(|defect| format!("its light: {defect}"))
+    source.map(|source| Light::new(name, source)).map_err(|defect| format!("its light: {defect}"))
 }
 
 /// A camera, which looks along the node's −Z.

@@ -1,9 +1,9 @@
-//! Lights of a scene file. Area lights are taken as their centres, with a finding.
+//! Lights of a scene file. What takes area lights as their centres is told by a finding.
 
 use glam::DVec3;
 use toml::Spanned;
-use umbriel_geometry::{LightSource, accept};
-use umbriel_scene::{FindingKind, Light};
+use umbriel_geometry::LightSource;
+use umbriel_scene::{Extent, FindingKind, Light};
 
 use super::{
     Places,
@@ -22,37 +22,35 @@ pub(super) fn read(
     for (number, spanned) in entries.iter().enumerate() {
         let entry = spanned.get_ref();
         let name = entry.name.clone().unwrap_or_else(|| format!("light{}", number + 1));
-        let read = light_of(entry, up, north);
-        let (source, has_area) =
-            read.map_err(|message| places.at(spanned.span(), format!("light \"{name}\": {message}")))?;
-        model.findings.add(FindingKind::AreaLightAsPoint, &name, usize::from(has_area));
-        model.lights.push(Light { name, source });
+        let refused = |message: String| places.at(spanned.span(), format!("light \"{name}\": {message}"));
+        let (source, extent) = light_of(entry, up, north).map_err(refused)?;
+        let light = Light::with_extent(&name, source, extent).map_err(|defect| refused(defect.to_string()))?;
+        model.findings.add(FindingKind::AreaLightAsPoint, &name, usize::from(!light.extent.is_point()));
+        model.lights.push(light);
     }
     Ok(())
 }
 
-/// The light, in the file's own axes, and whether it has an area.
-fn light_of(entry: &LightEntry, up: UpAxis, north: f64) -> Result<(LightSource, bool), String> {
-    let (source, area) = match (&entry.sun, &entry.point, &entry.rectangle) {
+/// The light, in the file's own axes, and its extent. A size of zero is that of a point.
+fn light_of(entry: &LightEntry, up: UpAxis, north: f64) -> Result<(LightSource, Extent), String> {
+    let (source, extent) = match (&entry.sun, &entry.point, &entry.rectangle) {
         (Some(sun), None, None) => {
             let diameter = size(sun.angular_diameter, "angular_diameter")?;
-            if diameter >= 180.0 {
-                return Err("angular_diameter must be less than 180 degrees".to_owned());
-            }
-            (LightSource::sun(direction_of(sun, up, north)?), diameter > 0.0)
+            let extent = if diameter > 0.0 { Extent::Disk { angular_diameter: diameter } } else { Extent::Point };
+            (LightSource::sun(direction_of(sun, up, north)?), extent)
         }
-        (None, Some(point), None) => (LightSource::point(point.position), size(point.radius, "radius")? > 0.0),
+        (None, Some(point), None) => {
+            let radius = size(point.radius, "radius")?;
+            let extent = if radius > 0.0 { Extent::Sphere { radius } } else { Extent::Point };
+            (LightSource::point(point.position), extent)
+        }
         (None, None, Some(rectangle)) => {
             let [u, v] = [rectangle.u, rectangle.v].map(DVec3::from_array);
-            let accepted = rectangle.u.iter().chain(&rectangle.v).all(|&coordinate| accept(coordinate).is_ok());
-            if !accepted || u.cross(v) == DVec3::ZERO {
-                return Err("u and v must be two half edges in different directions".to_owned());
-            }
-            (LightSource::point(rectangle.center), true)
+            (LightSource::point(rectangle.center), Extent::Rectangle { u, v })
         }
         _ => return Err("give exactly one of sun, point, rectangle".to_owned()),
     };
-    Ok((source.map_err(|defect| defect.to_string())?, area))
+    Ok((source.map_err(|defect| defect.to_string())?, extent))
 }
 
 /// The direction in which sunlight travels, in the file's own axes.

@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use umbriel_geometry::Analytic;
-use umbriel_scene::{FindingKind, Member, Shape};
+use umbriel_scene::{Extent, FindingKind, Member, Shape};
 
 use super::*;
 use crate::{load, options::LoadedScene};
@@ -109,6 +109,10 @@ fn lights_of_all_kinds() {
     let found: Vec<_> = scene.findings.iter().map(|finding| (finding.kind, finding.subject.as_str())).collect();
     let area = FindingKind::AreaLightAsPoint;
     assert_eq!(found, [(area, "bulb"), (area, "light2"), (area, "panel")]);
+    let extents: Vec<_> = scene.lights.iter().map(|light| light.extent).collect();
+    let panel = Extent::Rectangle { u: DVec3::X, v: DVec3::Z };
+    let disk = Extent::Disk { angular_diameter: 0.5 };
+    assert_eq!(extents, [Extent::Point, disk, Extent::Sphere { radius: 0.1 }, panel, Extent::Point]);
 }
 
 #[test]

@@ -55,7 +55,7 @@ fn at(x: f64, y: f64, z: f64) -> DAffine3 {
 
 /// Kind, place's number, count and area of all findings, at a depth at which no face is too small.
 fn found(objects: Vec<Object>, lights: &[LightSource]) -> Vec<(DefectKind, usize, usize, f64)> {
-    let light = |(number, &source): (usize, &LightSource)| Light { name: number.to_string(), source };
+    let light = |(number, &source): (usize, &LightSource)| Light::new(number.to_string(), source);
     let scene = Scene { objects, lights: lights.iter().enumerate().map(light).collect(), ..Scene::default() };
     let chosen: Vec<usize> = (0..lights.len()).collect();
     let diagnosis = examine(&scene, &chosen, Detail::default(), &Silent).expect("not cancelled");

@@ -100,7 +100,7 @@ fn the_sum_is_that_of_single_bakes() {
     scene.objects.push(object("ball", Shape::Analytic(Analytic::Sphere { radius: 1.0 }), [2.0, 1.5, 1.0]));
     let (suns, request) = (suns(), Request { sampling: Some(Sampling::Count(500)), ..request(&scene, 4, 5) });
     let report = hours_of(&scene, &request, &suns);
-    scene.lights = suns.iter().map(|sun| Light { name: String::new(), source: sun.source }).collect();
+    scene.lights = suns.iter().map(|sun| Light::new(String::new(), sun.source)).collect();
     let single = bake(&scene, &Request { lights: (0..suns.len()).collect(), ..request }, &Silent).expect("done");
     // Fallbacks are counted in the whole process, other tests included.
     let counted = |work| Work { exact_fallbacks: 0, ..work };

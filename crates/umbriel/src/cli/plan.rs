@@ -97,7 +97,7 @@ fn add_light(
         }
         unique = format!("{name}_{number}");
     }
-    scene.lights.push(Light { name: unique, source });
+    scene.lights.push(Light::new(unique, source));
     Ok(())
 }
 

@@ -111,7 +111,7 @@ mod tests {
     fn scene(shapes: Vec<Shape>, lamp: LightSource) -> Scene {
         let object = |shape| Object::new("o".into(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
         let objects = shapes.into_iter().map(object).collect();
-        Scene { objects, lights: vec![Light { name: "lamp".into(), source: lamp }], ..Default::default() }
+        Scene { objects, lights: vec![Light::new("lamp", lamp)], ..Default::default() }
     }
 
     fn chosen(scene: &Scene) -> View {

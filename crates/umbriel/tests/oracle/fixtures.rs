@@ -71,7 +71,7 @@ pub(crate) fn scene(objects: Vec<Object>) -> Scene {
 
 /// The scene under one light.
 pub(crate) fn lit_by(mut scene: Scene, source: LightSource) -> Scene {
-    scene.lights = vec![Light { name: "light".into(), source }];
+    scene.lights = vec![Light::new("light", source)];
     scene
 }
 

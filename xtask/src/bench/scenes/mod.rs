@@ -58,7 +58,7 @@ fn scene(objects: Vec<Object>, lamp: DVec3) -> Result<Scene> {
     for (name, azimuth, elevation) in SUNS {
         lights.push(Light { name: name.into(), ..sun_at(azimuth, elevation)? });
     }
-    lights.push(Light { name: "lamp".into(), source: LightSource::point(single(lamp).to_array())? });
+    lights.push(Light::new("lamp", LightSource::point(single(lamp).to_array())?));
     Ok(Scene { objects, lights, ..Scene::default() })
 }
 
@@ -67,7 +67,7 @@ pub(super) fn sun_at(azimuth: f64, elevation: f64) -> Result<Light> {
     let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
     let level = libm::cos(elevation);
     let towards = DVec3::new(libm::sin(azimuth) * level, libm::sin(elevation), -libm::cos(azimuth) * level);
-    Ok(Light { name: "sun".into(), source: LightSource::sun(single(-towards).to_array())? })
+    Ok(Light::new("sun", LightSource::sun(single(-towards).to_array())?))
 }
 
 /// A mesh as an object that stands where its coordinates say.

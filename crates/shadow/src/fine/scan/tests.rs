@@ -14,7 +14,7 @@ use crate::{Detail, Place, Queries, Request, Sampling, Silent, bake, for_each_sa
 
 /// Samples lit of the samples asked, each compared.
 fn check(objects: Vec<Object>, light: LightSource, samples: u64) -> (u64, u64) {
-    let lights = vec![Light { name: "light".into(), source: light }];
+    let lights = vec![Light::new("light", light)];
     let scene = Scene { objects, lights, ..Scene::default() };
     let sampling = Some(Sampling::Count(samples));
     let request = Request { sampling, keep_cells: true, ..Request::everything(&scene, Detail::Faces) };
