@@ -1,4 +1,5 @@
-//! `umbriel query`: exact answers to single points, one row a point and one column a light.
+//! `umbriel query`: exact answers to single points, one row a point and one column a light. For lights with an extent the answer is the
+//! share of the light that reaches the point.
 
 use std::{
     fs::{self, File},
@@ -13,8 +14,8 @@ use umbriel_io::{
     npy::{NpyError, NpyPoints, read_npy_points, write_npy_bytes},
     write::{PointRow, PointTable, PointsError, Staged, read_points, write_rows},
 };
-use umbriel_scene::Scene;
-use umbriel_shadow::{Cancelled, Place, Points, PointsError as NoAnswer, Progress, Queries, QueryDefect};
+use umbriel_scene::{FindingKind, Light, Scene};
+use umbriel_shadow::{Cancelled, Place, Points, PointsError as NoAnswer, Precision, Progress, Queries, QueryDefect};
 
 use crate::{
     cli::{Failure, args::QueryArgs, plan},
@@ -32,13 +33,16 @@ pub(crate) fn run(args: &QueryArgs) -> Result<(), Failure> {
     output::check_unread(&files, &loaded.file.files)?;
     let interrupt = &Interrupt::install();
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
+    // Here lights are what they are.
+    loaded.file.scene.findings.retain(|finding| finding.kind != FindingKind::AreaLightAsPoint);
     let scene = &loaded.file.scene;
+    check_forms(&files, lights.iter().map(|&light| &scene.lights[light]))?;
     plan::tell_findings(scene, args.scene.quiet);
     let places = asked.places(scene).map_err(|refusal| refusal.in_file(&args.points))?;
     let bar = Bar::new(interrupt, args.scene.quiet);
     let queries = Queries::new(scene);
-    let sources: Vec<LightSource> = lights.iter().map(|&light| scene.lights[light].source).collect();
-    let answers = sources.iter().map(|light| places.lit(&queries, light, &bar)).collect::<Result<Vec<_>, _>>();
+    let column = |&light: &usize| places.column(&queries, &scene.lights[light], &bar);
+    let answers = lights.iter().map(column).collect::<Result<Vec<_>, _>>();
     let answers = answers.map_err(|error| asked.failure(error, &args.points))?;
     if !args.scene.quiet {
         let in_space = places.count_in_space(&queries, &bar).map_err(|error| asked.failure(error, &args.points))?;
@@ -56,6 +60,49 @@ pub(crate) fn run(args: &QueryArgs) -> Result<(), Failure> {
     let staged = files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;
     interrupt.check()?;
     output::commit_all(staged)
+}
+
+/// Whether the files can hold the answers: bytes hold no shares.
+fn check_forms<'a>(files: &[output::Target], mut lights: impl Iterator<Item = &'a Light>) -> Result<(), Failure> {
+    let has_bytes = files.iter().any(|file| file.format == Format::Npy);
+    match lights.find(|light| has_bytes && !light.extent.is_point()) {
+        None => Ok(()),
+        Some(Light { name, .. }) => Err(Failure::Unusable(format!(
+            "light \"{name}\" has an extent: its answers are shares, which a .npy of bytes cannot hold; write a .csv, or choose \
+             other lights with --light"
+        ))),
+    }
+}
+
+/// The answers for one light.
+enum Column {
+    /// Lit or not.
+    Lit(Vec<bool>),
+    /// The share of an area light that reaches the point.
+    Shares(Vec<f64>),
+}
+
+impl Column {
+    fn len(&self) -> usize {
+        match self {
+            Self::Lit(lit) => lit.len(),
+            Self::Shares(shares) => shares.len(),
+        }
+    }
+
+    fn text(&self, row: usize) -> String {
+        match self {
+            Self::Lit(lit) => u8::from(lit[row]).to_string(),
+            Self::Shares(shares) => shares[row].to_string(),
+        }
+    }
+
+    fn byte(&self, row: usize) -> u8 {
+        match self {
+            Self::Lit(lit) => u8::from(lit[row]),
+            Self::Shares(shares) => u8::from(shares[row] > 0.0),
+        }
+    }
 }
 
 /// The points as they came.
@@ -178,6 +225,36 @@ impl Places<'_> {
         }
     }
 
+    /// The answers for a light: lit or not, or for an area light shares.
+    fn column(&self, queries: &Queries, light: &Light, bar: &Bar) -> Result<Column, NoAnswer> {
+        if light.extent.is_point() {
+            return self.lit(queries, &light.source, bar).map(Column::Lit);
+        }
+        let share = |place: &Place| queries.visible_fraction(place, light).map(|fraction| fraction.value);
+        answer_each(&self.listed(), share, bar).map(Column::Shares)
+    }
+
+    /// The points one by one.
+    fn listed(&self) -> Vec<Place> {
+        let free = |position| Place::Free { position };
+        let oriented = |[x, y, z, nx, ny, nz]: [f64; 6], precision| Place::Oriented {
+            position: [x, y, z],
+            normal: [nx, ny, nz],
+            precision,
+        };
+        let Some(points) = self.loose() else {
+            return if let Self::OnFaces(places) = self { places.clone() } else { Vec::new() };
+        };
+        match points {
+            Points::FreeSingle(rows) => rows.iter().map(|row| free(row.map(f64::from))).collect(),
+            Points::FreeDouble(rows) => rows.iter().map(|&row| free(row)).collect(),
+            Points::OrientedSingle(rows) => {
+                rows.iter().map(|row| oriented(row.map(f64::from), Precision::Single)).collect()
+            }
+            Points::OrientedDouble(rows) => rows.iter().map(|&row| oriented(row, Precision::Double)).collect(),
+        }
+    }
+
     fn count_in_space(&self, queries: &Queries, bar: &Bar) -> Result<usize, NoAnswer> {
         let in_space = self.loose().map(|points| queries.in_space_many(points, bar)).transpose()?;
         Ok(in_space.map_or(0, |in_space| in_space.into_iter().filter(|&is_in_space| is_in_space).count()))
@@ -185,13 +262,22 @@ impl Places<'_> {
 }
 
 fn lit_on_faces(queries: &Queries, places: &[Place], light: &LightSource, bar: &Bar) -> Result<Vec<bool>, NoAnswer> {
+    answer_each(places, |place| queries.lit(place, light).map(|answer| answer.lit), bar)
+}
+
+/// Answers points one by one, on all threads.
+fn answer_each<T: Send>(
+    places: &[Place],
+    answer: impl Fn(&Place) -> Result<T, QueryDefect> + Sync,
+    bar: &Bar,
+) -> Result<Vec<T>, NoAnswer> {
     let (done, total) = (AtomicU64::new(0), places.len() as u64);
     // The first row that is refused is told, whichever thread comes first.
-    let chunk = |places: &[Place]| -> Result<Vec<Result<bool, QueryDefect>>, Cancelled> {
+    let chunk = |places: &[Place]| -> Result<Vec<Result<T, QueryDefect>>, Cancelled> {
         if bar.is_cancelled() {
             return Err(Cancelled);
         }
-        let answers = places.iter().map(|place| queries.lit(place, light).map(|answer| answer.lit)).collect();
+        let answers = places.iter().map(&answer).collect();
         let now = done.fetch_add(places.len() as u64, Ordering::Relaxed) + places.len() as u64;
         bar.advance("points", now, total);
         Ok(answers)
@@ -211,7 +297,7 @@ fn tell_in_space(count: usize) {
 struct Answered<'a> {
     asked: &'a Asked,
     names: Vec<&'a str>,
-    answers: Vec<Vec<bool>>,
+    answers: Vec<Column>,
 }
 
 impl Answered<'_> {
@@ -224,11 +310,11 @@ impl Answered<'_> {
 
     /// A byte a point and light, row by row.
     fn bytes(&self) -> Vec<u8> {
-        let count = self.answers.first().map_or(0, Vec::len);
-        (0..count).flat_map(|row| self.answers.iter().map(move |lit| u8::from(lit[row]))).collect()
+        let count = self.answers.first().map_or(0, Column::len);
+        (0..count).flat_map(|row| self.answers.iter().map(move |column| column.byte(row))).collect()
     }
 
-    /// The rows as they came, with a column a light: 1 lit, 0 not.
+    /// The rows as they came, with a column a light: 1 lit, 0 not; of an area light the share that reaches the point.
     fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         let columns: Vec<&str> = match self.asked {
             Asked::Table(table) => table.text.header.iter().map(String::as_str).collect(),
@@ -241,7 +327,7 @@ impl Answered<'_> {
             Asked::Array(points) => points.len(),
         };
         let row = |row: usize| {
-            let answers = self.answers.iter().map(move |lit| u8::from(lit[row]).to_string());
+            let answers = self.answers.iter().map(move |column| column.text(row));
             self.asked.fields(row).into_iter().chain(answers)
         };
         write_rows(&header, (0..count).map(row), out)

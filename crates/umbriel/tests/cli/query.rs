@@ -96,3 +96,16 @@ fn bad_arrays_are_named_by_what_is_wrong() {
         assert!(!workspace.files().contains(&"out.npy".to_owned()), "nothing is written");
     }
 }
+
+#[test]
+fn area_lights_answer_with_shares() {
+    let half = "[[object]]\nname = \"plate\"\nrectangle = { size = [4, 4] }\ntranslation = [2, 2, 0]\n\
+                [[light]]\nname = \"panel\"\nrectangle = { center = [0, 4, 0], u = [1, 0, 0], v = [0, 0, 1] }\n\
+                [[light]]\nname = \"noon\"\nsun = { direction = [0, -1, 0] }\n";
+    let workspace = Workspace::with(&[("half.toml", half), ("p.csv", "x,y,z\n0,0,0\n-3,0,0\n2,0,0\n")]);
+    let run = workspace.run("query half.toml --points p.csv").succeeds();
+    assert_eq!(run.stdout(), "x,y,z,panel,noon\n0,0,0,0.5,0\n-3,0,0,1,1\n2,0,0,0,0\n");
+    assert!(!run.stderr().contains("extent"), "{}", run.stderr());
+    workspace.run("query half.toml --points p.csv -o out.npy").fails(2, &["panel", "shares"]);
+    workspace.run("query half.toml --points p.csv --light noon -o out.npy").succeeds();
+}

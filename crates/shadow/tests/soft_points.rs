@@ -1,0 +1,283 @@
+//! The visible fraction of points, against closed forms and against many exact rays.
+
+use glam::{DAffine3, DQuat, DVec3};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Placement, Rectangle};
+use umbriel_scene::{Extent, Light, Object, Scene, Shape, Sides};
+use umbriel_shadow::{Place, Queries};
+
+fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
+    let placement = Placement::new(map).expect("regular");
+    Object::new(name.into(), shape, placement, Sides::Auto).expect("a body")
+}
+
+fn ball(radius: f64, center: DVec3) -> Object {
+    object("ball", Shape::Analytic(Analytic::Sphere { radius }), DAffine3::from_translation(center))
+}
+
+fn lamp(center: DVec3, extent: Extent) -> Light {
+    Light::with_extent("lamp", LightSource::point(center.to_array()).expect("a point"), extent).expect("a light")
+}
+
+fn sun(direction: [f64; 3], angular_diameter: f64) -> Light {
+    let source = LightSource::sun(direction).expect("a sun");
+    Light::with_extent("sun", source, Extent::Disk { angular_diameter }).expect("a light")
+}
+
+fn free(position: DVec3) -> Place {
+    Place::Free { position: position.to_array() }
+}
+
+/// The place where `is_inside` turns from true (at `low`) to false (at `high`).
+fn bisect(mut low: f64, mut high: f64, is_inside: impl Fn(f64) -> bool) -> f64 {
+    assert!(is_inside(low) && !is_inside(high), "the border lies between");
+    loop {
+        let middle = 0.5 * (low + high);
+        if middle <= low.min(high) || middle >= low.max(high) {
+            return middle;
+        }
+        if is_inside(middle) { low = middle } else { high = middle }
+    }
+}
+
+fn assert_near(found: f64, expected: f64, relative: f64, what: &str) {
+    assert!((found - expected).abs() <= relative * expected.abs(), "{what}: {found} is not {expected}");
+}
+
+const SUN: f64 = 6.957e8;
+const EARTH: f64 = 6.371e6;
+const MOON: f64 = 1.7374e6;
+const YEAR_RADIUS: f64 = 1.496e11;
+/// Observers stand this far above the ground, metres.
+const EYE: f64 = 10.0;
+
+/// Sun, Moon and Earth along x, metres: the Earth at the origin, the Moon `month_radius` before it.
+fn eclipse(month_radius: f64) -> (Scene, Light) {
+    let moon = ball(MOON, DVec3::new(-month_radius, 0.0, 0.0));
+    let earth = Object { name: "earth".into(), ..ball(EARTH, DVec3::ZERO) };
+    let light = lamp(DVec3::new(-YEAR_RADIUS, 0.0, 0.0), Extent::Sphere { radius: SUN });
+    (Scene { objects: vec![moon, earth], ..Scene::default() }, light)
+}
+
+/// Where the cone with its apex at `apex` on the axis and this sine of half its angle meets the sphere of the observers, on the side of
+/// the Moon: the distance from the axis.
+fn cone_on_earth(apex: f64, sine: f64) -> f64 {
+    // x = −√(E² − r²) and r = |x − apex| t: (1 + t²) x² − 2 t² a x + t² a² − E² = 0.
+    let tangent_squared = sine * sine / (1.0 - sine * sine);
+    let radius = EARTH + EYE;
+    let (p, q, r) = (1.0 + tangent_squared, tangent_squared * apex, tangent_squared * apex * apex - radius * radius);
+    let x = (q - (q * q - p * r).sqrt()) / p;
+    (x - apex).abs() * tangent_squared.sqrt()
+}
+
+#[test]
+fn the_eclipses_have_their_closed_forms() {
+    for month_radius in [3.6e8, 3.75e8, 4.06e8] {
+        let (scene, light) = eclipse(month_radius);
+        let queries = Queries::new(&scene);
+        let seen = |position: DVec3| queries.visible_fraction(&free(position), &light).expect("a place").value;
+        let between = YEAR_RADIUS - month_radius;
+        let umbra_length = between * MOON / (SUN - MOON);
+        // Along the axis behind the Moon, with the Earth out of the way of the ray: the umbra ends at its apex.
+        let moon_alone = Scene { objects: vec![scene.objects[0].clone()], ..Scene::default() };
+        let behind = Queries::new(&moon_alone);
+        let along =
+            |x: f64| behind.visible_fraction(&free(DVec3::new(x - month_radius, 0.0, 0.0)), &light).expect("a place");
+        let found = bisect(2.0 * MOON, 2.0 * umbra_length, |x| along(x).value == 0.0);
+        assert_near(found, umbra_length, 1e-9, "length of the umbra");
+        // Across the Earth.
+        let on_earth = |r: f64| {
+            let radius = EARTH + EYE;
+            DVec3::new(-(radius * radius - r * r).sqrt(), r, 0.0)
+        };
+        let penumbra_apex = -month_radius - between * MOON / (SUN + MOON);
+        let penumbra = bisect(0.0, 0.9 * EARTH, |r| seen(on_earth(r)) < 1.0);
+        assert_near(penumbra, cone_on_earth(penumbra_apex, (SUN + MOON) / between), 1e-9, "penumbra");
+        let umbra_apex = umbra_length - month_radius;
+        let inner = cone_on_earth(umbra_apex, (SUN - MOON) / between);
+        if umbra_apex > -EARTH - EYE {
+            assert_near(bisect(0.0, penumbra, |r| seen(on_earth(r)) == 0.0), inner, 1e-9, "umbra, total");
+        } else {
+            assert!(seen(on_earth(0.0)) > 0.0, "annular");
+            let cap = |centre: f64, radius: f64, at: DVec3| {
+                let half = libm::sin(0.5 * libm::asin(radius / (DVec3::new(centre, 0.0, 0.0) - at).length()));
+                4.0 * std::f64::consts::PI * half * half
+            };
+            let ring = |at: DVec3| 1.0 - cap(-month_radius, MOON, at) / cap(-YEAR_RADIUS, SUN, at);
+            // As long as the Moon is all before the Sun.
+            let found = bisect(0.0, penumbra, |r| seen(on_earth(r)) - ring(on_earth(r)) < 4.0 * f64::EPSILON);
+            assert_near(found, inner, 1e-9, "antumbra, annular");
+        }
+    }
+}
+
+#[test]
+fn a_ball_over_a_floor_has_the_radii_of_its_umbra_and_penumbra() {
+    // Light of radius R at the height H, ball of radius r at the height h, both over the origin.
+    let (light_radius, light_height, radius, height) = (0.5, 10.0, 1.0, 3.0);
+    let scene = Scene { objects: vec![ball(radius, DVec3::new(0.0, height, 0.0))], ..Scene::default() };
+    let light = lamp(DVec3::new(0.0, light_height, 0.0), Extent::Sphere { radius: light_radius });
+    let queries = Queries::new(&scene);
+    let seen = |x: f64| queries.visible_fraction(&free(DVec3::new(x, 0.0, 0.0)), &light).expect("a place").value;
+    let between = light_height - height;
+    // Tangent cones: apexes where the radii are in the ratio of the distances.
+    let umbra_apex = light_height + between * light_radius / (radius - light_radius);
+    let tangent = |sine: f64| sine / (1.0f64 - sine * sine).sqrt();
+    let umbra = umbra_apex * tangent((radius - light_radius) / between);
+    let penumbra_apex = light_height - between * light_radius / (radius + light_radius);
+    let penumbra = penumbra_apex * tangent((radius + light_radius) / between);
+    assert_near(bisect(0.0, 5.0, |x| seen(x) == 0.0), umbra, 1e-9, "umbra");
+    assert_near(bisect(0.0, 9.0, |x| seen(x) < 1.0), penumbra, 1e-9, "penumbra");
+}
+
+#[test]
+fn a_rectangle_under_a_parallel_rectangle_has_the_overlap_of_rectangles() {
+    // A light of half edges 1 and 2 at the height 8, an occluder of half edges 1.5 and 0.5 at the height 3.
+    let shape = Shape::Rectangle(Rectangle { size: [3.0, 1.0] });
+    let scene =
+        Scene { objects: vec![object("plate", shape, DAffine3::from_translation(DVec3::Y * 3.0))], ..Scene::default() };
+    let light = lamp(DVec3::Y * 8.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 2.0 });
+    let queries = Queries::new(&scene);
+    let overlap = |x: f64, half_plate: f64, half_light: f64| {
+        // The plate's image on the light's plane from x.
+        let image = |edge: f64| x + (edge - x) * 8.0 / 3.0;
+        let (low, high) = (image(-half_plate).max(-half_light), image(half_plate).min(half_light));
+        (high - low).max(0.0) / (2.0 * half_light)
+    };
+    for (i, j) in (0..21).flat_map(|i| (0..21).map(move |j| (i, j))) {
+        let (x, z) = (0.31 * f64::from(i) - 3.1, 0.23 * f64::from(j) - 2.3);
+        let seen = queries.visible_fraction(&free(DVec3::new(x, 0.0, z)), &light).expect("a place");
+        let expected = 1.0 - overlap(x, 1.5, 1.0) * overlap(z, 0.5, 2.0);
+        assert!(
+            (seen.value - expected).abs() <= seen.max_error && seen.max_error < 1e-12,
+            "({x}, {z}): {seen:?} {expected}"
+        );
+    }
+}
+
+#[test]
+fn the_horizon_takes_its_part() {
+    // A one-sided wall that looks along −z; the light's middle lies in its plane: half of it is above the horizon.
+    let wall = Object::new(
+        "wall".into(),
+        Shape::Rectangle(Rectangle { size: [2.0, 2.0] }),
+        Placement::new(DAffine3::from_quat(DQuat::from_xyzw(0.5f64.sqrt(), 0.0, 0.0, 0.5f64.sqrt()))).expect("regular"),
+        Sides::One,
+    );
+    let scene = Scene { objects: vec![wall.expect("a wall")], ..Scene::default() };
+    let queries = Queries::new(&scene);
+    let place = Place::Surface { object: 0, face: 0, u: 0.25, v: 0.5 };
+    for light in [
+        lamp(DVec3::new(0.0, 5.0, 0.0), Extent::Sphere { radius: 1.0 }),
+        lamp(DVec3::new(0.0, 5.0, 0.0), Extent::Rectangle { u: DVec3::X, v: DVec3::Z }),
+        sun([0.0, -1.0, 0.0], 0.53),
+    ] {
+        let seen = queries.visible_fraction(&place, &light).expect("a place");
+        assert!((seen.value - 0.5).abs() < 1e-12, "{seen:?} {light:?}");
+    }
+}
+
+/// A small generator of chance.
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
+    }
+
+    fn vector(&mut self, low: f64, high: f64) -> DVec3 {
+        DVec3::new(self.next(low, high), self.next(low, high), self.next(low, high))
+    }
+
+    fn turn(&mut self) -> DQuat {
+        DQuat::from_xyzw(self.next(-1.0, 1.0), self.next(-1.0, 1.0), self.next(-1.0, 1.0), self.next(0.1, 1.0))
+            .normalize()
+    }
+}
+
+/// Some points of the light as seen from `eye`, each standing for an equal share of it.
+fn light_points(eye: DVec3, light: &Light, count: u32) -> Vec<LightSource> {
+    let at = |k: u32| (f64::from(k) + 0.5) / f64::from(count);
+    let squares = (0..count).flat_map(|i| (0..count).map(move |j| (at(i), at(j))));
+    let around = |towards: DVec3, radius: f64, (s, t): (f64, f64)| {
+        // Equal shares of a cap: the cosine is even.
+        let cosine = 1.0 - s * (1.0 - radius.cos());
+        let (u, v) = towards.normalize().any_orthonormal_pair();
+        let sine = (1.0 - cosine * cosine).sqrt();
+        let turn = t * std::f64::consts::TAU;
+        towards.normalize() * cosine + (u * turn.cos() + v * turn.sin()) * sine
+    };
+    let centre = light.source.xyz();
+    let point = |p: DVec3| LightSource::point(p.to_array()).expect("a point");
+    squares
+        .map(|(s, t)| match light.extent {
+            Extent::Rectangle { u, v } => point(centre + u * (2.0 * s - 1.0) + v * (2.0 * t - 1.0)),
+            Extent::Disk { angular_diameter } => {
+                let towards = around(centre, 0.5 * angular_diameter.to_radians(), (s, t));
+                LightSource::sun((-towards).to_array()).expect("a sun")
+            }
+            Extent::Sphere { radius } => {
+                let distance = (centre - eye).length();
+                let towards = around(centre - eye, (radius / distance).asin(), (s, t));
+                let middle = towards.dot(centre - eye);
+                let half = (radius * radius - distance * distance + middle * middle).max(0.0).sqrt();
+                point(eye + towards * (middle - half))
+            }
+            _ => light.source,
+        })
+        .collect()
+}
+
+#[test]
+fn random_scenes_agree_with_many_exact_rays() {
+    let mut dice = Dice(11);
+    let mut partly = [0; 3];
+    for round in 0..90 {
+        let mut objects = Vec::new();
+        for k in 0..3 {
+            let shape = match (round / 3 + k) % 5 {
+                0 | 1 => Shape::Cuboid(Cuboid { size: dice.vector(0.3, 1.5).to_array() }),
+                2 => Shape::Rectangle(Rectangle { size: [dice.next(0.3, 2.0), dice.next(0.3, 2.0)] }),
+                3 => Shape::Analytic(Analytic::Sphere { radius: dice.next(0.2, 0.6) }),
+                _ => Shape::Analytic(Analytic::Cylinder { radius: dice.next(0.1, 0.5), height: dice.next(0.3, 1.0) }),
+            };
+            let map = DAffine3::from_rotation_translation(dice.turn(), dice.vector(-1.0, 1.0) + DVec3::Y * 2.0);
+            objects.push(object("thing", shape, map));
+        }
+        objects.push(object("floor", Shape::Rectangle(Rectangle { size: [8.0; 2] }), DAffine3::IDENTITY));
+        let scene = Scene { objects, ..Scene::default() };
+        let centre = dice.vector(-1.0, 1.0) + DVec3::Y * 7.0;
+        let light = match round % 3 {
+            0 => lamp(centre, Extent::Sphere { radius: dice.next(0.2, 1.0) }),
+            1 => lamp(centre, Extent::Rectangle { u: dice.vector(-0.7, 0.7), v: dice.vector(-0.7, 0.7) }),
+            _ => sun([dice.next(-0.5, 0.5), -1.0, dice.next(-0.5, 0.5)], dice.next(0.5, 20.0)),
+        };
+        let queries = Queries::new(&scene);
+        for _ in 0..4 {
+            let (object, u, v) = (3, dice.next(0.3, 0.7), dice.next(0.3, 0.7));
+            let place = Place::Surface { object, face: 0, u, v };
+            let seen = queries.visible_fraction(&place, &light).expect("a place");
+            let eye = DVec3::new(8.0 * (u - 0.5), 0.0, 8.0 * (v - 0.5));
+            const COUNT: u32 = 48;
+            // The floor's first edge may run along either axis: only its place matters here.
+            let floor_eye = scene.objects[3].facets().expect("flat");
+            let corners: Vec<DVec3> = floor_eye.positions().to_vec();
+            let eye = if eye.is_finite() {
+                corners[0] + (corners[1] - corners[0]) * u + (corners[3] - corners[0]) * v
+            } else {
+                eye
+            };
+            let points = light_points(eye, &light, COUNT);
+            let lit = points.iter().filter(|source| queries.lit(&place, source).expect("a place").lit).count();
+            let sampled = lit as f64 / points.len() as f64;
+            // Borders of shadows cross some squares: of length up to about six edges of the light.
+            let tolerance = 4.0 / f64::from(COUNT);
+            assert!(
+                (seen.value - sampled).abs() <= seen.max_error + tolerance,
+                "{round}: {seen:?} {sampled} {light:?}"
+            );
+            partly[round % 3] += usize::from(sampled > 0.02 && sampled < 0.98);
+        }
+    }
+    assert!(partly.iter().all(|&count| count > 12), "penumbrae were met: {partly:?}");
+}
