@@ -14,6 +14,7 @@ use crate::{
     aabb::Aabb,
     approx::Approx,
     brep::{Convex, Cuboid, HullDefect},
+    edge_uses::weld,
     light::LightSource,
     mesh::Mesh,
     placement::Placement,
@@ -83,14 +84,6 @@ enum Faces {
     Parallelograms(Vec<[u32; 4]>),
 }
 
-/// What equal positions make of the faces.
-#[derive(Clone, Debug)]
-struct Welded {
-    /// The rank of each point among the distinct positions, in lexicographic order.
-    ranks: Vec<u32>,
-    topology: Topology,
-}
-
 /// The placed faces of one object. A mesh that is not moved is shared, not copied.
 #[derive(Clone, Debug)]
 pub struct Facets {
@@ -99,7 +92,9 @@ pub struct Facets {
     inexact: Vec<Inexact>,
     faces: Faces,
     mirrored: bool,
-    welded: OnceLock<Welded>,
+    /// The rank of each point among the distinct positions, in lexicographic order.
+    ranks: OnceLock<Vec<u32>>,
+    topology: OnceLock<Topology>,
 }
 
 impl Default for Facets {
@@ -110,7 +105,7 @@ impl Default for Facets {
 
 impl Facets {
     fn new(positions: Positions, faces: Faces, mirrored: bool) -> Self {
-        Self { positions, inexact: Vec::new(), faces, mirrored, welded: OnceLock::new() }
+        Self { positions, inexact: Vec::new(), faces, mirrored, ranks: OnceLock::new(), topology: OnceLock::new() }
     }
 
     /// The triangles of a mesh, its vertices correctly rounded after placement. Facets and points are those of the mesh.
@@ -231,7 +226,7 @@ impl Facets {
     /// The rank of each point's position among all distinct positions, in lexicographic order: equal positions share
     /// one, whatever the order of the points. The first call sorts the points.
     pub fn ranks(&self) -> &[u32] {
-        &self.welded().ranks
+        self.ranks.get_or_init(|| unify(self.positions()).1)
     }
 
     /// A facet by the ranks of its corners: equal for two facets with the same corners.
@@ -246,18 +241,13 @@ impl Facets {
         }
     }
 
-    /// Components and closedness; a parallelogram counts as two triangles. The first call is O(n log n).
+    /// Components and closedness; a parallelogram counts as two triangles. The first call is O(n).
     pub fn topology(&self) -> &Topology {
-        &self.welded().topology
-    }
-
-    fn welded(&self) -> &Welded {
-        self.welded.get_or_init(|| {
-            let (_, ranks) = unify(self.positions());
-            let triangles = |triangles: &[[u32; 3]]| {
-                Topology::of(triangles.iter().map(|corners| corners.map(|corner| ranks[corner as usize])))
-            };
-            let topology = match &self.faces {
+        self.topology.get_or_init(|| {
+            let firsts = weld(self.positions());
+            let first = |corner: u32| firsts.as_ref().map_or(corner, |firsts| firsts[corner as usize]);
+            let triangles = |triangles: &[[u32; 3]]| Topology::of(triangles.iter().map(|corners| corners.map(first)));
+            match &self.faces {
                 Faces::OfMesh(mesh) => triangles(mesh.triangles()),
                 Faces::Triangles(faces) => triangles(faces),
                 Faces::Parallelograms(faces) => {
@@ -266,8 +256,7 @@ impl Facets {
                     topology.component_of = topology.component_of.iter().copied().step_by(2).collect();
                     topology
                 }
-            };
-            Welded { ranks, topology }
+            }
         })
     }
 

@@ -20,6 +20,7 @@ mod brep;
 mod decide;
 pub mod decisions;
 mod dyadic;
+pub mod edge_uses;
 mod expansion;
 mod facets;
 mod light;

@@ -1,9 +1,11 @@
 //! Exact-position topology: which triangles hang together, and which of those surfaces are closed.
 //!
 //! Vertices with equal coordinates are one vertex. Triangles that share an edge belong to one component. A component is
-//! closed when the directed uses of every one of its edges cancel. O(n log n).
+//! closed when the directed uses of every one of its edges cancel.
 
 use glam::DVec3;
+
+use crate::edge_uses::{EdgeUses, cancel, edges_of};
 
 /// A set of triangles joined by edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,23 +33,16 @@ pub struct Topology {
 }
 
 impl Topology {
-    /// The components of `triangles` over vertices that are already one per position.
+    /// The components of `triangles` over vertices that are already one per position. O(triangles + vertices).
     pub fn of(triangles: impl ExactSizeIterator<Item = [u32; 3]> + Clone) -> Self {
         let count = triangles.len();
-        let mut uses: Vec<(u32, u32, i8, u32)> = Vec::with_capacity(3 * count);
-        for (triangle, [a, b, c]) in triangles.enumerate() {
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                if from != to {
-                    uses.push((from.min(to), from.max(to), if from < to { 1 } else { -1 }, triangle as u32));
-                }
-            }
-        }
-        uses.sort_unstable();
+        let vertices = triangles.clone().flatten().max().map_or(0, |highest| highest as usize + 1);
+        let edges = (0..).zip(triangles).flat_map(|(triangle, corners)| edges_of(corners, triangle));
+        let uses = EdgeUses::of(vertices, edges);
         let mut sets = DisjointSets::new(count);
-        let edges = || uses.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
-        for edge in edges() {
+        for (_, edge) in uses.edges() {
             for pair in edge.windows(2) {
-                sets.join(pair[0].3, pair[1].3);
+                sets.join(pair[0].face(), pair[1].face());
             }
         }
         let mut number_of_root = vec![u32::MAX; count];
@@ -61,11 +56,9 @@ impl Topology {
             topology.component_of.push(number_of_root[root]);
             topology.components[number_of_root[root] as usize].triangles += 1;
         }
-        for edge in edges() {
-            if edge.iter().map(|usage| i64::from(usage.2)).sum::<i64>() != 0 {
-                let component = topology.component_of[edge[0].3 as usize];
-                topology.components[component as usize].open_edges += 1;
-            }
+        for (_, edge) in uses.edges().filter(|(_, edge)| !cancel(edge)) {
+            let component = topology.component_of[edge[0].face() as usize];
+            topology.components[component as usize].open_edges += 1;
         }
         topology
     }

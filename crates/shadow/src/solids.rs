@@ -17,6 +17,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use umbriel_geometry::{
     Aabb, Facets, Point, Sign,
+    edge_uses::{EdgeUse, EdgeUses, cancel, edges_of},
     predicates::{float_side_filter, side},
 };
 
@@ -171,25 +172,12 @@ impl Part<'_> {
     }
 }
 
-/// One use of an edge by a triangle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-struct Use {
-    /// The vertex with the higher number.
-    high: u32,
-    /// Whether the triangle runs from the higher to the lower.
-    is_down: bool,
-    /// The triangle's third vertex.
-    apex: u32,
-}
-
-/// The uses of a part's edges by their lower vertices; vertices are counted from the part's lowest.
+/// The edges of a part; vertices are counted from the part's lowest.
 #[derive(Default)]
 struct Uses {
-    /// The triangles: copies of one body have the same uses.
+    /// The triangles: copies of one body have the same edges.
     triangles: Vec<[u32; 3]>,
-    all: Vec<Use>,
-    /// Where the uses of each vertex end.
-    ends: Vec<u32>,
+    edges: EdgeUses,
     /// Whether the directed uses of every edge cancel.
     are_closed: bool,
 }
@@ -198,70 +186,38 @@ impl Uses {
     /// Of a part; those of the last part where they are the same.
     fn collect(&mut self, part: &Part) {
         let [low, high] = part.vertices;
-        let own = || part.triangles.iter().map(|triangle| triangle.map(|corner| corner - low));
-        if own().eq(self.triangles.iter().copied()) {
+        let own = part.triangles.iter().map(|triangle| triangle.map(|corner| corner - low));
+        if own.clone().eq(self.triangles.iter().copied()) {
             return;
         }
-        let vertices = (high - low) as usize + 1;
         self.triangles.clear();
-        self.triangles.extend(own());
-        self.ends.clear();
-        self.ends.resize(vertices + 1, 0);
-        let uses = || self.triangles.iter().flat_map(|&triangle| edges(triangle));
-        uses().for_each(|[from, to, _]| self.ends[from.min(to) as usize + 1] += 1);
-        for vertex in 0..vertices {
-            self.ends[vertex + 1] += self.ends[vertex];
-        }
-        self.all.resize(3 * self.triangles.len(), Use::default());
-        for [from, to, apex] in uses() {
-            // Each vertex's start moves to its end.
-            let place = &mut self.ends[from.min(to) as usize];
-            self.all[*place as usize] = Use { high: from.max(to), is_down: from > to, apex };
-            *place += 1;
-        }
-        for vertex in 0..vertices {
-            let range = self.range(vertex);
-            self.all[range].sort_unstable();
-        }
-        let cancel = |uses: &[Use]| 2 * uses.iter().filter(|usage| usage.is_down).count() == uses.len();
-        let are_closed = self.edges().all(|(_, uses)| cancel(uses));
-        self.are_closed = are_closed;
-    }
-
-    fn range(&self, vertex: usize) -> Range<usize> {
-        let first = if vertex == 0 { 0 } else { self.ends[vertex - 1] };
-        first as usize..self.ends[vertex] as usize
-    }
-
-    /// The uses of each edge, with its lower vertex.
-    fn edges(&self) -> impl Iterator<Item = (u32, &[Use])> {
-        (0..self.ends.len() - 1).flat_map(move |vertex| {
-            let uses = self.all[self.range(vertex)].chunk_by(|a, b| a.high == b.high);
-            uses.map(move |uses| (vertex as u32, uses))
-        })
+        self.triangles.extend(own);
+        let edges = (0..).zip(&self.triangles).flat_map(|(number, &triangle)| edges_of(triangle, number));
+        self.edges.gather((high - low) as usize + 1, edges);
+        self.are_closed = self.edges.edges().all(|(_, uses)| cancel(uses));
     }
 
     /// Whether two triangles meet at every edge, neither before the other.
     fn are_convex(&self, part: &Part, is_inward: bool) -> bool {
-        let low = part.vertices[0];
         let before = if is_inward { Sign::Negative } else { Sign::Positive };
-        self.edges().all(|(vertex, uses)| {
-            let [up, down] = uses else { return false };
-            let [a, b, c] = part.corners([low + vertex, low + up.high, low + up.apex]);
-            let d = part.positions[(low + down.apex) as usize];
+        let at = |corner: u32| part.positions[(part.vertices[0] + corner) as usize];
+        self.edges.edges().all(|(low, uses)| {
+            let [up, down] = match uses {
+                [a, b] if a.is_upward() => [a, b],
+                [a, b] => [b, a],
+                _ => return false,
+            };
+            let apex = |usage: &EdgeUse| {
+                let corners = self.triangles[usage.face() as usize];
+                corners.into_iter().find(|&corner| corner != low && corner != up.high).unwrap_or(low)
+            };
+            let [a, b, c, d] = [low, up.high, apex(up), apex(down)].map(at);
             let is_flat = (0..3).any(|k| a[k] == b[k] && a[k] == c[k] && a[k] == d[k]);
             is_flat || float_side(a, b, c, d) != before
         })
     }
 }
 
-/// A triangle's edges, each with the third vertex.
-#[inline]
-fn edges([a, b, c]: [u32; 3]) -> [[u32; 3]; 3] {
-    [[a, b, c], [b, c, a], [c, a, b]]
-}
-
-/// [`side`], of floats.
 #[inline]
 fn float_side(a: DVec3, b: DVec3, c: DVec3, x: DVec3) -> Sign {
     let [p, q, r, y] = [a, b, c, x].map(Point::exact);
