@@ -27,7 +27,20 @@ fn segments_near_a_border_go_on_to_exact_arithmetic() {
     let (hit, decisions) = any_hit(0.75 + 0.5f64.powi(40));
     assert!(!hit && decisions.double > 0 && decisions.exact == 0, "too near for 32 bits: {decisions:?}");
     let (hit, decisions) = any_hit(0.75);
-    assert!(hit && decisions.exact > 0, "on the border: {decisions:?}");
+    assert!(hit && decisions.pair > 0 && decisions.exact == 0, "on the border: {decisions:?}");
     let (hit, decisions) = any_hit(0.75f64.next_up());
-    assert!(!hit && decisions.exact > 0, "one ulp outside: {decisions:?}");
+    assert!(!hit && decisions.pair > 0 && decisions.exact == 0, "one ulp outside: {decisions:?}");
+}
+
+#[test]
+fn segments_through_an_edge_with_all_its_digits_go_to_big_numbers() {
+    // The middle of the segment is the middle of an edge: L = a + (b − x), without rounding.
+    let (a, b, x) = ([1.1, 1.7, 1.3], [1.9, 1.2, 1.6], [1.4, 1.5, 1.8]);
+    let mesh = Mesh::new(vec![a, b, [1.2, 1.1, 1.9]], vec![[0, 1, 2]]).expect("a triangle");
+    let bvh = TriangleBvh::build(Arc::new(mesh));
+    let lamp = LightSource::point(std::array::from_fn(|k| a[k] + (b[k] - x[k]))).expect("a lamp");
+    let before = Decisions::of_thread();
+    let hit = bvh.towards(lamp).any_hit(x.into());
+    let decisions = Decisions::of_thread() - before;
+    assert!(hit && decisions.exact > 0, "{decisions:?}");
 }

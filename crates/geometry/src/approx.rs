@@ -12,7 +12,7 @@ pub(crate) const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
 const ERROR_PADDING: f64 = 1.0 + 8.0 * UNIT_ROUNDOFF;
 
 /// The error of a product above this is a normal number: 2^-969, 2^53 times the least normal number.
-const UNDERFLOW_LIMIT: f64 = f64::MIN_POSITIVE / f64::EPSILON * 2.0;
+pub(crate) const UNDERFLOW_LIMIT: f64 = f64::MIN_POSITIVE / f64::EPSILON * 2.0;
 
 /// A value with a bound: the exact number lies in [`value − error`, `value + error`].
 ///

@@ -10,10 +10,11 @@ use glam::DVec3;
 
 use crate::{
     approx::Approx,
-    decisions::decide,
+    decisions::{Level, count, decide},
     light::LightSource,
+    pair::Pair,
     point::{ExactPoint, Point},
-    predicates::{Target, side_filter, side_value},
+    predicates::{Target, side_filter, side_of_pairs, side_value},
     ring::{Ring, Sign, determinant, dot},
 };
 
@@ -66,6 +67,16 @@ impl<'a, R: Ring> Probe<'a, R> {
         Self::new(Point::exact(position), move || ExactPoint::from_position(position))
     }
 
+    /// The coordinates in pairs of floats: of a place on a face, or of floats.
+    fn pairs(&self) -> Option<[Pair; 3]> {
+        let Some(FacePlace { corners, u, v }) = &self.place else {
+            return (self.bounds.slack == DVec3::ZERO).then(|| self.bounds.position.to_array().map(Pair::exact));
+        };
+        let [a, b, d] = corners.each_ref().map(Pair::of_point);
+        let [u, v] = [*u, *v].map(Pair::exact);
+        Some(std::array::from_fn(|k| a[k] + (b[k] - a[k]) * u + (d[k] - a[k]) * v))
+    }
+
     /// The exact point.
     pub fn exact(&self) -> &ExactPoint<R> {
         &self.exact
@@ -82,6 +93,12 @@ impl<R: std::fmt::Debug> std::fmt::Debug for Probe<'_, R> {
 pub fn polygon_blocks<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSource) -> bool {
     let filtered = polygon_blocks_filter(corners, &x.bounds, light)
         .or_else(|| x.place.and_then(|place| polygon_blocks_place(corners, &place, light)));
+    if filtered.is_none()
+        && let Some(blocks) = polygon_blocks_pairs(corners, x, light)
+    {
+        count(Level::Pair, 1);
+        return blocks;
+    }
     decide(filtered, || {
         let corners: Vec<ExactPoint<R>> = corners.iter().map(Point::to_exact).collect();
         exact_polygon_blocks(&corners, x.exact(), &ExactPoint::from_light(light))
@@ -93,8 +110,8 @@ pub fn polygon_blocks_filter(corners: &[Point], x: &Point, light: &LightSource) 
     let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
     let light_side = side_filter(a, b, c, Target::Light(light)).sign()?;
     let plane = side_filter(a, b, c, Target::Point(x));
-    blocks_by_signs(corners.len(), light_side, plane, |i| {
-        side_filter(&corners[i], &corners[(i + 1) % corners.len()], x, Target::Light(light))
+    blocks_by_signs(corners.len(), light_side, plane.sign()?, |i| {
+        side_filter(&corners[i], &corners[(i + 1) % corners.len()], x, Target::Light(light)).sign()
     })
 }
 
@@ -104,9 +121,21 @@ fn polygon_blocks_place(corners: &[Point], place: &FacePlace, light: &LightSourc
     let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
     let light_side = Sign::of(side_value(a, b, c, Target::Light(light)).value);
     let plane = place.mean(|corner| side_value(a, b, c, Target::Point(corner)));
-    blocks_by_signs(corners.len(), light_side, plane, |i| {
+    blocks_by_signs(corners.len(), light_side, plane.sign()?, |i| {
         let (from, to) = (&corners[i], &corners[(i + 1) % corners.len()]);
-        place.mean(|corner| side_value(from, to, corner, Target::Light(light)))
+        place.mean(|corner| side_value(from, to, corner, Target::Light(light))).sign()
+    })
+}
+
+/// The same in pairs of floats, for a point that pairs can hold.
+fn polygon_blocks_pairs<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSource) -> Option<bool> {
+    let x = x.pairs()?;
+    let corners: Vec<[Pair; 3]> = corners.iter().map(Pair::of_point).collect();
+    let (towards, w) = (light.xyz().to_array().map(Pair::exact), light.w());
+    let plane = [corners[0], corners[1], corners[corners.len() - 1]];
+    let light_side = side_of_pairs(&plane, &towards, w).sign()?;
+    blocks_by_signs(corners.len(), light_side, side_of_pairs(&plane, &x, 1.0).sign()?, |i| {
+        side_of_pairs(&[corners[i], corners[(i + 1) % corners.len()], x], &towards, w).sign()
     })
 }
 
@@ -125,10 +154,9 @@ impl FacePlace<'_> {
 fn blocks_by_signs(
     edges: usize,
     light_side: Sign,
-    plane: Approx,
-    shadow_plane: impl Fn(usize) -> Approx,
+    point_side: Sign,
+    shadow_plane: impl Fn(usize) -> Option<Sign>,
 ) -> Option<bool> {
-    let point_side = plane.sign()?;
     if light_side == Sign::Zero {
         return if point_side == Sign::Zero { None } else { Some(false) };
     }
@@ -137,7 +165,7 @@ fn blocks_by_signs(
     }
     let mut certain = true;
     for i in 0..edges {
-        match shadow_plane(i).sign() {
+        match shadow_plane(i) {
             Some(sign) if sign.times(light_side) == Sign::Negative => return Some(false),
             Some(_) => {}
             None => certain = false,

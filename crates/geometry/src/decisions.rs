@@ -1,4 +1,5 @@
-//! How many decisions were made, and at which level: floats of 32 bits, of 64 bits, exact sums of floats, big numbers.
+//! How many decisions were made, and at which level: floats of 32 bits, of 64 bits, pairs of these, exact
+//! sums of floats, big numbers.
 //!
 //! A decision is a sign or an order of input numbers that something else follows from. Each goes through filters, and to
 //! exact arithmetic only where these leave a doubt; it counts once, at the level that settled it. What coordinates tell by
@@ -22,6 +23,8 @@ pub enum Level {
     Single,
     /// Floats of 64 bits, with their bound.
     Double,
+    /// Pairs of floats of 64 bits (some 106 bits), with their bound.
+    Pair,
     /// Sums of floats of 64 bits without rounding: exact, without big numbers.
     Expansion,
     /// Exact arithmetic with big numbers.
@@ -35,6 +38,8 @@ pub struct Decisions {
     pub single: u64,
     /// By floats of 64 bits.
     pub double: u64,
+    /// By pairs of floats of 64 bits.
+    pub pair: u64,
     /// By exact sums of floats.
     pub expansion: u64,
     /// By big numbers.
@@ -55,7 +60,7 @@ impl Decisions {
 
     /// How many there are, at all levels.
     pub fn all(self) -> u64 {
-        self.single + self.double + self.expansion + self.exact
+        self.single + self.double + self.pair + self.expansion + self.exact
     }
 
     fn plus(self, other: Self) -> Self {
@@ -66,6 +71,7 @@ impl Decisions {
         Self {
             single: join(self.single, other.single),
             double: join(self.double, other.double),
+            pair: join(self.pair, other.pair),
             expansion: join(self.expansion, other.expansion),
             exact: join(self.exact, other.exact),
         }
@@ -98,7 +104,7 @@ pub fn decide<T>(filtered: Option<T>, exact: impl FnOnce() -> T) -> T {
 /// The counts of one thread, in a cache line of their own.
 #[derive(Debug, Default)]
 #[repr(align(64))]
-struct Counts([AtomicU64; 4]);
+struct Counts([AtomicU64; 5]);
 
 impl Counts {
     /// For the thread that the counts belong to: no other one writes, so nothing is lost between load and store.
@@ -109,8 +115,8 @@ impl Counts {
     }
 
     fn read(&self) -> Decisions {
-        let [single, double, expansion, exact] = self.0.each_ref().map(|counter| counter.load(Ordering::Relaxed));
-        Decisions { single, double, expansion, exact }
+        let [single, double, pair, expansion, exact] = self.0.each_ref().map(|counter| counter.load(Ordering::Relaxed));
+        Decisions { single, double, pair, expansion, exact }
     }
 }
 
@@ -121,8 +127,10 @@ struct Threads {
     ended: Decisions,
 }
 
-static THREADS: Mutex<Threads> =
-    Mutex::new(Threads { counting: Vec::new(), ended: Decisions { single: 0, double: 0, expansion: 0, exact: 0 } });
+static THREADS: Mutex<Threads> = Mutex::new(Threads {
+    counting: Vec::new(),
+    ended: Decisions { single: 0, double: 0, pair: 0, expansion: 0, exact: 0 },
+});
 
 thread_local! {
     static OWN: Arc<Counts> = register();

@@ -125,7 +125,7 @@ pub(crate) fn two_sum(a: f64, b: f64) -> [f64; 2] {
 }
 
 /// a·b rounded, and what the rounding took away.
-fn two_product(a: f64, b: f64) -> [f64; 2] {
+pub(crate) fn two_product(a: f64, b: f64) -> [f64; 2] {
     let product = a * b;
     [product, a.mul_add(b, -product)]
 }

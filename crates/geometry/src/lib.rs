@@ -26,6 +26,7 @@ mod facets;
 mod light;
 mod mesh;
 mod number;
+mod pair;
 mod placement;
 mod point;
 pub mod predicates;

@@ -1,5 +1,5 @@
-//! Signs that decide: each a floating-point filter with a running error bound, then exact sums of floats where all coordinates
-//! are floats, then big numbers.
+//! Signs that decide: each a floating-point filter with a running error bound, the same in pairs of floats, then exact sums of
+//! floats where all coordinates are floats, then big numbers.
 
 use glam::DVec3;
 
@@ -9,6 +9,7 @@ use crate::{
     dyadic::Dyadic,
     expansion::{self, difference},
     light::LightSource,
+    pair::Pair,
     point::{ExactPoint, Point},
     ring::{Ring, Sign, determinant},
 };
@@ -57,6 +58,13 @@ pub fn side_value(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
         Some(_) => Some(filtered),
         None => are_on_two_lines(a, b, c, x).then_some(Approx::exact(0.0)),
     };
+    if known.is_none() {
+        let pair = side_pair([a, b, c].map(Pair::of_point), x);
+        if pair.sign().is_some() {
+            count(Level::Pair, 1);
+            return pair.to_approx();
+        }
+    }
     if known.is_none()
         && let Some(rows) = rows_of_floats(a, b, c, x)
     {
@@ -135,6 +143,21 @@ fn exact_corners_filter(a: DVec3, b: DVec3, x: DVec3) -> Approx {
     Approx { value, error: permanent * ROUNDED_ROWS_BOUND }
 }
 
+/// [`side_value`] in pairs of floats; the corners are those of [`Pair::of_point`].
+fn side_pair(corners: [[Pair; 3]; 3], x: Target) -> Pair {
+    let (x, w) = match x {
+        Target::Point(p) => (Pair::of_point(p), 1.0),
+        Target::Light(l) => (l.xyz().to_array().map(Pair::exact), l.w()),
+    };
+    side_of_pairs(&corners, &x, w)
+}
+
+/// The determinant |a − c, b − c, x − w·c| for w = 1, or 0 for a direction.
+pub(crate) fn side_of_pairs([a, b, c]: &[[Pair; 3]; 3], x: &[Pair; 3], w: f64) -> Pair {
+    let from_c = |p: &[Pair; 3]| std::array::from_fn(|k| p[k] - c[k]);
+    determinant(&[from_c(a), from_c(b), if w == 0.0 { *x } else { from_c(x) }])
+}
+
 /// The exact determinant behind [`side_value`], times the positive weights w_a·w_b·w_c (for weights 1 it is equal).
 pub fn exact_side<R: Ring>(a: &ExactPoint<R>, b: &ExactPoint<R>, c: &ExactPoint<R>, x: &ExactPoint<R>) -> R {
     // Rows w_c·a − w_a·c; the common factor w_c² is not divided out: it is positive.
@@ -194,9 +217,11 @@ mod tests {
         (answer, Decisions::of_thread() - before)
     }
 
-    const DOUBLE: Decisions = Decisions { single: 0, double: 1, expansion: 0, exact: 0 };
-    const EXPANSION: Decisions = Decisions { single: 0, double: 0, expansion: 1, exact: 0 };
-    const EXACT: Decisions = Decisions { single: 0, double: 0, expansion: 0, exact: 1 };
+    const NONE: Decisions = Decisions { single: 0, double: 0, pair: 0, expansion: 0, exact: 0 };
+    const DOUBLE: Decisions = Decisions { double: 1, ..NONE };
+    const PAIR: Decisions = Decisions { pair: 1, ..NONE };
+    const EXPANSION: Decisions = Decisions { expansion: 1, ..NONE };
+    const EXACT: Decisions = Decisions { exact: 1, ..NONE };
 
     fn side_of(corners: [[f64; 3]; 4]) -> (Sign, Decisions) {
         let [a, b, c, x] = corners.map(|corner| Point::exact(corner.into()));
@@ -209,14 +234,25 @@ mod tests {
     }
 
     #[test]
-    fn points_in_one_plane_that_are_floats_are_told_by_expansions() {
-        // On the plane x + y + z = 1 exactly, and one ulp beside it.
+    fn points_near_one_plane_are_told_by_pairs() {
+        // On the plane x + y + z = 1 exactly, with few digits, and one ulp beside it.
         let [a, b, c] = [[0.25, 0.25, 0.5], [0.125, 0.625, 0.25], [0.75, 0.1875, 0.0625]];
-        assert_eq!(side_of([a, b, c, [0.5, 0.375, 0.125]]), (Sign::Zero, EXPANSION));
+        assert_eq!(side_of([a, b, c, [0.5, 0.375, 0.125]]), (Sign::Zero, PAIR));
         let beside = [0.5_f64.next_up(), 0.375, 0.125];
         let (sign, level) = side_of([a, b, c, beside]);
         let far = [0.6, 0.475, 0.225];
-        assert_eq!((sign, level), (side_of([a, b, c, far]).0, EXPANSION), "as a point far out on that side");
+        assert_eq!((sign, level), (side_of([a, b, c, far]).0, PAIR), "as a point far out on that side");
+    }
+
+    #[test]
+    fn points_in_one_plane_with_all_their_digits_are_told_by_exact_sums() {
+        // Corners of a parallelogram with long coordinates: x = a + (b − c) without rounding, as all three are in [1, 2).
+        let [a, b, c] = [[1.1, 1.7, 1.3], [1.9, 1.2, 1.6], [1.4, 1.5, 1.8]];
+        let x: [f64; 3] = std::array::from_fn(|k| a[k] + (b[k] - c[k]));
+        assert!((0..3).all(|k| (1.0..2.0).contains(&x[k])), "no rounding");
+        let (sign, level) = side_of([a, b, c, x]);
+        assert_eq!(sign, Sign::Zero);
+        assert_eq!(level, EXPANSION);
     }
 
     #[test]
@@ -227,7 +263,7 @@ mod tests {
         let facets = crate::Facets::of_rectangle(&crate::Rectangle { size: [3.0, 1.0] }, &placement);
         let [a, b, c, d] = [0, 1, 2, 3].map(|corner| facets.point(corner));
         assert_eq!(level_of(|| side(&a, &b, &c, &d)), (Sign::Zero, EXACT));
-        assert_eq!(level_of(|| side(&a, &b, &c, &b)), (Sign::Zero, Decisions::default()), "a corner itself");
+        assert_eq!(level_of(|| side(&a, &b, &c, &b)), (Sign::Zero, NONE), "a corner itself");
     }
 
     #[test]

@@ -13,8 +13,16 @@ fn nothing_is_lost_when_threads_end() {
             Decisions::of_thread()
         });
         let own = thread.join().expect("the thread counts");
-        assert_eq!(own, Decisions { single: 10, double: 2, expansion: 0, exact: round }, "a thread counts for itself");
+        assert_eq!(
+            own,
+            Decisions { single: 10, double: 2, pair: 0, expansion: 0, exact: round },
+            "a thread counts for itself"
+        );
     }
     let counted = Decisions::of_process() - before;
-    assert_eq!(counted, Decisions { single: 30, double: 6, expansion: 0, exact: 6 }, "this is the only test here");
+    assert_eq!(
+        counted,
+        Decisions { single: 30, double: 6, pair: 0, expansion: 0, exact: 6 },
+        "this is the only test here"
+    );
 }

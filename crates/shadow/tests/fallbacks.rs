@@ -59,12 +59,12 @@ fn nearly_flat_roof() -> Scene {
 }
 
 #[test]
-fn neighbours_in_one_plane_are_told_by_exact_sums() {
+fn neighbours_in_one_plane_are_told_by_pairs() {
     let roof = nearly_flat_roof();
     let (cells, decisions) = lit_area(&roof, CellMethod::Quadtree);
-    assert!(decisions.expansion > 0 && decisions.exact == 0, "quadtree: {decisions:?}");
+    assert!(decisions.pair > 0 && decisions.expansion + decisions.exact == 0, "quadtree: {decisions:?}");
     let (borders, decisions) = lit_area(&roof, CellMethod::Borders);
-    assert!(decisions.expansion > 0 && decisions.exact == 0, "borders: {decisions:?}");
+    assert!(decisions.pair > 0 && decisions.expansion + decisions.exact == 0, "borders: {decisions:?}");
     assert_overlap(cells, borders);
 }
 
@@ -98,7 +98,18 @@ fn loose_points_on_a_border_are_told_exactly() {
     let (is_lit, decisions) = lit(0.625 + 0.5f64.powi(40));
     assert!(is_lit && decisions.double > 0 && decisions.exact == 0, "too near for 32 bits: {decisions:?}");
     let (is_lit, decisions) = lit(0.625);
-    assert!(!is_lit && decisions.exact > 0, "on the border: {decisions:?}");
+    assert!(!is_lit && decisions.pair > 0 && decisions.exact == 0, "on the border: {decisions:?}");
+}
+
+#[test]
+fn loose_points_on_a_border_with_all_its_digits_are_told_exactly() {
+    // The middle of the way to the lamp is the middle of an edge: L = a + (b − x), without rounding.
+    let (a, b, x) = ([1.1, 1.7, 1.3], [1.9, 1.2, 1.6], [1.4, 1.5, 1.8]);
+    let scene = scene(vec![object("plate", mesh(vec![a, b, [1.2, 1.1, 1.9]], vec![[0, 1, 2]]), DAffine3::IDENTITY)]);
+    let lamp = LightSource::point(std::array::from_fn(|k| a[k] + (b[k] - x[k]))).expect("a lamp");
+    let queries = Queries::new(&scene);
+    let (lit, decisions) = counted(|| queries.lit_many(Points::FreeDouble(&[x]), &lamp, &Silent).expect("accepted"));
+    assert!(!lit[0] && decisions.exact > 0, "{decisions:?}");
 }
 
 #[test]

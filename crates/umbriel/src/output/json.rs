@@ -129,14 +129,15 @@ struct Work {
 struct DecisionCounts {
     f32: u64,
     f64: u64,
+    pair: u64,
     expansion: u64,
     exact: u64,
 }
 
 impl DecisionCounts {
     fn of_process() -> Self {
-        let Decisions { single, double, expansion, exact } = Decisions::of_process();
-        Self { f32: single, f64: double, expansion, exact }
+        let Decisions { single, double, pair, expansion, exact } = Decisions::of_process();
+        Self { f32: single, f64: double, pair, expansion, exact }
     }
 }
 

@@ -38,7 +38,7 @@ fn json_has_the_fields_of_the_contract() {
     {
         assert!(bake["work"][work].is_u64(), "{work}");
     }
-    for level in ["f32", "f64", "expansion", "exact"] {
+    for level in ["f32", "f64", "pair", "expansion", "exact"] {
         assert!(bake["work"]["decisions"][level].is_u64(), "{level}");
     }
     assert!(bake["work"]["decisions"]["f64"].as_u64() > Some(0), "a bake decides something");
