@@ -40,7 +40,7 @@ struct Judge {
     round: u64,
 }
 
-const JUDGES: [Judge; 8] = [
+const JUDGES: [Judge; 9] = [
     Judge {
         file: "watertight",
         test: "no_segment_leaves_a_closed_mesh",
@@ -82,6 +82,13 @@ const JUDGES: [Judge; 8] = [
         unit: "scenes",
         cases: 1_000_000,
         round: 50_000,
+    },
+    Judge {
+        file: "adversarial",
+        test: "scenes_of_all_families_agree_with_the_definition",
+        unit: "scenes",
+        cases: 100_000,
+        round: 5_000,
     },
     Judge {
         file: "adversarial",

@@ -78,10 +78,31 @@ impl Approx {
         Self { value, error: if value.abs() < UNDERFLOW_LIMIT { error + f64::MIN_POSITIVE } else { error } }
     }
 
+    /// The sum of three: least, greatest, then the one between, so that the order in which they are given changes no bit, nor does
+    /// changing all signs.
+    pub(crate) fn sum_of_three(terms: [Self; 3]) -> Self {
+        let [least, middle, greatest] = sorted(terms.map(|term| term.value));
+        let [small, medium, large] = sorted(terms.map(|term| term.error));
+        let outer = least + greatest;
+        let value = outer + middle;
+        let rounding = (outer.abs() + value.abs()) * UNIT_ROUNDOFF;
+        Self { value, error: (small + medium + large + rounding) * ERROR_PADDING }
+    }
+
     /// Whether this is zero, exactly.
     fn is_zero(self) -> bool {
         self.value == 0.0 && self.error == 0.0
     }
+}
+
+/// Three numbers from the least to the greatest. NaN stays among them, wherever.
+#[inline]
+pub(crate) fn sorted([a, b, c]: [f64; 3]) -> [f64; 3] {
+    let ordered = |x: f64, y: f64| if y < x { (y, x) } else { (x, y) };
+    let (a, b) = ordered(a, b);
+    let (b, c) = ordered(b, c);
+    let (a, b) = ordered(a, b);
+    [a, b, c]
 }
 
 impl Add for Approx {
@@ -147,6 +168,34 @@ mod tests {
             let truth = (a + s * ea) / (b + t * eb);
             prop_assert!(quotient.lower() <= truth && truth <= quotient.upper());
         }
+    }
+
+    proptest! {
+        #[test]
+        fn sums_of_three_hold_in_any_order(terms in proptest::array::uniform3((-1e3..1e3f64, 0.0..1e-9f64)), shift in 0i32..60) {
+            let [a, b, c] = terms.map(|(value, error)| Approx { value, error });
+            let b = Approx { value: b.value * 2f64.powi(-shift), ..b };
+            let sum = Approx::sum_of_three([a, b, c]);
+            let ends = |side: f64| [a, b, c].map(|x| Dyadic::new(x.value) + Dyadic::new(side * x.error));
+            for side in [-1.0, 1.0] {
+                let [a, b, c] = ends(side);
+                prop_assert!(inside(sum, &(a + b + c)), "{sum:?}");
+            }
+            for order in [[b, c, a], [c, a, b], [a, c, b], [b, a, c], [c, b, a]] {
+                prop_assert_eq!(Approx::sum_of_three(order), sum);
+            }
+            prop_assert_eq!(Approx::sum_of_three([-a, -b, -c]), -sum);
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_stays_so() {
+        for place in 0..3 {
+            let mut terms = [1.0, 2.0, 3.0];
+            terms[place] = f64::NAN;
+            assert!(sorted(terms).iter().any(|term| term.is_nan()));
+        }
+        assert_eq!(Approx::sum_of_three([Approx::UNKNOWN, Approx::exact(1.0), Approx::exact(2.0)]).sign(), None);
     }
 
     #[test]

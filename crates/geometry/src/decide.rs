@@ -8,11 +8,14 @@ use crate::{
 };
 
 /// Numbers whose signs can be told, or not.
-pub(crate) trait Decide:
-    Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
-{
+pub trait Decide: Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self> {
     /// The exact value of a float.
     fn number(value: f64) -> Self;
+
+    /// The sum; rounded alike whatever the order of the terms.
+    fn sum_of_three([a, b, c]: [Self; 3]) -> Self {
+        a + b + c
+    }
 
     /// The sign, if it is known.
     fn decide(&self) -> Option<Sign>;
@@ -47,6 +50,10 @@ impl<R: Ring> Decide for R {
 impl Decide for Approx {
     fn number(value: f64) -> Self {
         Self::exact(value)
+    }
+
+    fn sum_of_three(terms: [Self; 3]) -> Self {
+        Approx::sum_of_three(terms)
     }
 
     fn decide(&self) -> Option<Sign> {

@@ -12,6 +12,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::{
     approx::{Approx, UNDERFLOW_LIMIT, UNIT_ROUNDOFF},
+    decide::Decide,
     dyadic::Dyadic,
     expansion::{two_product, two_sum},
     point::Point,
@@ -127,6 +128,16 @@ impl Mul for Pair {
         let is_lost = carried < UNDERFLOW_LIMIT && a.error + b.error != 0.0;
         let error = carried + underflow + if is_lost { f64::MIN_POSITIVE } else { 0.0 };
         Self::sum_of(&[least_rest, first_rest, second_rest, least, first, second, lower, upper], error)
+    }
+}
+
+impl Decide for Pair {
+    fn number(value: f64) -> Self {
+        Self::exact(value)
+    }
+
+    fn decide(&self) -> Option<Sign> {
+        self.sign()
     }
 }
 

@@ -118,6 +118,14 @@ impl Placement {
         cofactors_transposed(&approx_matrix(&self.map.matrix3))
     }
 
+    /// The determinant of the linear part, the same whatever the order of the world's axes but for its sign.
+    pub(crate) fn determinant(&self) -> Approx {
+        let exact = determinant::<Dyadic>(&exact_matrix(&self.map.matrix3));
+        let value = exact.to_nearest();
+        let is_float = (exact - Dyadic::new(value)).sign() == Sign::Zero;
+        Approx { value, error: if is_float { 0.0 } else { value.abs() * f64::EPSILON } }
+    }
+
     /// The adjugate of the linear part and its determinant, exact.
     pub(crate) fn exact_adjugate<R: Ring>(&self) -> ([[R; 3]; 3], R) {
         let rows = exact_matrix(&self.map.matrix3);

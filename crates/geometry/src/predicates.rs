@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::{
-    approx::{Approx, UNIT_ROUNDOFF},
+    approx::{Approx, UNIT_ROUNDOFF, sorted},
     decisions::{Decisions, Level, count, decide},
     dyadic::Dyadic,
     expansion::{self, difference},
@@ -137,10 +137,10 @@ pub fn float_side_filter(a: DVec3, b: DVec3, c: DVec3, x: DVec3) -> Approx {
 /// The filter where all coordinates are exact floats.
 #[inline]
 fn exact_corners_filter(a: DVec3, b: DVec3, x: DVec3) -> Approx {
-    let value = a.x * (b.y * x.z - b.z * x.y) + a.y * (b.z * x.x - b.x * x.z) + a.z * (b.x * x.y - b.y * x.x);
+    let value = symmetric_sum(a * b.cross(x));
     let (a, b, x) = (a.abs(), b.abs(), x.abs());
-    let permanent = a.x * (b.y * x.z + b.z * x.y) + a.y * (b.z * x.x + b.x * x.z) + a.z * (b.x * x.y + b.y * x.x);
-    Approx { value, error: permanent * ROUNDED_ROWS_BOUND }
+    let permanent = a * DVec3::new(b.y * x.z + b.z * x.y, b.z * x.x + b.x * x.z, b.x * x.y + b.y * x.x);
+    Approx { value, error: symmetric_sum(permanent) * ROUNDED_ROWS_BOUND }
 }
 
 /// [`side_value`] in pairs of floats; the corners are those of [`Pair::of_point`].
@@ -156,6 +156,13 @@ fn side_pair(corners: [[Pair; 3]; 3], x: Target) -> Pair {
 pub(crate) fn side_of_pairs([a, b, c]: &[[Pair; 3]; 3], x: &[Pair; 3], w: f64) -> Pair {
     let from_c = |p: &[Pair; 3]| std::array::from_fn(|k| p[k] - c[k]);
     determinant(&[from_c(a), from_c(b), if w == 0.0 { *x } else { from_c(x) }])
+}
+
+/// The sum of the coordinates, rounded alike whatever the order of the axes.
+#[inline]
+fn symmetric_sum(terms: DVec3) -> f64 {
+    let [least, middle, greatest] = sorted(terms.to_array());
+    least + greatest + middle
 }
 
 /// The exact determinant behind [`side_value`], times the positive weights w_a·w_b·w_c (for weights 1 it is equal).

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::dyadic::Dyadic;
+use crate::{decide::Decide, dyadic::Dyadic};
 
 /// The sign of an exactly known number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -60,13 +60,14 @@ pub trait Ring:
     }
 }
 
-/// The determinant of three rows, as exact as its numbers.
-pub(crate) fn determinant<T>(rows: &[[T; 3]; 3]) -> T
-where
-    T: Clone + Add<Output = T> + Sub<Output = T> + Mul<Output = T>,
-{
-    let minor = |i: usize, j: usize| rows[1][i].clone() * rows[2][j].clone() - rows[1][j].clone() * rows[2][i].clone();
-    rows[0][0].clone() * minor(1, 2) - rows[0][1].clone() * minor(0, 2) + rows[0][2].clone() * minor(0, 1)
+/// The determinant of three rows, as exact as its numbers; columns may change places without changing a bit but the sign.
+pub(crate) fn determinant<T: Decide>(rows: &[[T; 3]; 3]) -> T {
+    let term = |k: usize| {
+        let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+        let minor = rows[1][i].clone() * rows[2][j].clone() - rows[1][j].clone() * rows[2][i].clone();
+        rows[0][k].clone() * minor
+    };
+    T::sum_of_three([term(0), term(1), term(2)])
 }
 
 /// The exact dot product.

@@ -6,7 +6,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use umbriel_geometry::{Analytic, LightSource, Mesh, Placement, Rectangle, decisions::Decisions};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{
-    CellMethod, Detail, Points, Queries, Request, Silent, bake,
+    CellMethod, Detail, Points, Queries, Request, Sampling, Silent, bake,
     doctor::{DefectKind, examine},
 };
 
@@ -79,6 +79,22 @@ fn a_body_that_stands_on_a_tilted_floor_is_in_contact_exactly() {
     let (lit, decisions) = lit_area(&scene(vec![floor, object("body", body, composed)]), CellMethod::Auto);
     assert!(decisions.exact > 0, "{decisions:?}");
     assert!(lit[0] > 10.0 && lit[1] < 16.0, "{lit:?}");
+}
+
+#[test]
+fn samples_on_a_border_are_told_by_pairs() {
+    let floor = object("floor", Shape::Rectangle(Rectangle { size: [4.0, 4.0] }), DAffine3::IDENTITY);
+    let corners = vec![[0.25, 1.0, -9.0], [0.25, 1.0, 9.0], [9.0, 1.0, 0.0]];
+    let plate = object("plate", mesh(corners, vec![[0, 1, 2]]), DAffine3::IDENTITY);
+    let mut scene = scene(vec![floor, plate]);
+    scene.lights[0].source = LightSource::sun([0.25, -1.0, 0.125]).expect("a sun");
+    // The border of the shadow runs through the samples at x = 0.5; closed faces take them.
+    let sampling = Some(Sampling::Spacing(1.0));
+    let request = Request { sampling, receivers: vec![0], ..Request::everything(&scene, Detail::Faces) };
+    let (report, decisions) = counted(|| bake(&scene, &request, &Silent).expect("not cancelled"));
+    let samples = report.lights[0].objects[0].samples.expect("samples");
+    assert_eq!((samples.samples, samples.lit), (16, 8));
+    assert!(decisions.pair >= 4 && decisions.expansion + decisions.exact == 0, "{decisions:?}");
 }
 
 #[test]

@@ -10,8 +10,10 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use oracle::{Oracle, case_numbers, dice::Dice, fixtures::lit_by};
-use proving::Case;
-use umbriel::adversarial::{Aim, CornerTrial, Edit, Random, SegmentTrial, history, outline_through_corner, segment};
+use proving::{Case, point_of};
+use umbriel::adversarial::{
+    Aim, CornerTrial, Edit, Family, FamilyTrial, Random, SegmentTrial, family, history, outline_through_corner, segment,
+};
 use umbriel_bvh::{Segment, TriangleBvh};
 use umbriel_geometry::{LightSource, Mesh, Placement};
 use umbriel_scene::{Object, Scene, Shape};
@@ -163,6 +165,52 @@ fn samples_on_an_outline_agree_with_the_definition() {
     }
     none_wrong(&wrong, numbers.end - numbers.start);
     assert!(judged > 30 * (numbers.end - numbers.start), "only {judged} samples");
+}
+
+/// Proved cells, samples and single points of a whole scene; what is wrong, if anything.
+fn judge_family(trial: &FamilyTrial, dice: &mut Dice) -> Result<u64, String> {
+    let FamilyTrial { scene, light } = trial;
+    let oracle = Oracle::new(scene);
+    let method = dice.pick(&[CellMethod::Quadtree, CellMethod::Borders]);
+    let case = Case::by(method, "family", scene, *light, 4);
+    let proved = case.proved();
+    for _ in 0..proved.len().min(24) {
+        let cell = dice.pick(&proved);
+        if let Some(complaint) = case.judge(&oracle, cell, 3, dice) {
+            return Err(format!("{method:?}: {complaint}: {trial:?}"));
+        }
+    }
+    let queries = Queries::new(scene);
+    let everywhere: Vec<_> = case.cells().collect();
+    for _ in 0..everywhere.len().min(8) {
+        let (object, cell) = dice.pick(&everywhere);
+        let (face, [u, v]) = (cell.face as usize, point_of(&cell, case.is_mesh(object), dice));
+        if !oracle.has_point(object, face, [u, v]) {
+            continue;
+        }
+        let expected = oracle.lit(object, face, [u, v], light);
+        let answer = queries.lit(&Place::Surface { object, face, u, v }, light);
+        if !answer.as_ref().is_ok_and(|answer| answer.lit == expected) {
+            return Err(format!("object {object}, face {face}, ({u}, {v}) is {answer:?}: {trial:?}"));
+        }
+    }
+    judge_samples(scene, *light, 48)
+}
+
+#[test]
+fn scenes_of_all_families_agree_with_the_definition() {
+    let (mut judged, mut wrong) = (0, Vec::new());
+    let numbers = case_numbers(500);
+    for number in numbers.clone() {
+        let kind = Family::ALL[(number % Family::ALL.len() as u64) as usize];
+        let trial = family(kind, &mut Random::new(number));
+        match judge_family(&trial, &mut Dice::new("families", number)) {
+            Ok(samples) => judged += samples,
+            Err(complaint) => wrong.push(format!("case {number}, {kind:?}: {complaint}")),
+        }
+    }
+    none_wrong(&wrong, numbers.end - numbers.start);
+    assert!(judged > 8 * (numbers.end - numbers.start), "only {judged} samples");
 }
 
 /// The same objects, made anew from their numbers and in the order of their names.

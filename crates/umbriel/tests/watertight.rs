@@ -112,7 +112,7 @@ fn double_fan() -> Mesh {
 
 fn hull_mesh(seed: u64) -> Mesh {
     let mut random = Random::new(seed);
-    let points: Vec<[f64; 3]> = (0..40)
+    let points: Vec<[f64; 3]> = (0..24)
         .map(|_| {
             let point = DVec3::from_array([(); 3].map(|()| random.between(-1.0, 1.0)));
             (point / point.length().max(0.1)).to_array()

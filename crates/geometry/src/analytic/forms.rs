@@ -6,7 +6,7 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::{dyadic::Dyadic, ring::Ring};
+use crate::{decide::Decide, dyadic::Dyadic, ring::Ring};
 
 /// Homogeneous local coordinates: x, y, z in units of the body's size, and a weight.
 pub type LocalPoint<T> = [T; 4];
@@ -100,13 +100,13 @@ impl<T> Forms<T>
 where
     T: Clone + Add<Output = T> + Sub<Output = T> + Mul<Output = T> + Neg<Output = T>,
 {
-    /// The local coordinates of a homogeneous world point.
-    pub fn pull_back(&self, xyz: &[T; 3], w: &T) -> LocalPoint<T> {
+    /// The local coordinates of a homogeneous world point; the world's axes may change places without changing a bit.
+    pub fn pull_back(&self, xyz: &[T; 3], w: &T) -> LocalPoint<T>
+    where
+        T: Decide,
+    {
         let d: [T; 3] = std::array::from_fn(|i| xyz[i].clone() - w.clone() * self.translation[i].clone());
-        let row = |i: usize| {
-            let row = &self.adjugate[i];
-            row[0].clone() * d[0].clone() + row[1].clone() * d[1].clone() + row[2].clone() * d[2].clone()
-        };
+        let row = |i: usize| T::sum_of_three([0, 1, 2].map(|k| self.adjugate[i][k].clone() * d[k].clone()));
         [row(0), row(1), row(2), self.weight.clone() * w.clone()]
     }
 

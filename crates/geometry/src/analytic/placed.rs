@@ -289,12 +289,7 @@ impl<T: Decide> Segment<T> {
 /// The forms with bounds. The matrix is scaled by a power of two that brings the weight near one, so that products of
 /// values stay far from underflow whatever the scale.
 fn approx_forms(layout: &Layout, placement: &Placement) -> Forms<Approx> {
-    let adjugate = placement.adjugate();
-    let m = placement.map().matrix3;
-    // det = first row of M times first column of adj(M).
-    let determinant = Approx::exact(m.x_axis.x) * adjugate[0][0]
-        + Approx::exact(m.y_axis.x) * adjugate[1][0]
-        + Approx::exact(m.z_axis.x) * adjugate[2][0];
+    let (adjugate, determinant) = (placement.adjugate(), placement.determinant());
     let sign = if placement.is_mirrored() { -1.0 } else { 1.0 };
     let weight = determinant * Approx::exact(sign * layout.unit);
     let factor = sign / power_of_two(weight.value.abs());

@@ -47,6 +47,18 @@ fn corners_in_straight_sides_are_kept() {
 }
 
 #[test]
+fn a_corner_an_ulp_off_a_straight_side_is_turned_exactly() {
+    // The side runs between these two floats; their cross products are some 2^-55.
+    let (a, b) = ([0.1, 0.3], [0.7, 2.1]);
+    let beside = 0.4f64.next_down();
+    for (x, turn) in [(beside.next_down(), 1.0), (beside, -1.0)] {
+        let [from, to, middle] = [a, b, [x, 1.2]].map(|[x, y]| Coord { x, y });
+        assert_eq!(orient2d(from, to, middle).signum(), turn);
+        check(&flat(&[a, [2.0, 0.5], b, [x, 1.2]]));
+    }
+}
+
+#[test]
 fn a_hole_joined_to_its_border_stays_open() {
     let ring = [
         [0.0, 0.0],

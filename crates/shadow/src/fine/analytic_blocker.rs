@@ -99,13 +99,13 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     /// What is proved of the hull of `corners`.
     pub(crate) fn influence(&self, corners: &[Weights<N>]) -> Influence {
         let is_whole = corners.len() == N && (0..N).all(|k| corners[k][k] == 1.0);
-        if is_whole { self.judge(&self.values) } else { self.judge(&self.values.at(corners, 0.0)) }
+        if is_whole { self.judge(&self.values) } else { self.judge::<N>(&self.values.at(corners, 0.0)) }
     }
 
     /// Whether the body blocks the point with these weights, each off by two units roundoff of one at most; `None` where
     /// the bounds cannot tell.
     pub(crate) fn blocks(&self, weights: &Weights<N>) -> Option<bool> {
-        match self.judge(&self.values.at(&[*weights], 8.0 * f64::EPSILON)) {
+        match self.judge::<1>(&self.values.at(&[*weights], 8.0 * f64::EPSILON)) {
             Influence::None => Some(false),
             Influence::All => Some(true),
             Influence::Unknown => None,
@@ -114,12 +114,13 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
 
     /// The likely answer, for estimates.
     pub(crate) fn probably_blocks(&self, weights: &Weights<N>) -> bool {
-        let mut values = self.values.at(&[*weights], 0.0);
+        let mut values: Values<1> = self.values.at(&[*weights], 0.0);
         values.forget_errors();
         self.judge(&values) == Influence::All
     }
 
-    fn judge(&self, values: &Values<N>) -> Influence {
+    /// What the values at some points prove of their hull.
+    fn judge<const M: usize>(&self, values: &Values<M>) -> Influence {
         let pieces = self.body.pieces();
         let (misses, covers) = match self.light_side {
             Sign::Positive => (pieces.iter().all(|piece| values.misses(piece)), self.covers(values)),
@@ -134,10 +135,10 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     }
 
     /// Whether all points are blocked, with the light outside. The shadow of a convex body is convex: its corners decide.
-    fn covers(&self, values: &Values<N>) -> bool {
+    fn covers<const M: usize>(&self, values: &Values<M>) -> bool {
         let pieces = self.body.pieces();
         if self.body.body().is_convex() {
-            (0..N).all(|k| {
+            (0..M).all(|k| {
                 pieces.iter().any(|piece| {
                     let mut sections = values.sections(piece, k..k + 1);
                     values.enters(piece, [k, k])
@@ -146,22 +147,22 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
             })
         } else {
             pieces.iter().any(|piece| {
-                let mut sections = values.sections(piece, 0..N);
-                over_pairs::<N>(|pair| values.enters(piece, pair))
-                    || sections.any(|section| over_pairs::<N>(|pair| values.is_section_met(piece, &section, pair)))
+                let mut sections = values.sections(piece, 0..M);
+                over_pairs::<M>(|pair| values.enters(piece, pair))
+                    || sections.any(|section| over_pairs::<M>(|pair| values.is_section_met(piece, &section, pair)))
             })
         }
     }
 
     /// Whether all points lie in the body, with the light strictly inside, and the ways between them do not leave it.
-    fn holds(&self, values: &Values<N>) -> bool {
+    fn holds<const M: usize>(&self, values: &Values<M>) -> bool {
         let pieces = self.body.pieces();
         if self.body.body().is_convex() {
-            (0..N).all(|k| pieces.iter().any(|piece| values.is_inside(piece, [k, k])))
+            (0..M).all(|k| pieces.iter().any(|piece| values.is_inside(piece, [k, k])))
         } else {
             pieces.iter().any(|piece| {
                 let q = &values.quadrics[piece.quadric];
-                over_pairs::<N>(|pair| values.is_inside(piece, pair))
+                over_pairs::<M>(|pair| values.is_inside(piece, pair))
                     && q.polar.iter().all(|&value| negative(value))
                     && negative(q.light)
                     && piece.planes.iter().all(|&plane| positive(values.planes[plane].light))
@@ -316,16 +317,15 @@ impl<const N: usize> Values<N> {
             || self.outline(piece.quadric, 0..N).is_some_and(|outline| self.is_section_missed(piece, &outline))
     }
 
-    /// The values at the points with these weights (N of them at most; the first fills the rest); `weight_error` bounds the
-    /// errors of the weights.
-    fn at(&self, corners: &[Weights<N>], weight_error: f64) -> Self {
+    /// The values at M points with these weights (the first fills the rest); `weight_error` bounds the errors of the weights.
+    fn at<const M: usize>(&self, corners: &[Weights<N>], weight_error: f64) -> Values<M> {
         let corner = |k: usize| corners.get(k).unwrap_or(&corners[0]);
         let widened = |value: Approx, spread: f64| Approx { error: value.error + spread * weight_error, ..value };
         let magnitude = |values: &[Approx; N]| values.iter().map(|value| value.value.abs()).sum::<f64>();
         let linear_at = |values: &[Approx; N], k: usize| widened(linear(values, corner(k)), magnitude(values));
         let quadrics = self.quadrics.iter().map(|values| {
             let spread = if weight_error > 0.0 { values.pairs.iter().map(magnitude).sum() } else { 0.0 };
-            let half: [[Approx; N]; N] =
+            let half: [[Approx; N]; M] =
                 std::array::from_fn(|k| std::array::from_fn(|row| linear(&values.pairs[row], corner(k))));
             QuadricValues {
                 pairs: symmetric(|k, l| widened(linear(&half[k], corner(l)), spread)),
@@ -337,7 +337,7 @@ impl<const N: usize> Values<N> {
             points: std::array::from_fn(|k| linear_at(&values.points, k)),
             light: values.light,
         });
-        Self { quadrics: quadrics.collect(), planes: planes.collect() }
+        Values { quadrics: quadrics.collect(), planes: planes.collect() }
     }
 
     fn forget_errors(&mut self) {

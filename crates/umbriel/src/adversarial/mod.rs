@@ -3,7 +3,7 @@
 //! Random input hardly ever meets a border, so it proves little: two random lines miss each other by far. What is made
 //! here lies on a border, or within [`REACH`] units in the last place of it: segments that graze planes, edges, vertices
 //! and curved bodies, or start where surfaces overlap ([`segment`]); shadows whose outline runs through a corner of a cell
-//! ([`outline_through_corner`]); and histories of edits ([`history`]) for whoever keeps results of one state for the next. No
+//! ([`outline_through_corner`]); whole scenes of one kind of trouble ([`family`]); and histories of edits ([`history`]) for whoever keeps results of one state for the next. No
 //! answer comes with it: the judge must be another one than what is judged.
 //!
 //! Everything is made from a [`Random`], so a seed says it all. Cost: below a microsecond a number, some for a scene.
@@ -19,6 +19,7 @@
 //! ```
 
 mod corner;
+mod family;
 mod history;
 mod random;
 mod segment;
@@ -30,6 +31,7 @@ use umbriel_geometry::{Mesh, Placement};
 use umbriel_scene::{Object, Shape, Sides};
 
 pub use corner::{CornerTrial, outline_through_corner};
+pub use family::{Family, FamilyTrial, family};
 pub use history::{Edit, history};
 pub use random::Random;
 pub use segment::{Aim, SegmentTrial, segment};

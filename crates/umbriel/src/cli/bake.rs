@@ -2,6 +2,7 @@
 
 use std::{io::Write, path::Path, time::Instant};
 
+use umbriel_geometry::decisions::Decisions;
 use umbriel_io::{
     LoadedScene, surface_findings,
     write::{Staged, WriteError, write_glb, write_gray_png, write_vtu},
@@ -63,7 +64,8 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     let clock = Clock { begun, load: loaded.seconds };
     let json = Document::new(scene, request.detail, &report, &findings, clock).to_text();
     outputs.write(&Results { scene, report: &report, json: &json, maps: &maps }, interrupt)?;
-    if outputs.json_to_stdout { output::print(&json) } else { output::print(&table::text(scene, &report)) }
+    let table = || table::text(scene, &report) + &table::decisions_text(Decisions::of_process());
+    output::print(&if outputs.json_to_stdout { json } else { table() })
 }
 
 /// What was found while reading, and on the surfaces themselves.

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use umbriel_geometry::decisions::Decisions;
 use umbriel_scene::Scene;
 use umbriel_shadow::{HourBounds, LightReport, ObjectHours, ObjectReport, Report};
 
@@ -18,6 +19,13 @@ pub(crate) fn text(scene: &Scene, report: &Report) -> String {
         text.push_str(&aligned(&rows(scene, light)));
     }
     text
+}
+
+/// What settled the decisions of a command, in a line.
+pub(crate) fn decisions_text(decisions: Decisions) -> String {
+    let Decisions { single, double, pair, expansion, exact } = decisions;
+    let all = decisions.all();
+    format!("{all} decisions: {single} in f32, {double} in f64, {pair} in pairs, {} exactly\n", expansion + exact)
 }
 
 fn rows(scene: &Scene, light: &LightReport) -> Vec<[String; 5]> {

@@ -98,6 +98,7 @@ fn all_files_are_written() {
     let workspace = Workspace::noon();
     let table = workspace.run("bake noon.toml --boundary-depth 5 -o a.json -o a.csv -o a.glb --json b.json").succeeds();
     assert!(table.stdout().contains("light noon") && table.stdout().contains("ball"), "{}", table.stdout());
+    assert!(table.stdout().ends_with(" exactly\n") && table.stdout().contains(" decisions: "), "{}", table.stdout());
     assert_eq!(workspace.files(), ["a.csv", "a.glb", "a.json", "b.json", "noon.toml"]);
     let csv = workspace.text("a.csv");
     assert!(csv.starts_with("light,object,area,lit_lower,lit_upper,lit_estimate,undecided\nnoon,floor,64,"), "{csv}");

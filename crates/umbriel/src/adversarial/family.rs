@@ -1,0 +1,188 @@
+//! Whole scenes of one kind of trouble each: a receiver, a few occluders, a light.
+//!
+//! Segments ask about one point; these scenes are for everything that looks at surfaces as a whole: cells, samples, many
+//! points. Borders are met within [`REACH`](super::REACH) units in the last place where floats allow it, and triangles and bodies
+//! are such that the usual constructions (normals, crossings, slopes) lose all their digits.
+
+use glam::{DAffine3, DMat3, DVec3};
+use umbriel_geometry::{Analytic, LightSource, Placement, Rectangle};
+use umbriel_scene::{Object, Scene, Shape, Sides};
+
+use super::{Random, any_point, mesh, standing};
+
+/// A kind of trouble.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Family {
+    /// Triangles from a millionth of the receiver to a million times its size.
+    Scales,
+    /// Planes that differ from the receiver's by units in the last place, under grazing light.
+    Parallel,
+    /// Triangles whose third corner lies on the opposite side, or nearly, far from the origin.
+    Slivers,
+    /// A fan of thin triangles with the light in their planes, or on their common line.
+    Needles,
+    /// Curved bodies that touch the receiver, each other, or a plane through the light.
+    Contact,
+}
+
+impl Family {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Scales, Self::Parallel, Self::Slivers, Self::Needles, Self::Contact];
+}
+
+/// A scene without lights, and its light. Object 0 is the receiver that the others stand over.
+#[derive(Clone, Debug)]
+pub struct FamilyTrial {
+    /// Two to five objects.
+    pub scene: Scene,
+    /// The light.
+    pub light: LightSource,
+}
+
+/// A scene of a family.
+pub fn family(family: Family, random: &mut Random) -> FamilyTrial {
+    let (objects, light) = match family {
+        Family::Scales => scales(random),
+        Family::Parallel => parallel(random),
+        Family::Slivers => slivers(random),
+        Family::Needles => needles(random),
+        Family::Contact => contact(random),
+    };
+    FamilyTrial { scene: Scene { objects, ..Scene::default() }, light }
+}
+
+fn triangle(name: &str, corners: [DVec3; 3]) -> Object {
+    standing(name.into(), mesh(&corners, &[[0, 1, 2]]), Sides::Two)
+}
+
+/// A level square round a point, as a rectangle or as two triangles.
+fn floor(middle: DVec3, size: f64, random: &mut Random) -> Object {
+    if random.below(2) == 0 {
+        let placement = Placement::new(DAffine3::from_translation(middle)).expect("a translation");
+        let shape = Shape::Rectangle(Rectangle { size: [size; 2] });
+        return Object::new("receiver".into(), shape, placement, Sides::Auto).expect("a plain square");
+    }
+    let corner = |x: f64, z: f64| middle + DVec3::new(x, 0.0, z) * (size * 0.5);
+    let corners = [corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
+    standing("receiver".into(), mesh(&corners, &[[0, 1, 2], [0, 2, 3]]), Sides::Two)
+}
+
+/// A lamp there, or a sun that shines from there; anything above if the numbers are refused.
+fn light_at(place: DVec3, middle: DVec3, random: &mut Random) -> LightSource {
+    let sun = |towards: DVec3| LightSource::sun((-towards).to_array());
+    let wanted = if random.below(2) == 0 { sun(place - middle) } else { LightSource::point(place.to_array()) };
+    wanted.or(sun(DVec3::new(0.25, 1.0, 0.5))).expect("a sun above")
+}
+
+fn scales(random: &mut Random) -> (Vec<Object>, LightSource) {
+    let mut objects = vec![floor(DVec3::ZERO, 4.0, random)];
+    let above = DVec3::Y * random.pick(&[1e-6, 0.5, 2.0, 1e3]);
+    let light = light_at(above + any_point(random) * random.pick(&[0.1, 1.0, 1e6]), DVec3::ZERO, random);
+    for number in 0..1 + random.below(4) {
+        let at = any_point(random) * 0.5 * DVec3::new(1.0, 0.25, 1.0) + DVec3::Y * random.pick(&[0.0, 1e-9, 0.5, 1.0]);
+        let corner = |random: &mut Random| at + any_point(random) * random.pick(&[1e-6, 1e-3, 1.0, 1e3, 1e6]);
+        objects.push(triangle(&format!("{number}"), [(); 3].map(|()| corner(random))));
+    }
+    (objects, light)
+}
+
+fn parallel(random: &mut Random) -> (Vec<Object>, LightSource) {
+    let offset = random.pick(&[0.0, 0.0, 1e3, 1e6]);
+    let [origin, a, b] = [any_point(random) + DVec3::splat(offset), any_point(random), any_point(random)];
+    let in_plane = |random: &mut Random| {
+        let [u, v] = [(); 2].map(|()| random.pick_or(&[0.0, 0.25, 0.5, 1.0], -0.5, 1.5));
+        origin + a * u + b * v
+    };
+    let mut objects = vec![triangle("receiver", [origin, origin + a, origin + b])];
+    for number in 0..1 + random.below(3) {
+        let corners = [(); 3].map(|()| in_plane(random));
+        objects.push(triangle(&format!("{number}"), corners.map(|corner| random.beside_point(corner))));
+    }
+    let normal = a.cross(b);
+    let lift = random.pick(&[0.0, 1e-15, 1e-9, 1e-3, 1.0]);
+    let place = in_plane(random) + normal * lift;
+    let place = if random.below(2) == 0 { place } else { random.beside_point(place) };
+    (objects, light_at(place, origin, random))
+}
+
+fn slivers(random: &mut Random) -> (Vec<Object>, LightSource) {
+    let offset = DVec3::new(1.0, 0.5, -2.0) * random.pick(&[0.0, 1e3, 1e6, 1e9]);
+    let mut objects = vec![floor(offset, 4.0, random)];
+    let light = light_at(offset + any_point(random) + DVec3::Y * 5.0, offset, random);
+    for number in 0..1 + random.below(4) {
+        let over = |random: &mut Random| {
+            offset + any_point(random) * DVec3::new(0.5, 0.125, 0.5) + DVec3::Y * random.pick(&[0.75, 0.0])
+        };
+        let [from, to] = [over(random), over(random)];
+        let on_line = from + (to - from) * random.pick_or(&[0.5, 0.0, 1.0, 2.0], 0.0, 1.0);
+        objects.push(triangle(&format!("{number}"), [from, to, random.beside_point(on_line)]));
+    }
+    (objects, light)
+}
+
+fn needles(random: &mut Random) -> (Vec<Object>, LightSource) {
+    let mut objects = vec![floor(DVec3::ZERO, 4.0, random)];
+    let hub = any_point(random) * DVec3::new(0.25, 0.125, 0.25) + DVec3::Y * 0.75;
+    let along = any_point(random) * DVec3::new(0.25, 0.5, 0.25) + DVec3::Y * 0.5;
+    // All blades hold the line from the hub along; the light is on it, or in the plane of one of them.
+    let tip = hub + along * random.pick(&[0.5, 1.0]);
+    let blades = 2 + random.below(6) as usize;
+    let width = random.pick(&[1e-9, 1e-3, 0.5]);
+    let mut points = vec![hub, tip];
+    points.extend((0..blades).map(|_| {
+        let aside = hub + along * random.between(-0.5, 1.5) + any_point(random) * width;
+        random.beside_point(aside)
+    }));
+    let triangles: Vec<[u32; 3]> = (0..blades as u32).map(|k| [0, 1, 2 + k]).collect();
+    let place = match random.below(3) {
+        0 => hub + along * 4.0,
+        1 => hub + along * 3.0 + (points[2] - hub) * 2.0,
+        _ => tip,
+    };
+    objects.push(standing("needles".into(), mesh(&points, &triangles), Sides::Two));
+    let place = if random.below(2) == 0 { place } else { random.beside_point(place) };
+    (objects, light_at(place, hub, random))
+}
+
+/// A body of revolution that reaches from −1 to 1 along its axis, if its size is 1.
+fn any_body(size: f64, random: &mut Random) -> Analytic {
+    let height = 2.0 * size;
+    match random.below(6) {
+        0 => Analytic::Cylinder { radius: size * 0.5, height },
+        1 => Analytic::Cone { radius: size, height },
+        2 => Analytic::Paraboloid { radius: size, height },
+        3 => Analytic::Hyperboloid { waist_radius: size * 0.5, end_radius: size, height },
+        4 => Analytic::Ellipsoid { radii: [size * 0.5, size, size * 2.0] },
+        _ => Analytic::Sphere { radius: size },
+    }
+}
+
+fn contact(random: &mut Random) -> (Vec<Object>, LightSource) {
+    let offset = DVec3::new(1.0, 0.5, -2.0) * random.pick(&[0.0, 0.0, 1e3, 1e6]);
+    let mut objects = vec![floor(offset, 4.0, random)];
+    let size = random.pick_or(&[0.5, 0.25, 1.0], 0.1, 1.0);
+    let turn = match random.below(4) {
+        0 => DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0)),
+        1 => DMat3::from_cols(DVec3::Y, DVec3::X, DVec3::Z),
+        _ => DMat3::IDENTITY,
+    };
+    // The first one stands on the floor, each further one on the one before.
+    let mut top = offset;
+    for number in 0..1 + random.below(3) {
+        let middle = top + DVec3::Y * size;
+        let middle = if random.below(2) == 0 { middle } else { random.beside_point(middle) };
+        let placement = Placement::new(DAffine3 { matrix3: turn, translation: middle }).expect("a regular matrix");
+        let shape = Shape::Analytic(any_body(size, random));
+        objects.push(Object::new(format!("{number}"), shape, placement, Sides::Auto).expect("sizes near one"));
+        top = middle + DVec3::Y * size;
+    }
+    let beside = DVec3::X * size * random.pick(&[0.5, 1.0, 0.0]);
+    let place = match random.below(4) {
+        0 => top + beside,
+        1 => offset + beside + DVec3::Y * (2.0 * size),
+        2 => offset + beside + DVec3::Z * 3.0,
+        _ => top + any_point(random) + DVec3::Y * 4.0,
+    };
+    let place = if random.below(2) == 0 { place } else { random.beside_point(place) };
+    (objects, light_at(place, offset, random))
+}
