@@ -53,7 +53,7 @@ fn judge(title: &str, rare: Option<u64>, compare: impl Fn(&Scene, LightSource, &
         })
         .collect();
     let allowed = rare.map_or(0, |rare| count.div_ceil(rare));
-    let shown = wrong[..wrong.len().min(3)].join("\n");
+    let shown = wrong[..wrong.len().min(40)].join("\n");
     assert!(wrong.len() as u64 <= allowed, "{} of {count}: {shown}", wrong.len());
 }
 
@@ -109,7 +109,7 @@ fn turned(objects: &Scene) -> Scene {
 
 #[test]
 fn axes_in_turn() {
-    judge("axes", Some(12), |scene, light, _| {
+    judge("axes", None, |scene, light, _| {
         let mut changed = answers(&turned(scene), light_from(&light, |xyz| DVec3::new(xyz.z, xyz.x, xyz.y)));
         let plain = answers(scene, light);
         // The triangles of a hull are numbered by their positions, so that they are others when the axes change.
@@ -136,7 +136,7 @@ fn objects_in_another_order() {
 
 #[test]
 fn triangles_in_another_order() {
-    judge("triangles", Some(12), |whole, light, _| {
+    judge("triangles", None, |whole, light, _| {
         let mut changed = whole.clone();
         for object in &mut changed.objects {
             let Shape::Mesh(mesh) = &object.shape else { continue };
