@@ -52,8 +52,19 @@ const READ: [&str; 9] = [
     "KHR_collision_shapes",
     "KHR_physics_rigid_bodies",
 ];
-/// Beginnings of the names of extensions that change nothing but shading, pictures and remarks.
-const WITHOUT_EFFECT: [&str; 4] = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_xmp"];
+/// Beginnings of the names of extensions that change nothing but shading, pictures, motions and remarks.
+const WITHOUT_EFFECT: [&str; 10] = [
+    "KHR_materials_",
+    "ADOBE_materials_",
+    "KHR_texture_",
+    "EXT_texture_",
+    "MSFT_texture_",
+    "KHR_xmp",
+    "KHR_animation_pointer",
+    "EXT_mesh_features",
+    "EXT_instance_features",
+    "EXT_structural_metadata",
+];
 /// Reads a glTF file; `lightmap_set` says which texture coordinates lay out light maps, if any are wanted.
 pub(crate) fn read(bytes: &[u8], folder: &Folder, lightmap_set: Option<u32>) -> Result<Model, LoadProblem> {
     let (text, binary) = container::split(bytes)?;

@@ -37,7 +37,7 @@ pub(super) fn read(
         if let Some(mesh) = node.mesh {
             let name = name_of(placed.node, node);
             let told = |problem| within(problem, &place(placed.node, node));
-            let maps = instances(node, &place(placed.node, node), accessors)?;
+            let maps = instances(node, accessors).map_err(told)?;
             let mesh = meshes.get(mesh, node.weights.as_deref()).map_err(told)?;
             let map = match node.skin {
                 Some(skin) => skins::bind_map(document, hierarchy, accessors, skin).map_err(told)?,
@@ -94,25 +94,20 @@ fn add_objects(model: &mut Model, name: &str, map: DAffine3, maps: Option<Vec<DA
     if mesh.mesh.triangles().is_empty() {
         return;
     }
-    // Exporters hide nodes by a scale of zero: what is left is a point.
-    if map.matrix3 == DMat3::ZERO {
-        model.findings.add(FindingKind::NotTriangles, name, 1);
-        return;
-    }
-    let object = |name: String, map| ModelObject {
+    let placed: Vec<(String, DAffine3)> = match maps {
+        None => vec![(name.to_owned(), map)],
+        Some(maps) => maps.into_iter().enumerate().map(|(i, own)| (format!("{name}#{i}"), map * own)).collect(),
+    };
+    // Exporters hide nodes and instances by a scale of zero: what is left is a point.
+    let is_hidden = |map: &DAffine3| map.matrix3 == DMat3::ZERO;
+    model.findings.add(FindingKind::NotTriangles, name, placed.iter().filter(|(_, map)| is_hidden(map)).count());
+    model.objects.extend(placed.into_iter().filter(|(_, map)| !is_hidden(map)).map(|(name, map)| ModelObject {
         name,
         shape: Shape::Mesh(Arc::clone(&mesh.mesh)),
         map,
         sides: None,
         lightmap: mesh.lightmap.clone(),
-    };
-    match maps {
-        None => model.objects.push(object(name.to_owned(), map)),
-        Some(maps) => {
-            let instances = maps.into_iter().enumerate();
-            model.objects.extend(instances.map(|(i, own)| object(format!("{name}#{i}"), map * own)));
-        }
-    }
+    }));
 }
 
 /// The body that stands for a node, if its shape is one that is read.
@@ -127,9 +122,9 @@ fn add_body(model: &mut Model, placed: &Placed, node: &Node, shape: &ImplicitSha
 }
 
 /// The maps of a node's instances, if it has EXT_mesh_gpu_instancing.
-fn instances(node: &Node, place: &str, accessors: &Accessors) -> Result<Option<Vec<DAffine3>>, LoadProblem> {
+fn instances(node: &Node, accessors: &Accessors) -> Result<Option<Vec<DAffine3>>, LoadProblem> {
     let Some(Instancing { attributes }) = &node.extensions.instancing else { return Ok(None) };
-    let refused = |message: String| LoadProblem::element(format!("{place}, EXT_mesh_gpu_instancing"), message);
+    let refused = |message: String| LoadProblem::element("EXT_mesh_gpu_instancing", message);
     let (mut translations, mut rotations, mut scales) = (None, None, None);
     for (name, &accessor) in attributes {
         match name.as_str() {

@@ -25,17 +25,23 @@ pub(super) fn decode(stream: &[u8], count: usize, stride: usize) -> Result<Vec<u
     let (_, mut reader, tail) = Reader::open(stream, &[VERSION_1 - 1, VERSION_1], padded)?;
     let (baseline, modes) = tail[padded - stride - modes..].split_at(stride);
     let channels = channels(modes, stride)?;
-    let (mut element, mut step) = (baseline.to_vec(), vec![0; stride]);
+    let mut element = baseline.to_vec();
     let (mut elements, mut codes) = (Vec::new(), Vec::new());
     while elements.len() < count * stride {
         let block = (count - elements.len() / stride).min(((8192 / stride) & !(GROUP - 1)).min(256));
         let height = read_block(&mut reader, block, stride, is_new, &mut codes)?;
-        for row in 0..block {
-            step.iter_mut().zip(codes[row..].iter().step_by(height)).for_each(|(step, &code)| *step = code);
-            for ((channel, four), step) in channels.iter().zip(element.chunks_exact_mut(4)).zip(step.chunks_exact(4)) {
-                channel.advance(four, step);
+        let start = elements.len();
+        elements.resize(start + block * stride, 0);
+        let steps = codes.chunks_exact(4 * height);
+        for ((channel, four), (number, steps)) in
+            channels.iter().zip(element.chunks_exact_mut(4)).zip(steps.enumerate())
+        {
+            let mut value = [four[0], four[1], four[2], four[3]];
+            for (row, target) in elements[start..].chunks_exact_mut(stride).enumerate() {
+                value = channel.next(value, std::array::from_fn(|byte| steps[byte * height + row]));
+                target[4 * number..4 * number + 4].copy_from_slice(&value);
             }
-            elements.extend_from_slice(&element);
+            four.copy_from_slice(&value);
         }
     }
     reader.close()?;
@@ -53,22 +59,17 @@ fn channels(modes: &[u8], stride: usize) -> Result<Vec<Channel>, String> {
 }
 
 impl Channel {
-    fn advance(self, previous: &mut [u8], step: &[u8]) {
+    /// The bytes of an element, from those of the element before.
+    fn next(self, bytes: [u8; 4], step: [u8; 4]) -> [u8; 4] {
         match self {
-            Self::Bytes => {
-                previous.iter_mut().zip(step).for_each(|(p, &s)| *p = p.wrapping_add(unzigzag(s.into()) as u8));
-            }
+            Self::Bytes => std::array::from_fn(|i| bytes[i].wrapping_add(unzigzag(step[i].into()) as u8)),
             Self::Words => {
-                for (p, s) in previous.chunks_exact_mut(2).zip(step.chunks_exact(2)) {
-                    let change = unzigzag(u16::from_le_bytes([s[0], s[1]]).into()) as u16;
-                    p.copy_from_slice(&u16::from_le_bytes([p[0], p[1]]).wrapping_add(change).to_le_bytes());
-                }
+                let word = |four: [u8; 4], i: usize| u16::from_le_bytes([four[2 * i], four[2 * i + 1]]);
+                let next = |i: usize| word(bytes, i).wrapping_add(unzigzag(word(step, i).into()) as u16).to_le_bytes();
+                let ([a, b], [c, d]) = (next(0), next(1));
+                [a, b, c, d]
             }
-            Self::Xor(turn) => {
-                let word = |b: &[u8]| u32::from_le_bytes([b[0], b[1], b[2], b[3]]);
-                let changed = word(previous) ^ word(step).rotate_right(turn);
-                previous.copy_from_slice(&changed.to_le_bytes());
-            }
+            Self::Xor(turn) => (u32::from_le_bytes(bytes) ^ u32::from_le_bytes(step).rotate_right(turn)).to_le_bytes(),
         }
     }
 }

@@ -133,6 +133,9 @@ fn a_node_scaled_to_a_point_is_told() {
     let model = model(triangle(&nodes));
     assert_eq!(names(&model), ["node0"]);
     assert_eq!(found(model), [(FindingKind::NotTriangles, "hidden".to_owned(), 1)]);
+    let instances = self::model(instanced(|data| json!({ "SCALE": data.floats(&[[1.0; 3], [0.0; 3], [2.0; 3]]) })));
+    assert_eq!(names(&instances), ["leaf#0", "leaf#2"]);
+    assert_eq!(found(instances), [(FindingKind::NotTriangles, "leaf".to_owned(), 1)]);
 }
 
 #[test]
