@@ -1,29 +1,20 @@
 //! Points against the cells they fall into: lit, in shadow, or in doubt with what causes it.
 //!
-//! A block of points goes through three steps, so that the processor fetches the lists of many points at once: where each is
-//! seen; which cell that is, and what its list begins with; the groups of the list.
+//! The points of a job are seen and sorted by cell. Then eight points of one cell at a time are compared with the
+//! cell's groups, nearest first: one triangle with all points, or one point with all triangles of a group, whichever are fewer.
 
-use glam::DVec3;
 use umbriel_geometry::{
     decisions::{Level, count},
-    simd::{Kernel, Simd},
+    simd::{Float, Kernel, Mask, Simd},
 };
 
 use crate::loose::{
-    grid::Grid,
-    group::{Bounds, Eight, NEARNESS_MARGIN, Said, TilePoint},
-    tile::{Entry, HEIGHT_LIMIT, PLACE_LIMIT, Tile},
+    grid::{Grid, Grids},
+    group::{Eight, Said, TilePoint},
+    seen::{BLOCK, Block, Off, Row},
+    sorted::{Buckets, Seen},
+    tile::{Entry, PLACE_LIMIT, Tile},
 };
-
-/// Unit roundoff of f64.
-const ROUNDOFF: f64 = f64::EPSILON / 2.0;
-/// Points of a block.
-const BLOCK: usize = 64;
-
-/// All views of a light.
-pub(super) struct Grids<'a> {
-    pub(super) grids: Vec<Grid<'a>>,
-}
 
 /// A point that the filter cannot tell.
 pub(super) struct Doubtful {
@@ -42,25 +33,7 @@ pub(super) struct Filter<'a, 'b, T> {
     /// Greatest magnitude of a point's coordinates.
     pub(super) size: f64,
     pub(super) lit: &'a mut [bool],
-}
-
-/// A row that begins with coordinates.
-pub(super) trait Row {
-    fn position(&self) -> [f64; 3];
-}
-
-impl<const N: usize> Row for [f32; N] {
-    #[inline(always)]
-    fn position(&self) -> [f64; 3] {
-        [f64::from(self[0]), f64::from(self[1]), f64::from(self[2])]
-    }
-}
-
-impl<const N: usize> Row for [f64; N] {
-    #[inline(always)]
-    fn position(&self) -> [f64; 3] {
-        [self[0], self[1], self[2]]
-    }
+    pub(super) buckets: &'a mut Buckets,
 }
 
 impl<T: Row> Kernel for Filter<'_, '_, T> {
@@ -68,306 +41,188 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Vec<Doubtful> {
-        let grids = &self.grids.grids;
-        let off: Vec<Off> = grids.iter().map(|grid| Off::of(grid, self.slack, self.size)).collect();
-        let mut doubtful = Vec::new();
-        let mut block = Block::EMPTY;
-        for (number, (rows, lit)) in self.rows.chunks(BLOCK).zip(self.lit.chunks_mut(BLOCK)).enumerate() {
-            match grids.as_slice() {
-                [grid] => block.see_sun(grid, rows),
-                grids => block.see_lamp(&grids[0], rows),
-            }
-            let mut single = u64::MAX >> (BLOCK - rows.len());
-            for part in 0..rows.len() / 8 {
-                let from = 8 * part;
-                let view = block.view[from] as usize;
-                if let Some(told) = tell_eight(simd, &grids[view], &off[view], &block, from) {
-                    for (k, lit) in lit[from..from + 8].iter_mut().enumerate() {
-                        *lit = told.lit >> k & 1 == 1;
-                    }
-                    single &= !(u64::from(0xff & !told.doubtful) << from);
+        let Self { grids, rows, slack, size, lit, buckets } = self;
+        let offs: Vec<Off> = grids.grids.iter().map(|grid| Off::of(grid, slack, size)).collect();
+        list(grids, &offs, rows, buckets);
+        buckets.sort();
+        let mut told = Told { lit, doubtful: Vec::new() };
+        for (grid, off) in grids.grids.iter().zip(&offs) {
+            for (index, place) in grid.places().iter().enumerate() {
+                let (first, cells) = (place.first as usize, 1 << (2 * place.level));
+                if buckets.start(first) < buckets.start(first + cells) {
+                    Over { tile: grid.tile(index), buckets, first, off }.tell(simd, &mut told);
                 }
             }
-            while single != 0 {
-                let index = single.trailing_zeros() as usize;
-                single &= single - 1;
+        }
+        let beside = grids.cells as usize;
+        let (beside, rough) =
+            buckets.points()[buckets.start(beside)..].split_at(buckets.start(beside + 1) - buckets.start(beside));
+        beside.iter().for_each(|point| told.lit[point.index as usize] = true);
+        told.doubtful.extend(rough.iter().map(|point| Doubtful { index: point.index, pieces: None }));
+        count(Level::Single, (rows.len() - told.doubtful.len()) as u64);
+        told.doubtful
+    }
+}
+
+/// Puts all points into buckets: one a cell, one for what lies beside all cells, one for what is too roughly known.
+#[inline(always)]
+fn list<T: Row>(grids: &Grids, offs: &[Off], rows: &[T], buckets: &mut Buckets) {
+    let beside = grids.cells;
+    buckets.clear(beside as usize + 2);
+    let mut block = Block::EMPTY;
+    let (mut keys, mut points) = ([0; BLOCK], [Seen::default(); BLOCK]);
+    for (number, rows) in rows.chunks(BLOCK).enumerate() {
+        let first = (number * BLOCK) as u32;
+        if let [grid] = grids.grids.as_slice() {
+            block.see_sun(grid, rows);
+            for index in 0..rows.len() {
+                (keys[index], points[index]) = place(grid, &offs[0], &block, index, [beside, first]);
+            }
+        } else {
+            block.see_lamp(&grids.grids[0], rows);
+            for index in 0..rows.len() {
                 let view = block.view[index] as usize;
-                match tell_one(simd, &grids[view], &off[view], &block, index) {
-                    Told::Lit => lit[index] = true,
-                    Told::Shadowed => lit[index] = false,
-                    Told::Doubtful(pieces) => {
-                        doubtful.push(Doubtful { index: (number * BLOCK + index) as u32, pieces });
-                    }
-                }
+                (keys[index], points[index]) = place(&grids.grids[view], &offs[view], &block, index, [beside, first]);
             }
         }
-        count(Level::Single, (self.rows.len() - doubtful.len()) as u64);
-        doubtful
+        buckets.extend(&keys[..rows.len()], &points[..rows.len()]);
     }
 }
 
-/// Points as a view sees them; `view` says which.
-struct Block {
-    u: [f64; BLOCK],
-    v: [f64; BLOCK],
-    nearness: [f64; BLOCK],
-    view: [u8; BLOCK],
-}
-
-impl Block {
-    const EMPTY: Self = Self { u: [0.0; BLOCK], v: [0.0; BLOCK], nearness: [0.0; BLOCK], view: [0; BLOCK] };
-
-    #[inline(always)]
-    fn see_sun<T: Row>(&mut self, grid: &Grid, rows: &[T]) {
-        for (index, row) in rows.iter().enumerate() {
-            let seen = grid.view.see(DVec3::from_array(row.position()));
-            (self.u[index], self.v[index], self.nearness[index]) = (seen.x, seen.y, seen.h);
-        }
-    }
-
-    /// The views of a lamp come in the order +x, −x, +y, and so on. `grid` is any of them.
-    #[inline(always)]
-    fn see_lamp<T: Row>(&mut self, grid: &Grid, rows: &[T]) {
-        let (lamp, scale) = (grid.view.origin(), grid.view.nearness_scale());
-        for (index, row) in rows.iter().enumerate() {
-            let [x, y, z] = (DVec3::from_array(row.position()) - lamp).to_array();
-            let (a, b, c) = (x.abs(), y.abs(), z.abs());
-            let (is_x, is_y) = (a >= b && a >= c, b >= c);
-            let (along, u, v, axis) = if is_x {
-                (x, y, z, 0)
-            } else if is_y {
-                (y, z, x, 2)
-            } else {
-                (z, x, y, 4)
-            };
-            let inverse = 1.0 / along.abs();
-            self.u[index] = u * inverse;
-            self.v[index] = v * inverse;
-            self.nearness[index] = scale * inverse;
-            self.view[index] = axis + u8::from(along < 0.0);
-        }
-    }
-}
-
-/// What points are off by in one view.
-struct Off {
-    /// Place in half tiles: fixed, and times the nearness.
-    place: [f64; 2],
-    /// Nearness: fixed, and times the nearness squared.
-    height: [f64; 2],
-    /// What nearness counts from.
-    unit: f32,
-}
-
-impl Off {
-    /// With e = slack and f = the error of [`View::see`]: a sun's u is off by 2e + f and the rounding of its offset from the
-    /// corner, less than 2f more; its nearness by e + f. A lamp's u, |u| ≤ 17/16, is off by (e + f)·(1 + |u|)/(w − e − f) and
-    /// its nearness h/w by n·(e + f)/(w − e − f); (e + f)/w is below 1/16 where [`PLACE_LIMIT`] holds.
-    ///
-    /// [`View::see`]: crate::light_space::View::see
-    fn of(grid: &Grid, slack: f64, size: f64) -> Self {
-        let view = &grid.view;
-        let error = view.error(size);
-        let half = 2.0 * grid.density;
-        if view.is_sun() {
-            let place = half * (2.0 * slack + 4.0 * error);
-            return Self { place: [place, 0.0], height: [(slack + error) * view.nearness_scale(), 0.0], unit: 1.0 };
-        }
-        let off = slack + error;
-        Self {
-            place: [half * 16.0 * ROUNDOFF, half * 2.5 * off / view.nearness_scale()],
-            height: [0.0, 1.25 * off / view.nearness_scale()],
-            unit: 0.0,
-        }
-    }
-}
-
-impl Off {
-    /// What a point of this nearness is off by, place and height; `None` for one that is too roughly known for cells.
-    #[inline(always)]
-    fn at(&self, nearness: f64) -> Option<(f32, f32)> {
-        let place = self.place[0] + self.place[1] * nearness;
-        let size = nearness.abs() as f32 + self.unit;
-        let height = (self.height[0] + self.height[1] * nearness * nearness) as f32 + size * NEARNESS_MARGIN;
-        // Not so for NaN.
-        let is_told = place < 0.25 && height < HEIGHT_LIMIT * size;
-        is_told.then_some((place as f32, height + f32::MIN_POSITIVE))
-    }
-}
-
-/// What the filter says of one point.
-enum Told {
-    Lit,
-    Shadowed,
-    Doubtful(Option<Vec<u32>>),
-}
-
-/// One point: its cell, and the groups of the cell until one hides the point or the rest is farther.
+/// The bucket of a point of a block, and what is known of it; the first bucket that is no cell and the block's first point are given.
 #[inline(always)]
-fn tell_one<S: Simd>(simd: S, grid: &Grid, off: &Off, block: &Block, index: usize) -> Told {
-    let nearness = block.nearness[index];
-    let Some((place, height)) = off.at(nearness) else { return Told::Doubtful(None) };
-    let Some((tile, [s, t])) = grid.tile(block.u[index], block.v[index]) else { return Told::Lit };
-    let nearness = nearness as f32;
-    let scale = (1u32 << tile.level) as f32;
-    if place * scale > PLACE_LIMIT {
-        return Told::Doubtful(None);
-    }
-    // Casts to i32 are the cheapest; numbers are small and not negative.
-    let (column, row) = ((s * f64::from(scale)) as i32 as usize, (t * f64::from(scale)) as i32 as usize);
-    let (covered, entries) = tile.list_of(row << tile.level | column);
-    if nearness + height < covered {
-        return Told::Shadowed;
-    }
-    let point = TilePoint { s: (2.0 * s - 1.0) as f32, t: (2.0 * t - 1.0) as f32, nearness, place, height };
-    let mut is_doubtful = false;
-    for entry in entries {
-        if entry.nearest < nearness - height {
-            break;
-        }
-        match tile.groups[entry.group as usize].test(simd, &point) {
-            Said::Blocked => return Told::Shadowed,
-            Said::Doubt(lanes) => is_doubtful |= lanes != 0,
-        }
-    }
-    if is_doubtful { Told::Doubtful(Some(doubts(simd, tile, entries, &point))) } else { Told::Lit }
+fn place(grid: &Grid, off: &Off, block: &Block, index: usize, [beside, first]: [u32; 2]) -> (u32, Seen) {
+    let nearness = block.nearness[index] as f32;
+    let (cell, [s, t]) = grid.locate(block.u[index], block.v[index]);
+    let key = if off.is_told(nearness) { cell.unwrap_or(beside) } else { beside + 1 };
+    (key, Seen { s, t, nearness, index: first + index as u32 })
 }
 
-/// The pieces that a point's groups cannot tell about.
-fn doubts<S: Simd>(simd: S, tile: &Tile, entries: &[Entry], point: &TilePoint) -> Vec<u32> {
-    let mut pieces = Vec::new();
-    for entry in entries {
-        if let Said::Doubt(lanes) = tile.groups[entry.group as usize].test(simd, point) {
-            let of_group = &tile.pieces[entry.group as usize];
-            pieces.extend((0..8).filter(|lane| lanes >> lane & 1 == 1).map(|lane| of_group[lane]));
-        }
-    }
-    pieces
+/// What is found out about the points of a job.
+struct Told<'a> {
+    lit: &'a mut [bool],
+    doubtful: Vec<Doubtful>,
 }
 
-/// What the filter says of eight points, a bit each.
-struct ToldEight {
-    lit: u32,
-    doubtful: u32,
-}
-
-/// Eight points of one tile and of a few cells.
-struct Together<'a> {
+/// The points over one tile.
+struct Over<'a> {
     tile: &'a Tile,
-    points: Eight,
-    bounds: Bounds,
-    columns: [usize; 2],
-    rows: [usize; 2],
+    buckets: &'a Buckets,
+    /// The number of the tile's first cell.
+    first: usize,
+    off: &'a Off,
 }
 
-/// Eight points at once, if they lie together. What holds them all is compared with the groups; only triangles that this
-/// leaves open are compared with the points.
-#[inline(always)]
-fn tell_eight<S: Simd>(simd: S, grid: &Grid, off: &Off, block: &Block, from: usize) -> Option<ToldEight> {
-    let together = together(grid, off, block, from)?;
-    let Together { tile, bounds, columns, rows, .. } = &together;
-    let mut covered = f32::INFINITY;
-    for row in rows[0]..=rows[1] {
-        for column in columns[0]..=columns[1] {
-            covered = covered.min(tile.cells[row << tile.level | column].covered);
+impl Over<'_> {
+    /// Tells all of them.
+    #[inline(always)]
+    fn tell<S: Simd>(&self, simd: S, told: &mut Told) {
+        let mut first = self.buckets.start(self.first);
+        for cell in 0..1 << (2 * self.tile.level) {
+            let end = self.buckets.start(self.first + cell + 1);
+            for points in self.buckets.points()[first..end].chunks(8) {
+                self.tell_eight(simd, cell, points, told);
+            }
+            first = end;
         }
     }
-    if bounds.nearness[1] + bounds.height < covered {
-        return Some(ToldEight { lit: 0, doubtful: 0 });
-    }
-    let (mut blocked, mut doubtful) = (0, 0);
-    for row in rows[0]..=rows[1] {
-        for column in columns[0]..=columns[1] {
-            let cell = row << tile.level | column;
-            let (hit, doubt) = compare(simd, &together, tile.list_of(cell).1, blocked);
-            (blocked, doubtful) = (blocked | hit, doubtful | doubt);
+
+    /// Tells up to eight points of one cell.
+    #[inline(always)]
+    fn tell_eight<S: Simd>(&self, simd: S, cell: usize, seen: &[Seen], told: &mut Told) {
+        let points = self.eight(simd, seen);
+        let valid = 0xff >> (8 - seen.len());
+        let limit = simd.splat8(PLACE_LIMIT / (1u32 << self.tile.level) as f32);
+        let known = valid & points.place.le(limit).bits();
+        let (covered, entries) = self.tile.list_of(cell);
+        let mut open = known & !(points.nearness + points.height).lt(simd.splat8(covered)).bits();
+        let front = points.nearness - points.height;
+        let mut doubts = 0;
+        for entry in entries {
+            let concerned = open & !front.gt(simd.splat8(entry.nearest)).bits();
+            if concerned == 0 {
+                break;
+            }
+            let (hits, unclear) = self.compare(simd, entry, &points, concerned, seen);
+            open &= !hits;
+            doubts |= unclear & concerned;
+        }
+        doubts &= open;
+        for (lane, point) in seen.iter().enumerate() {
+            told.lit[point.index as usize] = open >> lane & 1 == 1;
+        }
+        let mut left = doubts | valid & !known;
+        while left != 0 {
+            let lane = left.trailing_zeros();
+            left &= left - 1;
+            let point = &seen[lane as usize % 8];
+            let pieces = (known >> lane & 1 == 1).then(|| self.doubts(simd, entries, point));
+            told.doubtful.push(Doubtful { index: point.index, pieces });
         }
     }
-    doubtful &= !blocked;
-    Some(ToldEight { lit: !blocked & !doubtful & 0xff, doubtful })
-}
 
-/// Which of the points one list hides, beside those that are `blocked`, and which it leaves in doubt.
-#[inline(always)]
-fn compare<S: Simd>(simd: S, together: &Together, entries: &[Entry], mut blocked: u32) -> (u32, u32) {
-    let Together { tile, points, bounds, .. } = together;
-    let mut doubtful = 0;
-    for entry in entries {
-        if entry.nearest < bounds.nearness[0] - bounds.height || blocked == 0xff {
-            break;
+    /// Which points a group hides and which it leaves in doubt; what it says of points that are not concerned does not matter.
+    #[inline(always)]
+    fn compare<S: Simd>(
+        &self,
+        simd: S,
+        entry: &Entry,
+        points: &Eight<S>,
+        mut concerned: u32,
+        seen: &[Seen],
+    ) -> (u32, u32) {
+        let group = &self.tile.groups[entry.group as usize];
+        let (mut hits, mut doubts) = (0, 0);
+        if concerned.count_ones() < entry.lanes.count_ones() {
+            while concerned != 0 {
+                let lane = concerned.trailing_zeros();
+                concerned &= concerned - 1;
+                match group.test(simd, &self.point(&seen[lane as usize % 8])) {
+                    Said::Blocked => hits |= 1 << lane,
+                    Said::Doubt(lanes) => doubts |= u32::from(lanes != 0) << lane,
+                }
+            }
+        } else {
+            let mut lanes = entry.lanes;
+            while lanes != 0 && concerned & !hits != 0 {
+                let lane = lanes.trailing_zeros() as usize;
+                lanes &= lanes - 1;
+                let (hit, doubt) = group.test_points(simd, lane, points);
+                (hits, doubts) = (hits | hit, doubts | doubt);
+            }
         }
-        let group = &tile.groups[entry.group as usize];
-        let Said::Doubt(mut lanes) = group.test_block(simd, bounds) else { return (0xff, 0) };
-        while lanes != 0 && blocked != 0xff {
-            let lane = lanes.trailing_zeros() as usize;
-            lanes &= lanes - 1;
-            let (hit, doubt) = group.test_points(simd, lane, points, bounds);
-            (blocked, doubtful) = (blocked | hit, doubtful | doubt);
+        (hits, doubts)
+    }
+
+    /// The pieces that a cell's groups cannot tell about.
+    #[inline(always)]
+    fn doubts<S: Simd>(&self, simd: S, entries: &[Entry], seen: &Seen) -> Vec<u32> {
+        let point = self.point(seen);
+        let mut pieces = Vec::new();
+        for entry in entries {
+            if let Said::Doubt(lanes) = self.tile.groups[entry.group as usize].test(simd, &point) {
+                let of_group = &self.tile.pieces[entry.group as usize];
+                pieces.extend((0..8).filter(|lane| lanes >> lane & 1 == 1).map(|lane| of_group[lane]));
+            }
         }
+        pieces
     }
-    (blocked, doubtful)
-}
 
-/// Where eight points lie; `None` if they are strewn or too roughly known.
-#[inline(always)]
-fn together<'a>(grid: &'a Grid, off: &Off, block: &Block, from: usize) -> Option<Together<'a>> {
-    let views = &block.view[from..from + 8];
-    if views.iter().any(|view| *view != views[0]) {
-        return None;
+    #[inline(always)]
+    fn point(&self, &Seen { s, t, nearness, .. }: &Seen) -> TilePoint {
+        let (place, height) = self.off.at(nearness);
+        TilePoint { s, t, nearness, place, height }
     }
-    let (tile, origin) = grid.tile_of(block.u[from], block.v[from])?;
-    let mut points = Eight { s: [0.0; 8], t: [0.0; 8], nearness: [0.0; 8] };
-    for k in 0..8 {
-        let [s, t] = grid.place(block.u[from + k], block.v[from + k], origin);
-        points.s[k] = (2.0 * s - 1.0) as f32;
-        points.t[k] = (2.0 * t - 1.0) as f32;
-        points.nearness[k] = block.nearness[from + k] as f32;
+
+    /// Up to eight points; lanes behind the last are of no meaning.
+    #[inline(always)]
+    fn eight<S: Simd>(&self, simd: S, seen: &[Seen]) -> Eight<S> {
+        let (mut s, mut t, mut nearness) = ([0.0; 8], [0.0; 8], [0.0; 8]);
+        for (lane, point) in seen.iter().enumerate().take(8) {
+            (s[lane], t[lane], nearness[lane]) = (point.s, point.t, point.nearness);
+        }
+        let (s, t, nearness) = (simd.load(&s), simd.load(&t), simd.load(&nearness));
+        let (place, height) = self.off.at_eight(simd, nearness);
+        Eight { s, t, nearness, place, height }
     }
-    let [low, high] = range(points.nearness);
-    let ([s0, s1], [t0, t1]) = (range(points.s), range(points.t));
-    // The greatest size has the greatest margins; the least must allow them.
-    let (place, height) = off.at(f64::from(low.abs().max(high.abs())))?;
-    let least_size = if low <= 0.0 && high >= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
-    let scale = (1u32 << tile.level) as f32;
-    let is_inside = s0 >= -1.0 && t0 >= -1.0 && s1 < 1.0 && t1 < 1.0;
-    if !is_inside || place * scale > PLACE_LIMIT || height > HEIGHT_LIMIT * (least_size + off.unit) {
-        return None;
-    }
-    let (columns, rows) = ([s0, s1].map(|s| cell_index(s, scale)), [t0, t1].map(|t| cell_index(t, scale)));
-    if (columns[1] - columns[0] + 1) * (rows[1] - rows[0] + 1) > MOST_CELLS {
-        return None;
-    }
-    let (middle, half) = ([(s0 + s1) * 0.5, (t0 + t1) * 0.5], [half_width(s0, s1), half_width(t0, t1)]);
-    let bounds = Bounds { middle, half, nearness: [low, high], place, height };
-    Some(Together { tile, points, bounds, columns, rows })
-}
-
-/// Eight points look into this many cells at most.
-const MOST_CELLS: usize = 4;
-
-/// Least and greatest.
-#[inline(always)]
-fn range([a, b, c, d, e, f, g, h]: [f32; 8]) -> [f32; 2] {
-    let low = [lesser(a, b), lesser(c, d), lesser(e, f), lesser(g, h)];
-    let high = [lesser(-a, -b), lesser(-c, -d), lesser(-e, -f), lesser(-g, -h)];
-    let least = |[a, b, c, d]: [f32; 4]| lesser(lesser(a, b), lesser(c, d));
-    [least(low), -least(high)]
-}
-
-/// One instruction where `f32::min` looks for NaN, which is refused with its point.
-#[inline(always)]
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// Which cell of a tile, along one side.
-#[inline(always)]
-fn cell_index(place: f32, scale: f32) -> usize {
-    ((place + 1.0) * 0.5 * scale) as i32 as usize
-}
-
-/// Half the distance and more: differences of numbers below one are off by less than epsilon.
-#[inline(always)]
-fn half_width(low: f32, high: f32) -> f32 {
-    (high - low) * 0.5 + 2.0 * f32::EPSILON
 }

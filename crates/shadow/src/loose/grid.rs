@@ -5,22 +5,31 @@
 use std::sync::OnceLock;
 
 use glam::DVec3;
-use umbriel_geometry::Aabb;
+use umbriel_geometry::{Aabb, LightSource};
 
 use crate::{
     light_space::{CornerError, Footprint, Homogeneous, View},
     loose::{
         pieces::{Piece, Pieces},
-        tile::Tile,
+        tile::{Tile, cell_along, level_for},
     },
 };
 
 /// About as many pieces share a tile.
-const PIECES_A_TILE: f64 = 256.0;
+const PIECES_A_TILE: f64 = 512.0;
 /// At most so many tiles along a side.
 const MAX_TILES: f64 = 256.0;
 /// Pieces are given to tiles that they come this near, in tiles: more than cells are widened by, and than corners are off.
 const TILE_MARGIN: f64 = 1.0 / 32.0;
+
+/// Added to a number below 2^51 in size it leaves a whole number, the nearest one, in the low bits.
+const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
+
+/// The whole number, after [`WHOLE`] was added.
+#[inline(always)]
+fn low_bits(sum: f64) -> u32 {
+    sum.to_bits() as u32
+}
 
 /// One view, cut into tiles.
 pub(super) struct Grid<'a> {
@@ -37,7 +46,38 @@ pub(super) struct Grid<'a> {
     /// The first entry of each tile in `listed`, and the end.
     starts: Vec<u32>,
     listed: Vec<u32>,
+    places: Vec<TilePlace>,
     tiles: Vec<OnceLock<Tile>>,
+}
+
+/// All views of a light: one of a sun, six of a lamp. The cells of all their tiles are numbered through.
+pub(super) struct Grids<'a> {
+    pub(super) grids: Vec<Grid<'a>>,
+    /// How many cells there are.
+    pub(super) cells: u32,
+    /// The greatest magnitude of a coordinate of the pieces.
+    pub(super) size: f64,
+}
+
+impl<'a> Grids<'a> {
+    /// Finds the tiles of all pieces in all views. `None` when 31 bits cannot number the cells.
+    pub(super) fn of(pieces: &'a Pieces<'a>, light: &LightSource) -> Option<Self> {
+        let views = View::all(light, &pieces.bounds);
+        let mut grids: Vec<Grid> = views.into_iter().map(|view| Grid::of(pieces, view)).collect();
+        let mut cells = 0u32;
+        for place in grids.iter_mut().flat_map(|grid| &mut grid.places) {
+            place.first = cells;
+            cells = cells.checked_add(1 << (2 * place.level)).filter(|&cells| cells < 1 << 31)?;
+        }
+        Some(Self { grids, cells, size: greatest(&pieces.bounds) })
+    }
+}
+
+/// The cells of a tile: 2^level along each side, from `first` on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TilePlace {
+    pub(super) first: u32,
+    pub(super) level: u32,
 }
 
 /// A piece and its rectangle in the view: least u, v, greatest u, v.
@@ -49,8 +89,7 @@ struct Placed {
 impl<'a> Grid<'a> {
     /// Finds the tiles of all pieces.
     pub(super) fn of(pieces: &'a Pieces<'a>, view: View) -> Self {
-        let size = pieces.bounds.min.abs().max(pieces.bounds.max.abs()).max_element().max(0.0);
-        let error = view.error(size);
+        let error = view.error(greatest(&pieces.bounds));
         let seen = see_all(pieces, &view, error);
         let bounds =
             seen.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |all, placed| {
@@ -79,41 +118,42 @@ impl<'a> Grid<'a> {
             error,
             starts: Vec::new(),
             listed: Vec::new(),
+            places: Vec::new(),
             tiles: Vec::new(),
         };
         grid.list(&seen);
         grid
     }
 
-    /// The tile at (u, v) and where in it, from 0 to 1; `None` beside all tiles, where there is nothing.
-    #[inline(always)]
-    pub(super) fn tile(&self, u: f64, v: f64) -> Option<(&Tile, [f64; 2])> {
-        let (tile, origin) = self.tile_of(u, v)?;
-        Some((tile, self.place(u, v, origin)))
+    /// Where the cells of each tile are.
+    pub(super) fn places(&self) -> &[TilePlace] {
+        &self.places
     }
 
-    /// The tile at (u, v) and its number along both sides.
-    #[inline(always)]
-    pub(super) fn tile_of(&self, u: f64, v: f64) -> Option<(&Tile, [f64; 2])> {
-        let [u, v] = self.place(u, v, [0.0; 2]);
-        if u < 0.0 || v < 0.0 {
-            return None;
-        }
-        // At most MAX_TILES and some along a side; what is greater saturates.
-        let (column, row) = (u as i32 as usize, v as i32 as usize);
-        if column >= self.size[0] || row >= self.size[1] {
-            return None;
-        }
-        let index = row * self.size[0] + column;
-        let tile = self.tiles[index].get_or_init(|| self.make(index));
-        Some((tile, [column as f64, row as f64]))
+    /// A tile.
+    pub(super) fn tile(&self, index: usize) -> &Tile {
+        self.tiles[index].get_or_init(|| self.make(index))
     }
 
-    /// (u, v) in tiles from the corner of the tile with these numbers.
+    /// The number of the cell at (u, v), and where in its tile that is, from −1 to 1; no number beside all tiles, where there is
+    /// nothing.
     #[inline(always)]
-    pub(super) fn place(&self, u: f64, v: f64, origin: [f64; 2]) -> [f64; 2] {
-        let place = |x: f64, axis: usize| (x - self.corner[axis]) * self.density - origin[axis];
-        [place(u, 0), place(v, 1)]
+    pub(super) fn locate(&self, u: f64, v: f64) -> (Option<u32>, [f32; 2]) {
+        let place = |x: f64, axis: usize| (x - self.corner[axis]) * self.density - 0.5;
+        let (x, y) = (place(u, 0), place(v, 1));
+        // Rounded to whole numbers; what is too large for that lies beside, like NaN.
+        let (column, row) = (x + WHOLE, y + WHOLE);
+        let (along, across) = (column - WHOLE, row - WHOLE);
+        let [columns, rows] = self.size.map(|size| size as f64);
+        let (s, t) = ((2.0 * (x - along)) as f32, (2.0 * (y - across)) as f32);
+        if !((along >= 0.0) & (across >= 0.0) & (along < columns) & (across < rows)) {
+            return (None, [s, t]);
+        }
+        let tile = low_bits(row) as usize * self.size[0] + low_bits(column) as usize;
+        let TilePlace { first, level } = self.places[tile];
+        let scale = (1u32 << level) as f32;
+        let cell = cell_along(t, scale) << level | cell_along(s, scale);
+        (Some(first + cell), [s, t])
     }
 
     fn columns(&self, bounds: &[f64; 4], axis: usize) -> (usize, usize) {
@@ -136,6 +176,8 @@ impl<'a> Grid<'a> {
             listed[next[tile] as usize] = piece;
             next[tile] += 1;
         });
+        let place = |ends: &[u32]| TilePlace { first: 0, level: level_for((ends[1] - ends[0]) as usize) };
+        self.places = starts.windows(2).map(place).collect();
         (self.starts, self.listed) = (starts, listed);
         self.tiles = (0..count).map(|_| OnceLock::new()).collect();
     }
@@ -156,14 +198,18 @@ impl<'a> Grid<'a> {
         let middle = [index % self.size[0], index / self.size[0]].map(|index| (2 * index + 1) as f64);
         let listed = &self.listed[self.starts[index] as usize..self.starts[index + 1] as usize];
         let mut hint = 0;
-        let footprint = |&piece: &u32| {
+        let (mut pieces, mut footprints) = (Vec::with_capacity(listed.len()), Vec::with_capacity(listed.len()));
+        for &piece in listed {
             let footprint = self.footprint(piece, &mut hint, middle);
-            footprint.may_meet_window(2.0 * TILE_MARGIN).then_some((piece, footprint))
-        };
-        let footprints: Vec<(u32, Footprint)> = listed.iter().filter_map(footprint).collect();
-        Tile::of(&footprints, if self.view.is_sun() { 1.0 } else { 0.0 })
+            if footprint.may_meet_window(2.0 * TILE_MARGIN) {
+                pieces.push(piece);
+                footprints.push(footprint);
+            }
+        }
+        Tile::of(&pieces, &footprints, self.places[index].level, if self.view.is_sun() { 1.0 } else { 0.0 })
     }
 
+    #[inline(always)]
     fn footprint(&self, piece: u32, hint: &mut usize, middle: [f64; 2]) -> Footprint {
         let place = |seen: Homogeneous| Homogeneous {
             x: 2.0 * self.density * (seen.x - self.corner[0] * seen.w) - middle[0] * seen.w,
@@ -181,6 +227,11 @@ impl<'a> Grid<'a> {
             }
         }
     }
+}
+
+/// The greatest magnitude of a coordinate of a box; 0 for an empty one.
+fn greatest(bounds: &Aabb) -> f64 {
+    if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() }
 }
 
 fn box_corners(bounds: &Aabb) -> [DVec3; 8] {

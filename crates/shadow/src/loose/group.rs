@@ -58,25 +58,14 @@ pub(super) enum Said {
     Doubt(u32),
 }
 
-/// Eight points in the coordinates of a tile.
+/// Eight points in the coordinates of a tile; as for [`TilePoint`], lane by lane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Eight {
-    pub(super) s: [f32; 8],
-    pub(super) t: [f32; 8],
-    pub(super) nearness: [f32; 8],
-}
-
-/// What holds some points of a tile.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
-    pub(super) middle: [f32; 2],
-    /// Half the rectangle's edges, not below what rounding made of them.
-    pub(super) half: [f32; 2],
-    /// Least and greatest.
-    pub(super) nearness: [f32; 2],
-    /// As for [`TilePoint`], for all of the points.
-    pub(super) place: f32,
-    pub(super) height: f32,
+pub(super) struct Eight<S: Simd> {
+    pub(super) s: F8<S>,
+    pub(super) t: F8<S>,
+    pub(super) nearness: F8<S>,
+    pub(super) place: F8<S>,
+    pub(super) height: F8<S>,
 }
 
 /// A square of a tile.
@@ -94,6 +83,8 @@ pub(super) struct Over {
     pub(super) nearest: f32,
     /// One of them covers the square and is nowhere less near; minus infinity if none does.
     pub(super) covered: f32,
+    /// Which of them meet the square, a bit each.
+    pub(super) lanes: u8,
 }
 
 impl Group {
@@ -135,43 +126,19 @@ impl Group {
         if is_blocked.any() { Said::Blocked } else { Said::Doubt((!is_clear).bits()) }
     }
 
-    /// Tests all eight against all points that lie in a rectangle and between two nearnesses.
-    #[inline(always)]
-    pub(super) fn test_block<S: Simd>(&self, simd: S, block: &Bounds) -> Said {
-        let (s, t) = (simd.splat8(block.middle[0]), simd.splat8(block.middle[1]));
-        let (wide, high) = (simd.splat8(block.half[0]), simd.splat8(block.half[1]));
-        let margin = simd.splat8(EDGE_MARGIN + block.place);
-        let never = simd.splat8(-f32::INFINITY);
-        let (mut least, mut is_clear) = (-never, simd.mask8(0));
-        for [a, b, c] in &self.edges {
-            let (a, b) = (simd.load(a), simd.load(b));
-            let value = (a * s + b * t) + simd.load(c);
-            let reach = a.abs() * wide + b.abs() * high + margin;
-            least = least.min(value - reach);
-            is_clear = is_clear | (value + reach).lt(simd.splat8(0.0));
-        }
-        let (p, q) = (simd.load(&self.plane[0]), simd.load(&self.plane[1]));
-        let value = (p * s + q * t) + simd.load(&self.plane[2]);
-        let reach = (p.abs() * wide + q.abs() * high)
-            + ((p.abs() + q.abs()) * simd.splat8(block.place + NEARNESS_MARGIN) + simd.splat8(block.height));
-        let is_blocked = least.gt(simd.splat8(0.0)) & (value - reach).gt(simd.splat8(block.nearness[1]));
-        let is_clear = is_clear | (value + reach).lt(simd.splat8(block.nearness[0]));
-        if is_blocked.any() { Said::Blocked } else { Said::Doubt((!is_clear).bits()) }
-    }
-
     /// Tests one triangle against eight points: which are blocked, and which are in doubt.
     #[inline(always)]
-    pub(super) fn test_points<S: Simd>(&self, simd: S, lane: usize, points: &Eight, block: &Bounds) -> (u32, u32) {
-        let (s, t): (F8<S>, F8<S>) = (simd.load(&points.s), simd.load(&points.t));
+    pub(super) fn test_points<S: Simd>(&self, simd: S, lane: usize, points: &Eight<S>) -> (u32, u32) {
+        let Eight { s, t, nearness, place, height } = *points;
         let inside = affine_lane(simd, &self.edges[0], lane, s, t)
             .min(affine_lane(simd, &self.edges[1], lane, s, t))
             .min(affine_lane(simd, &self.edges[2], lane, s, t));
-        let margin = EDGE_MARGIN + block.place;
-        let ahead = affine_lane(simd, &self.plane, lane, s, t) - simd.load(&points.nearness);
+        let margin = simd.splat8(EDGE_MARGIN) + place;
+        let ahead = affine_lane(simd, &self.plane, lane, s, t) - nearness;
         let slope = self.plane[0][lane].abs() + self.plane[1][lane].abs();
-        let slack = slope * (block.place + NEARNESS_MARGIN) + block.height;
-        let is_blocked = inside.gt(simd.splat8(margin)) & ahead.gt(simd.splat8(slack));
-        let is_clear = inside.lt(simd.splat8(-margin)) | ahead.lt(simd.splat8(-slack));
+        let slack = simd.splat8(slope) * (place + simd.splat8(NEARNESS_MARGIN)) + height;
+        let is_blocked = inside.gt(margin) & ahead.gt(slack);
+        let is_clear = inside.lt(-margin) | ahead.lt(-slack);
         (is_blocked.bits(), (!(is_blocked | is_clear)).bits())
     }
 
@@ -197,9 +164,9 @@ impl Group {
         let never = simd.splat8(f32::NEG_INFINITY);
         let near = (here + reach).min(simd.load(nearest)).select(meets, never).to_array();
         let covers = inside.gt(half + margin);
-        let far = (here - reach).select(covers, never).to_array();
-
-        Some(Over { nearest: greatest(near), covered: greatest(far) })
+        let covered =
+            if covers.any() { greatest((here - reach).select(covers, never).to_array()) } else { f32::NEG_INFINITY };
+        Some(Over { nearest: greatest(near), covered, lanes: meets.bits() as u8 })
     }
 }
 
@@ -217,5 +184,7 @@ fn affine_lane<S: Simd>(simd: S, [a, b, c]: &[[f32; 8]; 3], lane: usize, s: F8<S
 
 #[inline(always)]
 fn greatest([a, b, c, d, e, f, g, h]: [f32; 8]) -> f32 {
-    a.max(b).max(c.max(d)).max(e.max(f).max(g.max(h)))
+    // One instruction where `f32::max` looks for NaN. A plane that overflows may be one; it covers nothing then.
+    let greater = |a: f32, b: f32| if a > b { a } else { b };
+    greater(greater(greater(a, b), greater(c, d)), greater(greater(e, f), greater(g, h)))
 }

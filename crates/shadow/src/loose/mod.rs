@@ -2,8 +2,8 @@
 //!
 //! The problem: whether a light reaches each of millions of loose points, with the answers of [`Queries::lit`]. The way is that
 //! of light space: every shadow ray is a point (u, v) of a plane there. The plane is cut into tiles, tiles into cells of about
-//! the size of a triangle; a cell holds the triangles over it, nearest to the light first, eight to a [`group`]. A point looks into
-//! its own cell alone and is compared with eight triangles at a time in f32, with a derived margin. The few points
+//! the size of a triangle; a cell holds the triangles over it, nearest to the light first, eight to a [`group`]. Points are [`sorted`] by
+//! cell; each looks into its own cell alone, eight of a cell at a time, in f32 with a derived margin. The few points
 //! that the margin cannot tell, and those whose slack box may meet a surface, are decided exactly.
 //!
 //! Guarantee: the answers are those of the definition. A point that some triangle certainly hides, all of its slack box at once and
@@ -11,8 +11,8 @@
 //! space as well. If no triangle comes near the box or its shadow, the point is in space and lit. All other points are asked
 //! one by one.
 //!
-//! Cost: about half a microsecond a triangle and view; 30 to 60 ns a point where neighbours in the list are neighbours in
-//! space, 100 to 300 ns where they are strewn; a doubtful point less than a microsecond, one in contact
+//! Cost: some 450 ns a triangle and view; 30 to 40 ns a point where neighbours in the list are neighbours in
+//! space, 50 to 70 ns where they are strewn; a doubtful point less than a microsecond, one in contact
 //! with a surface some microseconds. Where u, v of many points cannot be told from each other (scenes that are far from the
 //! origin, in f32) every point is doubtful, and under a lamp that is far from the scene many are.
 
@@ -21,6 +21,8 @@ mod filter;
 mod grid;
 mod group;
 mod pieces;
+mod seen;
+mod sorted;
 mod tile;
 
 #[cfg(test)]
@@ -28,14 +30,14 @@ mod tests;
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
-use filter::{Doubtful, Filter, Grids};
-use grid::Grid;
+use filter::{Doubtful, Filter};
+use grid::Grids;
 use pieces::Pieces;
 use rayon::prelude::*;
+use sorted::Buckets;
 use umbriel_geometry::{LightSource, accept, simd::dispatch};
 
 use crate::{
-    light_space::View,
     progress::{Cancelled, Progress},
     query::{Place, Precision, Queries, QueryDefect},
 };
@@ -53,7 +55,14 @@ pub enum Points<'a> {
     OrientedDouble(&'a [[f64; 6]]),
 }
 
-/// Points that one job takes.
+/// Points a cell that make it worth its while to sort by cells.
+const POINTS_A_CELL: usize = 4;
+/// A job takes at least so many points, and at most so many: what is sorted should stay in the processor's caches.
+const SMALLEST_JOB: usize = 1 << 16;
+const LARGEST_JOB: usize = 1 << 20;
+/// So many jobs keep threads busy. Not a matter of how many there are: counts of decisions depend on how points are parted.
+const LEAST_JOBS: usize = 16;
+/// Points that are looked at one by one are few to a job.
 const CHUNK: usize = 8192;
 
 impl Points<'_> {
@@ -99,7 +108,14 @@ impl Points<'_> {
         let normal = |size: f64| size > 0.0 && size < f64::INFINITY;
         let normal_single = |row: &[f32]| normal(size_of_vector(row.iter().map(|&x| f64::from(x))));
         let normal_double = |row: &[f64]| row.iter().all(|x| x.is_finite()) && row.iter().any(|&x| x != 0.0);
+        // In 32 bits sums of finite numbers may overflow; then the numbers are looked at again.
+        let sum = |row: &[f32]| row.iter().fold(0.0, |sum, x| sum + x.abs());
+        let is_fine = |row: &[f32; 6]| {
+            let (position, normal) = (sum(&row[..3]), sum(&row[3..]));
+            (position < f32::INFINITY) & (normal > 0.0) & (normal < f32::INFINITY)
+        };
         match self {
+            Self::OrientedSingle(rows) if rows.iter().fold(true, |all, row| all & is_fine(row)) => None,
             Self::FreeSingle(rows) => rows.iter().position(|row| !single(row)),
             Self::FreeDouble(rows) => rows.iter().position(|row| !double(row)),
             Self::OrientedSingle(rows) => rows.iter().position(|row| !(single(&row[..3]) && normal_single(&row[3..]))),
@@ -111,19 +127,20 @@ impl Points<'_> {
     fn for_each_part(
         &self,
         answers: &mut [bool],
+        size: usize,
         progress: &dyn Progress,
-        fill: impl Fn(Self, &mut [bool]) + Sync,
+        fill: impl Fn(&mut Buckets, Self, &mut [bool]) + Sync,
     ) -> Result<(), PointsError> {
         let (done, total) = (AtomicU64::new(0), self.len() as u64);
         let refused = AtomicUsize::new(usize::MAX);
-        answers.par_chunks_mut(CHUNK).enumerate().try_for_each(|(job, answers)| {
+        answers.par_chunks_mut(size).enumerate().try_for_each_init(Buckets::default, |buckets, (job, answers)| {
             if progress.is_cancelled() {
                 return Err(Cancelled);
             }
-            let part = self.part(job * CHUNK, job * CHUNK + answers.len());
+            let part = self.part(job * size, job * size + answers.len());
             match part.first_refused() {
-                Some(index) => _ = refused.fetch_min(job * CHUNK + index, Ordering::Relaxed),
-                None => fill(part, answers),
+                Some(index) => _ = refused.fetch_min(job * size + index, Ordering::Relaxed),
+                None => fill(buckets, part, answers),
             }
             let now = done.fetch_add(answers.len() as u64, Ordering::Relaxed) + answers.len() as u64;
             progress.advance("points", now, total);
@@ -146,12 +163,24 @@ impl Points<'_> {
 
     /// The greatest magnitude of a coordinate.
     fn size(&self) -> f64 {
+        // Axis by axis, so that no comparison waits for the last one.
         fn greatest<const N: usize>(rows: &[[f32; N]]) -> f64 {
-            let size = rows.iter().fold(0.0f32, |m, row| m.max(row[0].abs()).max(row[1].abs()).max(row[2].abs()));
-            f64::from(size)
+            let mut most = [0.0f32; 3];
+            for row in rows {
+                for (most, x) in most.iter_mut().zip(row) {
+                    *most = if x.abs() > *most { x.abs() } else { *most };
+                }
+            }
+            f64::from(most[0].max(most[1]).max(most[2]))
         }
         fn greatest_double<const N: usize>(rows: &[[f64; N]]) -> f64 {
-            rows.iter().fold(0.0f64, |m, row| m.max(row[0].abs()).max(row[1].abs()).max(row[2].abs()))
+            let mut most = [0.0f64; 3];
+            for row in rows {
+                for (most, x) in most.iter_mut().zip(row) {
+                    *most = if x.abs() > *most { x.abs() } else { *most };
+                }
+            }
+            most[0].max(most[1]).max(most[2])
         }
         match self {
             Self::FreeSingle(rows) => greatest(rows),
@@ -182,8 +211,8 @@ pub enum PointsError {
 impl Queries<'_> {
     /// Whether each point is lit by `light`: the answers of [`Queries::lit`], point by point, exact.
     ///
-    /// Cost: about half a microsecond a triangle; 30 to 60 ns a point where neighbours in the list are neighbours in space, up
-    /// to 300 ns where they are strewn.
+    /// Cost: some 450 ns a triangle (under a lamp, for each of its six views that sees it); 30 to 40 ns a point where neighbours in
+    /// the list are neighbours in space, up to 70 ns where they are strewn.
     /// Points in contact with a surface cost some microseconds each.
     ///
     /// # Errors
@@ -196,18 +225,18 @@ impl Queries<'_> {
     ) -> Result<Vec<bool>, PointsError> {
         let mut lit = vec![false; points.len()];
         let pieces = Pieces::of(&self.bodies);
-        let grids = pieces.as_ref().map(|pieces| {
-            let views = View::all(light, &pieces.bounds);
-            Grids { grids: views.into_iter().map(|view| Grid::of(pieces, view)).collect() }
-        });
-        points.for_each_part(&mut lit, progress, |part, lit| match (&pieces, &grids) {
+        let grids = pieces.as_ref().and_then(|pieces| Grids::of(pieces, light));
+        let cells = grids.as_ref().map_or(0, |grids| grids.cells as usize);
+        let size = (cells * POINTS_A_CELL).clamp(SMALLEST_JOB, LARGEST_JOB);
+        let size = size.min(points.len() / LEAST_JOBS).max(CHUNK);
+        points.for_each_part(&mut lit, size, progress, |buckets, part, lit| match (&pieces, &grids) {
             (Some(pieces), Some(grids)) => {
-                for doubt in filter(grids, part, lit) {
+                for doubt in filter(grids, part, lit, buckets) {
                     let index = doubt.index as usize;
                     lit[index] = self.decide(pieces, &part.place(index), &doubt, light);
                 }
             }
-            // More pieces than can be numbered.
+            // More pieces or cells than can be numbered.
             _ => lit.iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&part.place(index), light)),
         })?;
         Ok(lit)
@@ -221,7 +250,7 @@ impl Queries<'_> {
     /// As [`Queries::lit_many`].
     pub fn in_space_many(&self, points: Points, progress: &dyn Progress) -> Result<Vec<bool>, PointsError> {
         let mut in_space = vec![false; points.len()];
-        points.for_each_part(&mut in_space, progress, |part, in_space| {
+        points.for_each_part(&mut in_space, CHUNK, progress, |_, part, in_space| {
             for (index, in_space) in in_space.iter_mut().enumerate() {
                 *in_space = self.is_in_space(&part.place(index));
             }
@@ -242,13 +271,27 @@ fn size_of_vector(coordinates: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Fills in what is certain; what is left is returned.
-fn filter(grids: &Grids, part: Points, lit: &mut [bool]) -> Vec<Doubtful> {
+///
+/// What points are off by depends on the largest of their coordinates. Where that is larger than the scene's, a few points may be far
+/// away: smaller parts keep the others from being taken as roughly known, too.
+fn filter(grids: &Grids, part: Points, lit: &mut [bool], buckets: &mut Buckets) -> Vec<Doubtful> {
     let size = part.size();
+    if size > FAR * grids.size && part.len() > CHUNK {
+        let half = part.len() / 2;
+        let (first, second) = lit.split_at_mut(half);
+        let mut doubtful = filter(grids, part.part(0, half), first, buckets);
+        let behind = filter(grids, part.part(half, part.len()), second, buckets).into_iter();
+        doubtful.extend(behind.map(|doubt| Doubtful { index: doubt.index + half as u32, ..doubt }));
+        return doubtful;
+    }
     let (single, double) = (size * 2f64.powi(-24) + 2f64.powi(-150), size * f64::EPSILON * 0.5);
     match part {
-        Points::FreeSingle(rows) => dispatch(Filter { grids, rows, slack: 0.0, size, lit }),
-        Points::FreeDouble(rows) => dispatch(Filter { grids, rows, slack: 0.0, size, lit }),
-        Points::OrientedSingle(rows) => dispatch(Filter { grids, rows, slack: single, size, lit }),
-        Points::OrientedDouble(rows) => dispatch(Filter { grids, rows, slack: double, size, lit }),
+        Points::FreeSingle(rows) => dispatch(Filter { grids, rows, slack: 0.0, size, lit, buckets }),
+        Points::FreeDouble(rows) => dispatch(Filter { grids, rows, slack: 0.0, size, lit, buckets }),
+        Points::OrientedSingle(rows) => dispatch(Filter { grids, rows, slack: single, size, lit, buckets }),
+        Points::OrientedDouble(rows) => dispatch(Filter { grids, rows, slack: double, size, lit, buckets }),
     }
 }
+
+/// Points whose coordinates are this many times those of the scene are far away.
+const FAR: f64 = 4.0;

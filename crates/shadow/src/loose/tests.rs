@@ -59,12 +59,13 @@ fn all_levels_say_the_same_and_what_is_certain_is_true() {
     let pieces = Pieces::of(&queries.bodies).expect("few pieces");
     let size = Points::FreeSingle(&points).size();
     for light in lights() {
-        let views = View::all(&light, &pieces.bounds);
-        let grids = Grids { grids: views.into_iter().map(|view| Grid::of(&pieces, view)).collect() };
+        let grids = Grids::of(&pieces, &light).expect("few cells");
         let run = |level| {
             let mut lit = vec![false; points.len()];
             let rows: &[[f32; 3]] = &points;
-            let doubtful = dispatch_at(level, Filter { grids: &grids, rows, slack: 0.0, size, lit: &mut lit });
+            let buckets = &mut Buckets::default();
+            let filter = Filter { grids: &grids, rows, slack: 0.0, size, lit: &mut lit, buckets };
+            let doubtful = dispatch_at(level, filter);
             (lit, doubtful.iter().map(|doubt| doubt.index).collect::<Vec<_>>())
         };
         let (lit, doubtful) = run(Level::Scalar);
@@ -93,4 +94,45 @@ fn points_that_are_roughly_known_are_left_to_single_queries() {
     let lit = queries.lit_many(Points::OrientedSingle(&far), &light, &Silent).expect("points");
     let alone = |index| queries.lit(&Points::OrientedSingle(&far).place(index), &light).expect("a point").lit;
     assert_eq!(lit, [alone(0), alone(1)]);
+}
+
+/// More points than one part takes, neighbours together.
+fn many_points() -> Vec<[f32; 3]> {
+    let shifted = |copy: u8| points().into_iter().map(move |[x, y, z]| [x + 0.013 * f32::from(copy), y, z]);
+    let points: Vec<[f32; 3]> = (0..5).flat_map(shifted).collect();
+    assert!(points.len() > CHUNK);
+    points
+}
+
+#[test]
+fn the_order_of_points_does_not_matter() {
+    let scene = scene();
+    let queries = Queries::new(&scene);
+    let straight = many_points();
+    let count = straight.len();
+    // The step is a prime that does not divide the count, so each place is met once.
+    let place = |index: usize| index * 7919 % count;
+    let strewn: Vec<[f32; 3]> = (0..count).map(|index| straight[place(index)]).collect();
+    for light in lights() {
+        let ask = |points: &[[f32; 3]]| queries.lit_many(Points::FreeSingle(points), &light, &Silent).expect("points");
+        let (in_order, anyhow) = (ask(&straight), ask(&strewn));
+        assert!((0..count).all(|index| anyhow[index] == in_order[place(index)]), "under {light:?}");
+    }
+}
+
+#[test]
+fn one_point_far_away_does_not_make_others_doubtful() {
+    let scene = scene();
+    let queries = Queries::new(&scene);
+    let pieces = Pieces::of(&queries.bodies).expect("few pieces");
+    let mut points = many_points();
+    points[17] = [1e15, 0.0, 0.0];
+    let light = lights()[0];
+    let grids = Grids::of(&pieces, &light).expect("few cells");
+    let mut lit = vec![false; points.len()];
+    let doubtful = filter(&grids, Points::FreeSingle(&points), &mut lit, &mut Buckets::default());
+    assert!(doubtful.len() < CHUNK, "{} of {}", doubtful.len(), points.len());
+    let answers = queries.lit_many(Points::FreeSingle(&points), &light, &Silent).expect("points");
+    let is_certain = |index: usize| doubtful.iter().all(|doubt| doubt.index as usize != index);
+    assert!((0..points.len()).step_by(97).filter(|&index| is_certain(index)).all(|index| lit[index] == answers[index]));
 }

@@ -1,0 +1,136 @@
+//! Where a light sees points, and how far that may be off.
+
+use glam::DVec3;
+use umbriel_geometry::simd::{F8, Float, Simd};
+
+use crate::loose::{grid::Grid, group::NEARNESS_MARGIN, tile::HEIGHT_LIMIT};
+
+/// Unit roundoff of f64.
+const ROUNDOFF: f64 = f64::EPSILON / 2.0;
+/// Points of a block.
+pub(super) const BLOCK: usize = 64;
+
+/// A row that begins with coordinates.
+pub(super) trait Row {
+    fn position(&self) -> [f64; 3];
+}
+
+impl<const N: usize> Row for [f32; N] {
+    #[inline(always)]
+    fn position(&self) -> [f64; 3] {
+        [f64::from(self[0]), f64::from(self[1]), f64::from(self[2])]
+    }
+}
+
+impl<const N: usize> Row for [f64; N] {
+    #[inline(always)]
+    fn position(&self) -> [f64; 3] {
+        [self[0], self[1], self[2]]
+    }
+}
+
+/// Points as a view sees them; `view` says which.
+pub(super) struct Block {
+    pub(super) u: [f64; BLOCK],
+    pub(super) v: [f64; BLOCK],
+    pub(super) nearness: [f64; BLOCK],
+    pub(super) view: [u8; BLOCK],
+}
+
+impl Block {
+    pub(super) const EMPTY: Self = Self { u: [0.0; BLOCK], v: [0.0; BLOCK], nearness: [0.0; BLOCK], view: [0; BLOCK] };
+
+    #[inline(always)]
+    pub(super) fn see_sun<T: Row>(&mut self, grid: &Grid, rows: &[T]) {
+        for (index, row) in rows.iter().enumerate() {
+            let seen = grid.view.see(DVec3::from_array(row.position()));
+            (self.u[index], self.v[index], self.nearness[index]) = (seen.x, seen.y, seen.h);
+        }
+    }
+
+    /// The views of a lamp come in the order +x, −x, +y, and so on. `grid` is any of them.
+    #[inline(always)]
+    pub(super) fn see_lamp<T: Row>(&mut self, grid: &Grid, rows: &[T]) {
+        let (lamp, scale) = (grid.view.origin(), grid.view.nearness_scale());
+        for (index, row) in rows.iter().enumerate() {
+            let [x, y, z] = (DVec3::from_array(row.position()) - lamp).to_array();
+            let (a, b, c) = (x.abs(), y.abs(), z.abs());
+            let (is_x, is_y) = (a >= b && a >= c, b >= c);
+            let (along, u, v, axis) = if is_x {
+                (x, y, z, 0)
+            } else if is_y {
+                (y, z, x, 2)
+            } else {
+                (z, x, y, 4)
+            };
+            let inverse = 1.0 / along.abs();
+            self.u[index] = u * inverse;
+            self.v[index] = v * inverse;
+            self.nearness[index] = scale * inverse;
+            self.view[index] = axis + u8::from(along < 0.0);
+        }
+    }
+}
+
+/// What points are off by in one view: bounds, rounded up.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Off {
+    /// Place in half tiles: fixed, and times the nearness.
+    place: [f32; 2],
+    /// Nearness: fixed, and times the nearness squared.
+    height: [f32; 2],
+    /// What nearness counts from: 1 for a sun, 0 for a lamp.
+    unit: f32,
+}
+
+/// More than what the roundings of [`Off::at`] and of the nearness itself take away: ten of 2^-24 at most.
+const UPWARD: f32 = 1.0 + 1.0 / (1u32 << 20) as f32;
+
+impl Off {
+    /// With e = slack and f = the error of [`View::see`]: a sun's u is off by 2e + f and the rounding of its offset from the
+    /// corner, less than 2f more; its nearness by e + f. A lamp's u, |u| ≤ 17/16, is off by (e + f)·(1 + |u|)/(w − e − f) and
+    /// its nearness h/w by n·(e + f)/(w − e − f); (e + f)/w is below 1/16 where [`PLACE_LIMIT`] holds.
+    ///
+    /// [`View::see`]: crate::light_space::View::see
+    /// [`PLACE_LIMIT`]: crate::loose::tile::PLACE_LIMIT
+    pub(super) fn of(grid: &Grid, slack: f64, size: f64) -> Self {
+        let view = &grid.view;
+        let error = view.error(size);
+        let half = 2.0 * grid.density;
+        let up = |bound: f64| (bound as f32).next_up();
+        if view.is_sun() {
+            let place = half * (2.0 * slack + 4.0 * error);
+            let height = (slack + error) * view.nearness_scale();
+            return Self { place: [up(place), 0.0], height: [up(height), 0.0], unit: 1.0 };
+        }
+        let off = (slack + error) / view.nearness_scale();
+        Self { place: [up(half * 16.0 * ROUNDOFF), up(half * 2.5 * off)], height: [0.0, up(1.25 * off)], unit: 0.0 }
+    }
+
+    /// What a point of this nearness is off by: place, and height with its [`NEARNESS_MARGIN`].
+    #[inline(always)]
+    pub(super) fn at(&self, nearness: f32) -> (f32, f32) {
+        let ([place, place_by], [height, height_by]) = (self.place, self.height);
+        let size = nearness.abs() + self.unit;
+        let height = (height + (height_by * nearness) * nearness) + size * NEARNESS_MARGIN;
+        ((place + place_by * nearness) * UPWARD, height * UPWARD + f32::MIN_POSITIVE)
+    }
+
+    /// [`Off::at`] of eight points.
+    #[inline(always)]
+    pub(super) fn at_eight<S: Simd>(&self, simd: S, nearness: F8<S>) -> (F8<S>, F8<S>) {
+        let ([place, place_by], [height, height_by]) = (self.place, self.height);
+        let size = nearness.abs() + simd.splat8(self.unit);
+        let height = (simd.splat8(height) + (simd.splat8(height_by) * nearness) * nearness)
+            + size * simd.splat8(NEARNESS_MARGIN);
+        let place = simd.splat8(place) + simd.splat8(place_by) * nearness;
+        (place * simd.splat8(UPWARD), height * simd.splat8(UPWARD) + simd.splat8(f32::MIN_POSITIVE))
+    }
+
+    /// Whether a point of this nearness is known well enough for tiles. Not so for NaN.
+    #[inline(always)]
+    pub(super) fn is_told(&self, nearness: f32) -> bool {
+        let (place, height) = self.at(nearness);
+        (place < 0.25) & (height < HEIGHT_LIMIT * (nearness.abs() + self.unit))
+    }
+}
