@@ -142,8 +142,9 @@ fn polygon_blocks_pairs<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightS
 impl FacePlace<'_> {
     /// The value here of a function that is affine along the face.
     fn mean(&self, function: impl Fn(&Point) -> Approx) -> Approx {
-        let [u, v] = [self.u, self.v].map(Approx::exact);
-        let weights = [Approx::exact(1.0) - u - v, u, v];
+        // Without rounding where it is a float: it is exactly zero on the side opposite the first corner.
+        let first = Pair::exact(1.0) - Pair::exact(self.u) - Pair::exact(self.v);
+        let weights = [first.to_approx(), Approx::exact(self.u), Approx::exact(self.v)];
         let terms = self.corners.iter().zip(weights).map(|(corner, weight)| function(corner) * weight);
         terms.fold(Approx::exact(0.0), |sum, term| sum + term)
     }

@@ -103,6 +103,15 @@ fn contact_with_a_neighbour_in_one_plane_needs_no_big_numbers() {
 }
 
 #[test]
+fn contact_along_the_side_opposite_the_first_corner_needs_no_big_numbers() {
+    let own = triangle([[0.1, 0.3, 0.7], [1.1, 1.7, 1.3], [1.9, 1.2, 0.6]]);
+    let neighbour = triangle([[1.9, 1.2, 0.6], [1.1, 1.7, 1.3], [1.3, 2.9, 0.2]]);
+    let probe: Probe = Probe::on_face(own, 0.25, 0.75);
+    let (blocked, decisions) = counted(|| polygon_blocks(&neighbour, &probe, &sun([0.3, -1.0, 0.2])));
+    assert!(!blocked && decisions.expansion + decisions.exact == 0, "{decisions:?}");
+}
+
+#[test]
 fn a_place_on_a_turned_face_below_an_edge_is_told_by_pairs() {
     // Neither the corners of the face nor those of the blocker are floats.
     let floor = Facets::of_cuboid(&Cuboid { size: [2.0; 3] }, &turned());
