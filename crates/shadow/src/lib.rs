@@ -2,7 +2,7 @@
 //!
 //! [`bake`] classifies surfaces: which cells of which faces are lit, which are in shadow, how much is undecided.
 //! [`bake_hours`] does so for many lights one after the other, and tells for how long surfaces are lit.
-//! [`Queries`] answers single points exactly. [`Queries::visible_fraction`] does so for lights with an extent. [`doctor`] tells what about a scene limits the answers.
+//! [`Queries`] answers single points exactly. [`soft_bake`] and [`Queries::visible_fraction`] do so for lights with an extent. [`doctor`] tells what about a scene limits the answers.
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
@@ -44,4 +44,4 @@ pub use query::{Answer, Place, Precision, Queries, QueryDefect};
 pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleAnswers, SampleCount, Time, Verdict, Work};
 pub use request::{CellMethod, Detail, Request, Sampling};
 pub use sample_points::{SamplePoint, for_each_sample};
-pub use soft::Fraction;
+pub use soft::{AreaBounds, Fraction, SoftCell, SoftLight, SoftObject, SoftRequest, image as soft_image, soft_bake};

@@ -15,6 +15,8 @@ mod info;
 mod query;
 #[path = "cli/render.rs"]
 mod render;
+#[path = "cli/soft.rs"]
+mod soft;
 #[path = "cli/suns.rs"]
 mod suns;
 #[path = "cli/workspace.rs"]

@@ -1,12 +1,17 @@
 //! Soft shadows: lights that have an extent.
 //!
 //! [`Queries::visible_fraction`](crate::Queries::visible_fraction) tells how much of an area light a point sees, by closed forms and exact clipping
-//! where these serve.
+//! where these serve. [`soft_bake`] divides surfaces into lit, umbra and penumbra cells, each with bounds that hold for all of its points.
+//! [`image`] holds the ways of pictures, without bounds.
 
+mod bake;
 mod caps;
+mod cell;
 mod fraction;
+pub mod image;
 mod occluders;
 mod polygon;
 mod window;
 
+pub use bake::{AreaBounds, SoftCell, SoftLight, SoftObject, SoftRequest, soft_bake};
 pub use fraction::Fraction;

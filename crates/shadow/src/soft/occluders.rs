@@ -24,6 +24,15 @@ pub(crate) struct HullShaft {
     planes: Vec<HalfSpace>,
 }
 
+/// Points or directions whose hull holds a light.
+#[derive(Clone, Debug)]
+pub(crate) enum LightHull {
+    /// World coordinates.
+    Points(Vec<DVec3>),
+    /// Towards a sun.
+    Directions(Vec<DVec3>),
+}
+
 /// The points p with normal · p ≥ offset.
 #[derive(Clone, Copy, Debug)]
 struct HalfSpace {
@@ -33,6 +42,15 @@ struct HalfSpace {
     slack: f64,
 }
 
+impl HalfSpace {
+    /// Not negative for what may be inside, of points no larger than these.
+    fn granted(&self, points: &[DVec3]) -> impl Fn(DVec3) -> f64 + use<> {
+        let size = points.iter().fold(DVec3::ZERO, |size, point| size.max(point.abs()));
+        let (normal, offset) = (self.normal, self.offset - self.slack - PLANE_ROUNDING * self.normal.abs().dot(size));
+        move |point| normal.dot(point) - offset
+    }
+}
+
 /// Roundings of a scalar product of three terms and of the normal it is made with (six of a cross product of differences), doubled.
 const PLANE_ROUNDING: f64 = 32.0 * f64::EPSILON;
 
@@ -40,6 +58,96 @@ impl HullShaft {
     /// Everything.
     pub(crate) fn unbounded() -> Self {
         Self::default()
+    }
+
+    /// The shaft from a convex cell to a light: each plane through an edge of one and a corner of the other, or side of a sun's cone, that has
+    /// both on one side. O(corners⁴), some hundred planes tried.
+    pub(crate) fn between(cell: &[DVec3], light: &LightHull) -> Self {
+        let mut shaft = Self::unbounded();
+        let edges = |points: &[DVec3]| -> Vec<[DVec3; 2]> {
+            let starts = points.iter().enumerate();
+            starts.flat_map(|(k, &a)| points[k + 1..].iter().map(move |&b| [a, b])).collect()
+        };
+        match light {
+            LightHull::Points(points) => {
+                for (&corner, [a, b]) in
+                    cell.iter().flat_map(|corner| edges(points).into_iter().map(move |edge| (corner, edge)))
+                {
+                    shaft.add_touching((a - corner).cross(b - corner), cell, light);
+                }
+                for (&corner, [a, b]) in
+                    points.iter().flat_map(|corner| edges(cell).into_iter().map(move |edge| (corner, edge)))
+                {
+                    shaft.add_touching((a - corner).cross(b - corner), cell, light);
+                }
+            }
+            LightHull::Directions(directions) => {
+                for [a, b] in edges(directions) {
+                    shaft.add_touching(a.cross(b), cell, light);
+                }
+                for (&direction, [a, b]) in
+                    directions.iter().flat_map(|d| edges(cell).into_iter().map(move |edge| (d, edge)))
+                {
+                    shaft.add_touching((b - a).cross(direction), cell, light);
+                }
+            }
+        }
+        shaft
+    }
+
+    /// Adds the plane with this normal, either way round, if it touches both the cell and the light.
+    fn add_touching(&mut self, normal: DVec3, cell: &[DVec3], light: &LightHull) {
+        for normal in [normal, -normal] {
+            let least = |points: &[DVec3]| points.iter().map(|&point| normal.dot(point)).fold(f64::INFINITY, f64::min);
+            let size = |points: &[DVec3]| points.iter().fold(DVec3::ZERO, |size, point| size.max(point.abs()));
+            let slack = |points: &[DVec3]| PLANE_ROUNDING * normal.abs().dot(size(points));
+            let (at_cell, cell_slack) = (least(cell), slack(cell));
+            let (offset, slack) = match light {
+                LightHull::Points(points) => {
+                    let (at_light, slack) = (least(points), cell_slack + slack(points));
+                    if (at_cell - at_light).abs() > slack {
+                        continue;
+                    }
+                    (at_cell.min(at_light), slack)
+                }
+                LightHull::Directions(directions) => {
+                    // What a direction may lose by rounding is as large as the coordinates of what it reaches, and granted to that.
+                    if least(directions) < -slack(directions) {
+                        continue;
+                    }
+                    (at_cell, cell_slack)
+                }
+            };
+            if normal != DVec3::ZERO {
+                self.planes.push(HalfSpace { normal, offset, slack });
+            }
+        }
+    }
+
+    /// The part of a convex polygon in the shaft; a little more, by what rounding may do.
+    pub(crate) fn cut(&self, polygon: &mut Vec<DVec3>) {
+        for plane in &self.planes {
+            if polygon.len() < 3 {
+                return;
+            }
+            let value = plane.granted(polygon);
+            super::window::cut(polygon, value);
+        }
+    }
+
+    /// The part of a segment in the shaft; a little more, by what rounding may do.
+    pub(crate) fn cut_segment(&self, mut segment: [DVec3; 2]) -> Option<[DVec3; 2]> {
+        for plane in &self.planes {
+            let value = plane.granted(&segment);
+            let [a, b] = segment;
+            let (at_a, at_b) = (value(a), value(b));
+            if at_a < 0.0 && at_b < 0.0 {
+                return None;
+            }
+            let crossing = || a + (b - a) * (at_a / (at_a - at_b));
+            segment = [if at_a < 0.0 { crossing() } else { a }, if at_b < 0.0 { crossing() } else { b }];
+        }
+        Some(segment)
     }
 
     /// Leaves out what lies behind the plane through `point`.

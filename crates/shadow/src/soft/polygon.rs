@@ -30,6 +30,13 @@ impl Polygon {
         0.5 * self.edges().map(|[a, b]| a.perp_dot(b)).sum::<f64>()
     }
 
+    /// The rectangle round a segment that holds all points within `reach` of it.
+    pub(crate) fn round_segment([a, b]: [DVec2; 2], reach: f64) -> Self {
+        let along = (b - a).normalize_or(DVec2::X) * reach;
+        let across = along.perp();
+        Self(vec![a - along - across, b + along - across, b + along + across, a - along + across])
+    }
+
     /// Whether nothing is left.
     pub(crate) fn is_empty(&self) -> bool {
         self.0.len() < 3

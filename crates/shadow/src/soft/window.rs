@@ -28,7 +28,7 @@ pub(crate) struct Window {
     pub(crate) axes: DMat3,
     to_image: DMat3,
     /// Occluders are nearer than this γ; infinite for a sun.
-    end: f64,
+    pub(super) end: f64,
     pub(crate) shape: Shape,
 }
 
@@ -71,10 +71,15 @@ impl Window {
         Self::with_axes(eye, DMat3::from_cols(u * tangent, v * tangent, w), end, Shape::Disk { tangent, cap })
     }
 
-    fn with_axes(eye: DVec3, axes: DMat3, end: f64, shape: Shape) -> Option<Self> {
+    pub(super) fn with_axes(eye: DVec3, axes: DMat3, end: f64, shape: Shape) -> Option<Self> {
         let to_image = axes.inverse();
         let is_regular = axes.determinant() != 0.0 && to_image.to_cols_array().iter().all(|value| value.is_finite());
         is_regular.then_some(Self { eye, axes, to_image, end, shape })
+    }
+
+    /// How much longer than in space a vector may be in (α, β, γ), at most: a bound on the matrix's norm.
+    pub(super) fn stretch(&self) -> f64 {
+        self.to_image.to_cols_array().iter().map(|value| value.abs()).sum()
     }
 
     /// (α, β, γ) of a point in space.
@@ -176,7 +181,7 @@ impl Window {
 }
 
 /// The part of a homogeneous polygon where `value` is not negative.
-fn cut(polygon: &mut Vec<DVec3>, value: impl Fn(DVec3) -> f64) {
+pub(super) fn cut(polygon: &mut Vec<DVec3>, value: impl Fn(DVec3) -> f64) {
     if polygon.iter().all(|&point| value(point) >= 0.0) {
         return;
     }

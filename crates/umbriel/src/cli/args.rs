@@ -34,6 +34,8 @@ pub(crate) enum Command {
     Query(QueryArgs),
     /// Draw the scene with its computed shadows
     Render(RenderArgs),
+    /// Compare the ways of pictures to shade soft shadows: times, and errors against the truth
+    Soft(SoftArgs),
     /// Tell what about a scene limits the answers, and how much surface it concerns
     Doctor(DoctorArgs),
 }
@@ -194,6 +196,68 @@ pub(crate) struct RenderArgs {
 }
 
 #[derive(Debug, ClapArgs)]
+pub(crate) struct SoftArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+    /// Method (repeatable) [default: all]
+    #[arg(long, value_name = "METHOD")]
+    pub(crate) method: Vec<MethodName>,
+    /// Width and height of the picture in pixels
+    #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = size)]
+    pub(crate) size: [u32; 2],
+    /// Edge of the depth map in texels, 16 to 8192
+    #[arg(long, value_name = "N", default_value = "2048", value_parser = map_edge)]
+    pub(crate) map: usize,
+    /// About how many pixels have their truth computed; all of them for a picture
+    #[arg(long, value_name = "N", default_value = "20000")]
+    pub(crate) truth: usize,
+    /// How wide the interval of a box's penumbra may be before boxes-refined takes the parts of the box, metres [default: a quarter of the light]
+    #[arg(long, value_name = "METRES", value_parser = positive)]
+    pub(crate) tolerance: Option<f64>,
+    /// Write results as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write the truth and all methods side by side, errors below, to a .png file (repeatable)
+    #[arg(short, long = "output", value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+}
+
+/// A way of pictures to shade soft shadows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MethodName {
+    /// One kernel for all pixels
+    Pcf,
+    /// The blocker's depth searched in the depth map
+    Pcss,
+    /// The blocker's depth from mean and variance (VSSM)
+    AverageDepth,
+    /// Kernels from boxes, fixed at the frame's start
+    BoxesFixed,
+    /// Kernels from boxes, at each point's own distance
+    Boxes,
+    /// As boxes, with boxes replaced by their parts where they leave too much open
+    BoxesRefined,
+}
+
+impl MethodName {
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Pcf, Self::Pcss, Self::AverageDepth, Self::BoxesFixed, Self::Boxes, Self::BoxesRefined];
+
+    pub(crate) fn text(self) -> &'static str {
+        match self {
+            Self::Pcf => "pcf",
+            Self::Pcss => "pcss",
+            Self::AverageDepth => "average-depth",
+            Self::BoxesFixed => "boxes-fixed",
+            Self::Boxes => "boxes",
+            Self::BoxesRefined => "boxes-refined",
+        }
+    }
+}
+
+#[derive(Debug, ClapArgs)]
 pub(crate) struct DoctorArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
@@ -265,6 +329,10 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     text.split_once('x')
         .and_then(|(width, height)| Some([edge(width)?, edge(height)?]))
         .ok_or_else(|| format!("not a size like 1200x800, with edges from 1 to {LARGEST_EDGE}"))
+}
+
+fn map_edge(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|edge| (16..=8192).contains(edge)).ok_or_else(|| "not between 16 and 8192".to_owned())
 }
 
 fn color(text: &str) -> Result<[u8; 3], String> {

@@ -9,6 +9,7 @@ mod info;
 mod plan;
 mod query;
 mod render;
+mod soft;
 mod suns;
 
 use std::{
@@ -42,6 +43,7 @@ fn run(args: &args::Args) -> Result<(), Failure> {
         args::Command::Bake(args) => bake::run(args),
         args::Command::Query(args) => query::run(args),
         args::Command::Render(args) => render::run(args),
+        args::Command::Soft(args) => soft::run(args),
         args::Command::Doctor(args) => doctor::run(args),
     }
 }

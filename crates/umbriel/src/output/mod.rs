@@ -11,6 +11,7 @@ pub(crate) mod json;
 pub(crate) mod lightmap;
 mod overlay;
 pub(crate) mod picture;
+pub(crate) mod soft;
 mod surface;
 pub(crate) mod table;
 mod target;

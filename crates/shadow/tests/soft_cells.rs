@@ -1,0 +1,222 @@
+//! Bounds of cells under area lights: against closed forms, and against what points of the cells see.
+
+use std::{f64::consts::PI, sync::Arc};
+
+use glam::{DAffine3, DQuat, DVec3};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
+use umbriel_scene::{Extent, Light, Object, Scene, Shape, Sides};
+use umbriel_shadow::{AreaBounds, Detail, Place, Queries, Silent, SoftObject, SoftRequest, soft_bake};
+
+fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
+    let placement = Placement::new(map).expect("regular");
+    Object::new(name.into(), shape, placement, Sides::Auto).expect("a body")
+}
+
+fn floor(edge: f64) -> Object {
+    object("floor", Shape::Rectangle(Rectangle { size: [edge; 2] }), DAffine3::IDENTITY)
+}
+
+fn lamp(center: DVec3, extent: Extent) -> Light {
+    Light::with_extent("lamp", LightSource::point(center.to_array()).expect("a point"), extent).expect("a light")
+}
+
+fn sun(direction: [f64; 3], angular_diameter: f64) -> Light {
+    let source = LightSource::sun(direction).expect("a sun");
+    Light::with_extent("sun", source, Extent::Disk { angular_diameter }).expect("a light")
+}
+
+/// The first object under the only light.
+fn first(scene: &Scene, depth: u8, keep_cells: bool) -> SoftObject {
+    let detail = Detail::Depth { interior: depth, boundary: depth };
+    let request = SoftRequest { receivers: vec![0], keep_cells, ..SoftRequest::everything(scene, detail) };
+    soft_bake(scene, &request, &Silent).expect("done").remove(0).objects.remove(0)
+}
+
+fn assert_holds(bounds: AreaBounds, truth: f64, what: &str) {
+    assert!(bounds.lower <= truth && truth <= bounds.upper, "{what}: {truth} is not in {bounds:?}");
+}
+
+#[test]
+fn a_rectangle_under_a_parallel_rectangle() {
+    // The plate stands at 3/8 of the light's height: its shadow is 8/5 as large, blurred by 3/5 of the light.
+    let plate =
+        object("plate", Shape::Rectangle(Rectangle { size: [3.0; 2] }), DAffine3::from_translation(DVec3::Y * 3.0));
+    let light = lamp(DVec3::Y * 8.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 0.5 });
+    let scene = Scene { objects: vec![floor(16.0), plate], lights: vec![light], ..Scene::default() };
+    let (umbra, reached) = (4.0 * 1.8 * 2.1, 4.0 * 3.0 * 2.7);
+    let mut widths = Vec::new();
+    for depth in [4, 6, 8] {
+        let found = first(&scene, depth, false);
+        assert_holds(found.umbra, umbra, "umbra");
+        assert_holds(found.penumbra, reached - umbra, "penumbra");
+        assert_holds(found.lit, 256.0 - reached, "lit");
+        // Every point of the light throws the same shadow.
+        let seen = AreaBounds { lower: found.visible.lower, upper: found.visible.upper };
+        assert_holds(seen, 256.0 - 9.0 * 2.56, "mean");
+        widths.push(seen.upper - seen.lower);
+    }
+    assert!(widths[1] < 0.4 * widths[0] && widths[2] < 0.4 * widths[1], "bounds shrink: {widths:?}");
+    assert!(widths[2] < 0.005 * 256.0, "half a per cent of the floor: {widths:?}");
+}
+
+#[test]
+fn a_ball_under_a_ball_of_light() {
+    let (light_radius, light_height, radius, height) = (0.5, 10.0, 1.0, 3.0);
+    let ball =
+        object("ball", Shape::Analytic(Analytic::Sphere { radius }), DAffine3::from_translation(DVec3::Y * height));
+    let light = lamp(DVec3::Y * light_height, Extent::Sphere { radius: light_radius });
+    let scene = Scene { objects: vec![floor(8.0), ball], lights: vec![light], ..Scene::default() };
+    let between = light_height - height;
+    let tangent = |sine: f64| sine / (1.0f64 - sine * sine).sqrt();
+    let umbra =
+        (light_height + between * light_radius / (radius - light_radius)) * tangent((radius - light_radius) / between);
+    let reached =
+        (light_height - between * light_radius / (radius + light_radius)) * tangent((radius + light_radius) / between);
+    let mut widths = Vec::new();
+    for depth in [4, 6, 8] {
+        let found = first(&scene, depth, false);
+        assert_holds(found.umbra, PI * umbra * umbra, "umbra");
+        assert_holds(found.penumbra, PI * (reached * reached - umbra * umbra), "penumbra");
+        assert_holds(found.lit, 64.0 - PI * reached * reached, "lit");
+        widths.push(found.visible.upper - found.visible.lower);
+    }
+    assert!(widths[1] < 0.5 * widths[0] && widths[2] < 0.5 * widths[1], "bounds shrink: {widths:?}");
+}
+
+/// A small generator of chance.
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
+    }
+
+    fn vector(&mut self, low: f64, high: f64) -> DVec3 {
+        DVec3::new(self.next(low, high), self.next(low, high), self.next(low, high))
+    }
+
+    fn turn(&mut self) -> DQuat {
+        DQuat::from_xyzw(self.next(-1.0, 1.0), self.next(-1.0, 1.0), self.next(-1.0, 1.0), self.next(0.1, 1.0))
+            .normalize()
+    }
+
+    /// Triangles in no order.
+    fn soup(&mut self) -> Shape {
+        let positions = (0..12).map(|_| self.vector(-0.8, 0.8).to_array()).collect();
+        let triangles = (0..4).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+        Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a mesh")))
+    }
+
+    /// A closed body of triangles.
+    fn tetrahedron(&mut self) -> Shape {
+        let positions = (0..4).map(|_| self.vector(-0.9, 0.9).to_array()).collect();
+        Shape::Mesh(Arc::new(Mesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).expect("a mesh")))
+    }
+
+    fn occluder(&mut self, kind: usize) -> Object {
+        let shape = match kind % 6 {
+            0 => Shape::Cuboid(Cuboid { size: self.vector(0.3, 1.8).to_array() }),
+            1 => self.soup(),
+            2 => Shape::Rectangle(Rectangle { size: [self.next(0.3, 2.0), self.next(0.3, 2.0)] }),
+            3 => self.tetrahedron(),
+            4 => Shape::Analytic(Analytic::Sphere { radius: self.next(0.2, 0.9) }),
+            _ => Shape::Analytic(Analytic::Cylinder { radius: self.next(0.3, 0.9), height: self.next(0.3, 1.0) }),
+        };
+        // Some reach through the floor.
+        let map =
+            DAffine3::from_rotation_translation(self.turn(), self.vector(-1.0, 1.0) + DVec3::Y * self.next(0.2, 3.0));
+        object("thing", shape, map)
+    }
+}
+
+#[test]
+fn no_point_of_a_cell_leaves_its_bounds() {
+    let mut dice = Dice(5);
+    let (mut draws, mut penumbrae, mut decided) = (0, [0; 3], [0; 2]);
+    for round in 0..60 {
+        let count = 1 + round / 3 % 3;
+        let mut objects = vec![floor(6.0)];
+        objects.extend((0..count).map(|k| dice.occluder(round / 3 + k)));
+        let centre = dice.vector(-1.0, 1.0) * DVec3::new(2.0, 1.0, 2.0) + DVec3::Y * 6.0;
+        let light = match round % 3 {
+            0 => lamp(centre, Extent::Sphere { radius: dice.next(0.05, 0.8) }),
+            1 => lamp(centre, Extent::Rectangle { u: dice.vector(-0.6, 0.6), v: dice.vector(-0.6, 0.6) }),
+            _ => sun([dice.next(-1.0, 1.0), -1.0, dice.next(-1.0, 1.0)], dice.next(0.5, 15.0)),
+        };
+        let scene = Scene { objects, lights: vec![light.clone()], ..Scene::default() };
+        let depth = 2 + (round / 3 % 4) as u8;
+        let cells = first(&scene, depth, true).cells;
+        let queries = Queries::new(&scene);
+        for _ in 0..60 {
+            let cell = cells[(dice.next(0.0, 1.0) * cells.len() as f64) as usize];
+            decided[0] += usize::from(cell.lower == 1.0);
+            decided[1] += usize::from(cell.upper == 0.0);
+            for _ in 0..3 {
+                let edge = |t: f64| {
+                    if t < 0.15 {
+                        0.0
+                    } else if t > 0.85 {
+                        1.0
+                    } else {
+                        t
+                    }
+                };
+                let [u, v] = cell.point([edge(dice.next(0.0, 1.0)), edge(dice.next(0.0, 1.0))]);
+                let seen =
+                    queries.visible_fraction(&Place::Surface { object: 0, face: 0, u, v }, &light).expect("a place");
+                let (low, high) = (cell.lower - seen.max_error, cell.upper + seen.max_error);
+                assert!(
+                    low <= seen.value && seen.value <= high,
+                    "{round}, {depth}: {seen:?} at ({u}, {v}) of {cell:?}"
+                );
+                draws += 1;
+                penumbrae[round % 3] += usize::from(seen.value > 0.01 && seen.value < 0.99);
+            }
+        }
+    }
+    assert!(draws > 10_000 && penumbrae.iter().all(|&count| count > 150), "{draws} {penumbrae:?}");
+    assert!(decided.iter().all(|&count| count > 50), "{decided:?}");
+}
+
+#[test]
+fn lit_and_umbra_cells_are_proofs_against_rays() {
+    // Decided cells against exact rays to single points of the light, corners first.
+    let mut dice = Dice(77);
+    let mut checked = 0;
+    for round in 0..40 {
+        let objects = vec![floor(6.0), dice.occluder(round), dice.occluder(round / 2)];
+        let (u, v) = (dice.vector(-0.6, 0.6), dice.vector(-0.6, 0.6));
+        let centre = dice.vector(-1.0, 1.0) + DVec3::Y * 6.0;
+        let scene = Scene { objects, lights: vec![lamp(centre, Extent::Rectangle { u, v })], ..Scene::default() };
+        let queries = Queries::new(&scene);
+        let cells = first(&scene, 5, true).cells;
+        for cell in cells.iter().filter(|cell| cell.lower == 1.0 || cell.upper == 0.0).step_by(5) {
+            for (s, t) in [(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (dice.next(0.0, 1.0), dice.next(0.0, 1.0))] {
+                let [a, b] = [dice.next(-1.0, 1.0), dice.next(-1.0, 1.0)]
+                    .map(|x: f64| if x.abs() > 0.7 { x.signum() } else { x });
+                let source = LightSource::point((centre + u * (a * 0.999_999) + v * (b * 0.999_999)).to_array())
+                    .expect("a point");
+                let [x, y] = cell.point([s, t]);
+                let lit =
+                    queries.lit(&Place::Surface { object: 0, face: 0, u: x, v: y }, &source).expect("a place").lit;
+                assert_eq!(lit, cell.lower == 1.0, "{round} ({x}, {y}) {cell:?}");
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 5_000, "{checked}");
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let mut dice = Dice(3);
+    let objects = vec![floor(6.0), dice.occluder(0), dice.occluder(3)];
+    let light = lamp(DVec3::Y * 6.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 0.5 });
+    let scene = Scene { objects, lights: vec![light], ..Scene::default() };
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| first(&scene, 6, true))
+    };
+    assert_eq!(with(1), with(3));
+}
