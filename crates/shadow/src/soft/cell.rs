@@ -99,7 +99,7 @@ const IMAGE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 impl<'a> Receiver<'a> {
     /// The face, and what may shadow it.
     pub(crate) fn new(queries: &'a Queries<'a>, light: &'a Light, object: usize, face: usize) -> (Self, InShaft) {
-        let hull = hull_of(light);
+        let hull = LightHull::of(light);
         let mut receiver =
             Self { queries, light, hull, object: object as u32, face: face as u32, front: None, is_turned_away: false };
         let Body::Flat(facets) = queries.bodies.get(object) else { return (receiver, InShaft::default()) };
@@ -489,29 +489,4 @@ fn hidden_by_ball(ball: &Ball, light_cap: Cap, light: &Light, cell: &[DVec3], mi
         return (0.0, 0.0);
     }
     ((least - rounding).clamp(0.0, 1.0), (most + rounding).clamp(0.0, 1.0))
-}
-
-/// Points or directions whose hull holds the light.
-fn hull_of(light: &Light) -> LightHull {
-    let centre = light.source.xyz();
-    match light.extent {
-        Extent::Rectangle { u, v } => {
-            LightHull::Points(vec![centre - u - v, centre + u - v, centre + u + v, centre - u + v])
-        }
-        Extent::Sphere { radius } => {
-            // A cube a little larger than the ball, as its corners are rounded.
-            let half = radius * (1.0 + 4.0 * f64::EPSILON) + 4.0 * f64::EPSILON * centre.abs().max_element();
-            let corner = |k: usize| {
-                let sign = |bit: usize| if k >> bit & 1 == 0 { -half } else { half };
-                centre + DVec3::new(sign(0), sign(1), sign(2))
-            };
-            LightHull::Points((0..8).map(corner).collect())
-        }
-        _ => {
-            let window = Window::new(DVec3::ZERO, light);
-            let directions =
-                window.map(|window| Polygon::square().0.iter().map(|&corner| window.direction(corner)).collect());
-            LightHull::Directions(directions.unwrap_or_else(|| vec![centre]))
-        }
-    }
 }

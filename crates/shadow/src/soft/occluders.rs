@@ -8,7 +8,9 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 use umbriel_geometry::Aabb;
+use umbriel_scene::{Extent, Light};
 
+use super::{polygon::Polygon, window::Window};
 use crate::{
     bodies::Body,
     exact::patch_probe,
@@ -31,6 +33,33 @@ pub(crate) enum LightHull {
     Points(Vec<DVec3>),
     /// Towards a sun.
     Directions(Vec<DVec3>),
+}
+
+impl LightHull {
+    /// Points or directions whose hull holds the light.
+    pub(crate) fn of(light: &Light) -> Self {
+        let centre = light.source.xyz();
+        match light.extent {
+            Extent::Rectangle { u, v } => {
+                Self::Points(vec![centre - u - v, centre + u - v, centre + u + v, centre - u + v])
+            }
+            Extent::Sphere { radius } => {
+                // A cube a little larger than the ball, as its corners are rounded.
+                let half = radius * (1.0 + 4.0 * f64::EPSILON) + 4.0 * f64::EPSILON * centre.abs().max_element();
+                let corner = |k: usize| {
+                    let sign = |bit: usize| if k >> bit & 1 == 0 { -half } else { half };
+                    centre + DVec3::new(sign(0), sign(1), sign(2))
+                };
+                Self::Points((0..8).map(corner).collect())
+            }
+            _ => {
+                let window = Window::new(DVec3::ZERO, light);
+                let directions =
+                    window.map(|window| Polygon::square().0.iter().map(|&corner| window.direction(corner)).collect());
+                Self::Directions(directions.unwrap_or_else(|| vec![centre]))
+            }
+        }
+    }
 }
 
 /// The points p with normal · p ≥ offset.
