@@ -1,7 +1,7 @@
 //! What a scene has cost so far, against limits that grow with its files.
 //!
 //! A small file can ask for much: thousands of nodes that place one mesh, primitives that share one accessor, accessors
-//! without bytes of their own. Each quantity may reach a generous base, plus one for every byte of the files that were
+//! without bytes of their own. Each quantity may reach a generous base, plus some for every byte of the files that were
 //! read; so whatever is written out in full is always read, and only multiplication is limited.
 
 use std::{
@@ -30,8 +30,13 @@ impl Quantity {
         match self {
             Self::Elements => 1 << 24,
             Self::Parts => 1 << 18,
-            Self::PlacedTriangles => 1 << 26,
+            Self::PlacedTriangles => 1 << 23,
         }
+    }
+
+    /// How much every byte of the files adds: models are placed some times on average, elements and parts stand for bytes.
+    fn for_a_byte(self) -> u64 {
+        if self == Self::PlacedTriangles { 8 } else { 1 }
     }
 
     fn name(self) -> &'static str {
@@ -79,7 +84,7 @@ impl Ledger {
 
     /// Whether so much is acceptable.
     pub(crate) fn check(&self, quantity: Quantity, count: u64) -> Result<(), LoadProblem> {
-        let most = quantity.base() + self.account.borrow().bytes;
+        let most = quantity.base() + quantity.for_a_byte() * self.account.borrow().bytes;
         if count <= most { Ok(()) } else { Err(LoadProblem::TooMuch { what: quantity.name(), count, most }) }
     }
 
