@@ -71,6 +71,8 @@ pub(super) struct Row {
     pub(super) rays: Rays,
     /// Rays along a side of the picture.
     pub(super) side: u64,
+    /// How many rays that makes: of shadow rays, as many as the eye sees points.
+    pub(super) count: usize,
     pub(super) figures: Vec<Figure>,
 }
 
@@ -139,7 +141,8 @@ pub(super) fn row(model: &Model, bvh: &(TriangleBvh, f64), rays: Rays, side: u64
     let (seconds, hits) = quickest(|| by_bvh(&bvh.0, model, rays, &questions));
     let figure = Figure { method: Method::Bvh, depth: None, seconds, build: bvh.1, bytes: None, hits };
     let figures = best.into_iter().flatten().chain([figure]).collect();
-    Ok(Row { model: model.name, triangles: model.mesh.triangles().len(), rays, side, figures })
+    let (triangles, count) = (model.mesh.triangles().len(), questions.len());
+    Ok(Row { model: model.name, triangles, rays, side, count, figures })
 }
 
 /// Seconds of processor time of the quickest run, and what it answered.

@@ -23,7 +23,7 @@ pub(super) fn heading() -> String {
 }
 
 pub(super) fn line(row: &Row) -> String {
-    let rays = (row.side * row.side) as f64;
+    let rays = row.count as f64;
     let told = |method: Method| {
         let Some(Figure { seconds, depth, bytes, .. }) = row.figure(method) else { return String::new() };
         let nanoseconds = seconds * 1e9 / rays;
