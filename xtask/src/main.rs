@@ -41,6 +41,8 @@ enum Task {
     Bench(bench::Options),
     /// Measure rays looked up in projected octrees against ordinary traversal and the BVH
     Projection(projection::Options),
+    /// Measure what the choice between BVH, octree and projection goes by
+    Calibrate,
     /// Let the judges look at millions of adversarial cases; hours, unless --minutes says otherwise
     Soak(soak::Options),
     /// Let libFuzzer look for bytes that break a parser, a small scene or an octree
@@ -64,6 +66,7 @@ fn main() -> ExitCode {
         Task::Regress { bless: Some(reason) } => regress::bless(&reason),
         Task::Bench(options) => bench::run(&options),
         Task::Projection(options) => projection::run(&options),
+        Task::Calibrate => projection::calibrate(),
         Task::Soak(options) => soak::run(&options),
         Task::Fuzz(options) => fuzz::run(&options),
         Task::Offsets => bench::offsets(),

@@ -59,6 +59,11 @@ impl TriangleBvh {
         Self { parts: build::build(&mesh, quality), mesh }
     }
 
+    /// The mesh.
+    pub fn mesh(&self) -> &Arc<Mesh> {
+        &self.mesh
+    }
+
     /// How many triangles.
     pub fn len(&self) -> usize {
         self.mesh.triangles().len()

@@ -13,6 +13,7 @@ use umbriel_geometry::{Aabb, Cuboid, Mesh, PlacedAnalytic, Rectangle};
 use umbriel_scene::{Object, Scene, Shape};
 
 use crate::{
+    acceleration::{Acceleration, Choice, CostModel, Prepared},
     local::{self, LocalHit},
     view::View,
 };
@@ -46,6 +47,10 @@ pub struct RayCaster {
 struct Body {
     shape: LocalShape,
     to_local: DAffine3,
+    /// World coordinates.
+    bounds: Aabb,
+    /// For the rays of one view.
+    prepared: Option<Prepared>,
 }
 
 #[derive(Debug)]
@@ -66,6 +71,34 @@ impl RayCaster {
         let bodies = scene.objects.iter().map(|object| Body::new(object, &mut meshes)).collect();
         let boxes: Vec<Aabb> = scene.objects.iter().map(Object::bounds).collect();
         Self { tree: BoxTree::build(&boxes), bodies }
+    }
+
+    /// Makes the meshes ready for the rays of a view, `rays_a_pixel` for each pixel; answers what was chosen for each mesh, and
+    /// why. Answers do not change, and other rays stay possible. An earlier view is forgotten.
+    ///
+    /// O(triangles × levels) for each mesh whose octree is built.
+    pub fn prepare(
+        &mut self,
+        view: &View,
+        rays_a_pixel: u32,
+        acceleration: Acceleration,
+        costs: &CostModel,
+    ) -> Vec<Choice> {
+        let prepare = |(object, body): (usize, &mut Body)| {
+            body.prepared = None;
+            let LocalShape::Mesh(bvh) = &body.shape else { return None };
+            let choice = Choice::new(
+                object,
+                acceleration,
+                bvh.len(),
+                rays_in(view, &body.bounds) * u64::from(rays_a_pixel),
+                costs,
+            );
+            let (choice, prepared) = Prepared::new(choice, bvh, &body.to_local, &view.beam());
+            body.prepared = prepared;
+            Some(choice)
+        };
+        self.bodies.par_iter_mut().enumerate().filter_map(prepare).collect()
     }
 
     /// The first surface that `ray` meets.
@@ -123,7 +156,7 @@ impl Body {
             Shape::Cuboid(cuboid) => LocalShape::Cuboid(*cuboid),
             _ => object.analytic().map_or(LocalShape::Unknown, |body| LocalShape::Analytic(Box::new(body))),
         };
-        Self { shape, to_local: object.placement.map().inverse() }
+        Self { shape, to_local: object.placement.map().inverse(), bounds: object.bounds(), prepared: None }
     }
 
     /// The hull of placed points is a mesh of the world.
@@ -134,7 +167,7 @@ impl Body {
         });
         let shape =
             mesh.map_or(LocalShape::Unknown, |mesh| LocalShape::Mesh(Arc::new(TriangleBvh::build(mesh.into()))));
-        Self { shape, to_local: DAffine3::IDENTITY }
+        Self { shape, to_local: DAffine3::IDENTITY, bounds: object.bounds(), prepared: None }
     }
 
     fn nearest(&self, ray: &Ray, t_max: f64) -> Option<LocalHit> {
@@ -144,7 +177,7 @@ impl Body {
             self.to_local.transform_vector3(ray.direction),
         );
         let hit = match &self.shape {
-            LocalShape::Mesh(bvh) => mesh_hit(bvh, &local, t_max),
+            LocalShape::Mesh(bvh) => mesh_hit(bvh, self.prepared.as_ref(), &local, t_max),
             LocalShape::Rectangle(rectangle) => local::rectangle(rectangle, &local),
             LocalShape::Cuboid(cuboid) => local::cuboid(cuboid, &local),
             LocalShape::Analytic(body) => local::analytic(body, &local),
@@ -159,8 +192,19 @@ impl Body {
     }
 }
 
-fn mesh_hit(bvh: &TriangleBvh, ray: &Ray, t_max: f64) -> Option<LocalHit> {
-    let hit = bvh.nearest_hit(ray.origin, ray.direction, t_max)?;
+/// How many pixels' rays meet a box, by a grid of them.
+fn rays_in(view: &View, bounds: &Aabb) -> u64 {
+    const GRID: u32 = 24;
+    let [width, height] = [view.width, view.height].map(f64::from);
+    let at = |n: u32| (f64::from(n) + 0.5) / f64::from(GRID);
+    let meets = |n: &u32| view.ray(at(n % GRID) * width, at(n / GRID) * height).span(bounds).is_some();
+    let met = (0..GRID * GRID).filter(meets).count() as u64;
+    u64::from(view.width) * u64::from(view.height) * met / u64::from(GRID * GRID)
+}
+
+fn mesh_hit(bvh: &TriangleBvh, prepared: Option<&Prepared>, ray: &Ray, t_max: f64) -> Option<LocalHit> {
+    let looked_up = prepared.and_then(|prepared| prepared.nearest_hit(ray, t_max));
+    let hit = looked_up.unwrap_or_else(|| bvh.nearest_hit(ray.origin, ray.direction, t_max))?;
     let [a, b, c] = bvh.corners(hit.triangle);
     let normal = (b - a).cross(c - a);
     let (u, v) = into_triangle(hit.u, hit.v);

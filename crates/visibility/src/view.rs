@@ -100,6 +100,29 @@ impl View {
     }
 }
 
+/// The rays of a view as a whole.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Beam {
+    /// From the eye to the points `forward ± right ± up` seen from it.
+    Perspective { eye: DVec3, forward: DVec3, right: DVec3, up: DVec3 },
+    /// All along one direction.
+    Parallel { direction: DVec3 },
+}
+
+impl View {
+    /// All its rays: their origin or direction has the very bits that [`View::ray`] gives it.
+    pub(crate) fn beam(&self) -> Beam {
+        let middle = self.ray(0.5 * f64::from(self.width), 0.5 * f64::from(self.height));
+        let Projection::Perspective { vertical_degrees } = self.camera.projection else {
+            return Beam::Parallel { direction: middle.direction };
+        };
+        let basis = Basis::looking_along(self.camera.target - self.camera.eye, self.camera.up);
+        let half = (0.5 * vertical_degrees).to_radians().tan();
+        let right = half * f64::from(self.width) / f64::from(self.height) * basis.right;
+        Beam::Perspective { eye: middle.origin, forward: basis.forward, right, up: half * basis.up }
+    }
+}
+
 /// The eye's axes, orthonormal.
 struct Basis {
     right: DVec3,

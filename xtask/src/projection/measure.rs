@@ -113,8 +113,8 @@ impl Questions {
 /// How far along the way to the surface a point lies.
 const OFF_THE_SURFACE: f64 = 1.0 - 1.0 / (1 << 16) as f64;
 
-/// Rays that maps are built for: time of building stands apart, so they may be as fine as for many pictures.
-const FINE: u64 = 1 << 26;
+/// For how many times the rays maps are built: time of building stands apart, so finer ones may be the better ones.
+const FINENESS: [u64; 2] = [1, 16];
 
 /// Runs of which the quickest counts.
 const RUNS: usize = 2;
@@ -123,13 +123,16 @@ const RUNS: usize = 2;
 pub(super) fn row(model: &Model, bvh: &(TriangleBvh, f64), rays: Rays, side: u64, levels: &[u8]) -> Result<Row> {
     let questions = Questions::new(model, &bvh.0, rays, side);
     let mut best: [Option<Figure>; 2] = [None, None];
-    for &max_level in levels {
-        let options = ProjectionOptions { max_level, rays: FINE, ..ProjectionOptions::default() };
+    let variants = levels.iter().flat_map(|&level| FINENESS.map(|times| (level, times)));
+    for (max_level, times) in variants {
+        let expected = questions.len() as u64 * times;
+        let options = ProjectionOptions { max_level, rays: expected, ..ProjectionOptions::default() };
         let viewpoint = rays.viewpoint(model);
         let (projection, build) = timed(|| Projection::build(Arc::clone(&model.mesh), viewpoint, &options));
         let projection = projection?;
         let report = projection.report();
-        for (method, best) in [Method::Maps, Method::Octree].into_iter().zip(&mut best) {
+        let methods = if times == FINENESS[0] { &[Method::Maps, Method::Octree][..] } else { &[Method::Maps] };
+        for (&method, best) in methods.iter().zip(&mut best) {
             let (seconds, hits) = quickest(|| by_projection(&projection, method, &questions));
             if best.as_ref().is_none_or(|known| seconds < known.seconds) {
                 let maps = if method == Method::Maps { report.map_bytes } else { 0 };
@@ -146,14 +149,14 @@ pub(super) fn row(model: &Model, bvh: &(TriangleBvh, f64), rays: Rays, side: u64
 }
 
 /// Seconds of processor time of the quickest run, and what it answered.
-fn quickest(run: impl Fn() -> u64) -> (f64, u64) {
+pub(super) fn quickest(run: impl Fn() -> u64) -> (f64, u64) {
     (0..RUNS).fold((f64::INFINITY, 0), |(best, _), _| {
         let (answer, seconds) = timed(&run);
         (best.min(seconds.cpu), answer)
     })
 }
 
-fn by_projection(projection: &Projection, method: Method, questions: &Questions) -> u64 {
+pub(super) fn by_projection(projection: &Projection, method: Method, questions: &Questions) -> u64 {
     let is_maps = method == Method::Maps;
     match questions {
         Questions::Directions { eye, directions } => {
@@ -174,7 +177,7 @@ fn by_projection(projection: &Projection, method: Method, questions: &Questions)
     }
 }
 
-fn by_bvh(bvh: &TriangleBvh, model: &Model, rays: Rays, questions: &Questions) -> u64 {
+pub(super) fn by_bvh(bvh: &TriangleBvh, model: &Model, rays: Rays, questions: &Questions) -> u64 {
     match questions {
         Questions::Directions { eye, directions } => {
             let hit = |direction: &&DVec3| bvh.nearest_hit(*eye, **direction, f64::INFINITY).is_some();

@@ -4,6 +4,7 @@
 //! best depth, time of building apart. One thread, processor time, the quickest run; the same octree and the same
 //! triangle tests for maps and traversal, so that only the way to the leaves differs.
 
+mod calibrate;
 mod judge;
 mod measure;
 mod models;
@@ -46,8 +47,7 @@ pub(crate) struct Options {
 
 pub(crate) fn run(options: &Options) -> Result<()> {
     if cfg!(debug_assertions) {
-        let mut command = cargo(&["run", "--quiet", "--release", "--package", "xtask", "--"]);
-        return succeed(command.args(std::env::args_os().skip(1)));
+        return again_for_release();
     }
     for asked in &options.model {
         ensure!(names().any(|name| name == asked), "no model is named {asked}");
@@ -72,6 +72,17 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
     print!("{}", report::claims(&rows));
     Ok(())
+}
+
+/// Measures what the model of costs needs to know.
+pub(crate) fn calibrate() -> Result<()> {
+    if cfg!(debug_assertions) { again_for_release() } else { calibrate::run() }
+}
+
+/// The same command, compiled for release.
+fn again_for_release() -> Result<()> {
+    let mut command = cargo(&["run", "--quiet", "--release", "--package", "xtask", "--"]);
+    succeed(command.args(std::env::args_os().skip(1)))
 }
 
 /// The models that are asked for.

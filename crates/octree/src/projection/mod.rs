@@ -40,6 +40,8 @@ use std::sync::Arc;
 
 use umbriel_geometry::{LightSource, Mesh};
 
+use crate::morton::Octant;
+
 use self::{
     frame::Frame,
     map::Map,
@@ -101,6 +103,15 @@ pub struct ProjectionOptions {
     pub rays: u64,
     /// Bytes that tree and maps may take together. Above, maps become coarser, then the tree.
     pub memory: usize,
+}
+
+impl ProjectionOptions {
+    /// A level at which the leaves of a surface of so many triangles hold a few each: it has 4 cells where its leaves halve.
+    /// One level more separates what small triangles leave together.
+    pub fn level_for(triangles: usize) -> u8 {
+        let halvings = (triangles.max(1).ilog2() as u8).div_ceil(2);
+        (halvings + 1).min(Octant::MAX_LEVEL)
+    }
 }
 
 impl Default for ProjectionOptions {
