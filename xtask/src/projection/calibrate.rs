@@ -70,14 +70,12 @@ pub(crate) fn run() -> Result<()> {
 fn sample(model: &Model, bvh: &TriangleBvh, side: u64) -> Result<Sample> {
     let questions = Questions::new(model, bvh, Rays::Eye, side);
     let triangles = model.mesh.triangles().len();
-    let options = |rays| ProjectionOptions {
-        max_level: ProjectionOptions::level_for(triangles),
-        rays,
-        ..ProjectionOptions::default()
-    };
     let by = |method: Method, rays: u64| -> Result<f64> {
+        let deeper = if method == Method::Octree { 2 } else { 0 };
+        let max_level = ProjectionOptions::level_for(triangles) + deeper;
+        let options = ProjectionOptions { max_level, rays, ..ProjectionOptions::default() };
         let viewpoint = Rays::Eye.viewpoint(model);
-        let (built, build) = timed(|| Projection::build(Arc::clone(&model.mesh), viewpoint, &options(rays)));
+        let (built, build) = timed(|| Projection::build(Arc::clone(&model.mesh), viewpoint, &options));
         let built = built?;
         Ok(build.cpu + quickest(|| by_projection(&built, method, &questions)).0)
     };

@@ -106,11 +106,11 @@ pub struct ProjectionOptions {
 }
 
 impl ProjectionOptions {
-    /// A level at which the leaves of a surface of so many triangles hold a few each: it has 4 cells where its leaves halve.
-    /// One level more separates what small triangles leave together.
+    /// A good level for maps over a surface of so many triangles: it has 4 cells where its leaves halve, so a level less than
+    /// half the logarithm of the triangles leaves a few in each leaf. An ordinary traversal is quickest two levels deeper.
     pub fn level_for(triangles: usize) -> u8 {
         let halvings = (triangles.max(1).ilog2() as u8).div_ceil(2);
-        (halvings + 1).min(Octant::MAX_LEVEL)
+        halvings.saturating_sub(1).clamp(1, Octant::MAX_LEVEL)
     }
 }
 
