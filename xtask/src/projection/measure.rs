@@ -108,6 +108,13 @@ impl Questions {
         });
         Self::Points(seen.collect())
     }
+
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Directions { directions, .. } => directions.len(),
+            Self::Points(points) => points.len(),
+        }
+    }
 }
 
 /// How far along the way to the surface a point lies.
