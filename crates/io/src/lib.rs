@@ -10,7 +10,7 @@
 //!
 //! What is written out in a file is read, however much it is; what a file multiplies is limited. A scene may hold 2^26
 //! triangles (counted for every instance), 2^18 objects, families and lights, and 2^24 decoded elements of accessors,
-//! and of each one more for every byte of its files.
+//! and of each one more for every byte of its files (of objects, families and lights, for every four bytes).
 
 mod error;
 mod findings;

@@ -12,6 +12,7 @@ use std::{
     time::Duration,
 };
 
+use crate::error::excerpt;
 use clock::{Clock, StepDefect};
 
 /// Where a sun stands.
@@ -132,7 +133,7 @@ impl Columns {
     fn of(header: &[String], line: usize) -> Result<Self, SunsError> {
         let wrong = |message: String| SunsError::Header { line, message };
         if let Some(name) = header.iter().find(|name| !KNOWN.contains(&name.as_str())) {
-            return Err(wrong(format!("there is a column \"{}\"", crate::error::excerpt(name))));
+            return Err(wrong(format!("there is a column \"{}\"", excerpt(name))));
         }
         let [azimuth, elevation, x, y, z, time, hours] = KNOWN.map(|name| header.iter().position(|have| have == name));
         if let Some(name) = header.iter().enumerate().find(|(i, name)| header[..*i].contains(name)) {
@@ -141,7 +142,7 @@ impl Columns {
         let place = match ([azimuth, elevation], [x, y, z]) {
             ([Some(azimuth), Some(elevation)], [None, None, None]) => PlaceColumns::Angles([azimuth, elevation]),
             ([None, None], [Some(x), Some(y), Some(z)]) => PlaceColumns::Direction([x, y, z]),
-            _ => return Err(wrong(format!("the header is \"{}\"", header.join(",")))),
+            _ => return Err(wrong(format!("the header is \"{}\"", excerpt(&header.join(","))))),
         };
         Ok(Self { count: header.len(), place, time, hours })
     }
@@ -178,7 +179,7 @@ impl Columns {
 }
 
 fn refused(line: usize, column: &str, found: &str, expected: &str) -> SunsError {
-    SunsError::row(line, format!("{column} is \"{}\", not {expected}", crate::error::excerpt(found)))
+    SunsError::row(line, format!("{column} is \"{}\", not {expected}", excerpt(found)))
 }
 
 /// Hours as a duration, rounded to a nanosecond; `None` below zero and beyond a million.

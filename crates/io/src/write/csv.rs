@@ -5,6 +5,8 @@
 
 use std::io::{self, Read, Write};
 
+use crate::error::excerpt;
+
 /// A header and its rows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Table {
@@ -149,7 +151,7 @@ pub fn read_points(mut input: impl Read) -> Result<PointTable, PointsError> {
     let first = records.next().transpose().map_err(row_error)?.unwrap_or_default();
     let header: Vec<String> = first.iter().map(|name| name.trim_start_matches('\u{feff}').to_owned()).collect();
     let columns = PointColumns::ALL.into_iter().find(|columns| columns.names() == header);
-    let columns = columns.ok_or_else(|| PointsError::Header { found: header.join(",") })?;
+    let columns = columns.ok_or_else(|| PointsError::Header { found: excerpt(&header.join(",")).into_owned() })?;
     let mut table =
         PointTable { columns, points: Vec::new(), text: Table { header, rows: Vec::new() }, lines: Vec::new() };
     for record in records {
@@ -188,7 +190,7 @@ fn parse_row(columns: PointColumns, fields: &[String], line: u64) -> Result<Poin
     let wrong = |column: usize, expected| PointsError::Field {
         line,
         column: names[column],
-        found: fields[column].clone(),
+        found: excerpt(&fields[column]).into_owned(),
         expected,
     };
     let number = |column: usize| {
@@ -236,6 +238,8 @@ mod tests {
         for (text, expected) in [
             ("", "header is \"\""),
             ("a,b\n", "header is \"a,b\""),
+            (&"x".repeat(9000), "xxx...\"; expected"),
+            (&format!("x,y,z\n1,2,{}", "x".repeat(9000)), "xxx...\", not"),
             ("x,y,z\n1,2,3\n1,2\n", "line 3: 2 fields"),
             ("x,y,z\n\n1,two,3\n", "line 3: y is \"two\""),
             ("x,y,z\n1,2,inf\n", "line 2: z is \"inf\""),
