@@ -4,11 +4,10 @@
 //! orientation of input coordinates (`robust`). A polygon of n corners gives n − 2 triangles of its own orientation.
 //! Every corner is kept, one in the middle of a straight side too: dropping it would open the surface there, which is
 //! why no general triangulation library is used. A polygon that crosses itself still gives n − 2 triangles whose signed
-//! areas sum to its own. Corners that spoil an ear are found in a tree: O(n log n) in practice.
+//! areas sum to its own. Ears are cut in rounds of every other corner, which keeps triangles short. Corners that spoil an ear
+//! are found in a tree: O(n log n) in practice.
 
 mod corner_tree;
-
-use std::collections::VecDeque;
 
 use glam::DVec3;
 use robust::{Coord, orient2d};
@@ -85,17 +84,32 @@ impl EarClipping {
     }
 
     /// Tries every corner once, and again when a neighbour was cut: what is no diagonal of the polygon is none of a
-    /// part of it, so nothing else can become an ear.
+    /// part of it, so nothing else can become an ear. In rounds, none of which cuts both of two neighbours: a round
+    /// polygon then falls into few long triangles and many short ones, where cutting in a row would make all of them
+    /// slivers from one corner, each beside all others.
     fn run(mut self) -> Vec<[usize; 3]> {
         let n = self.at.len();
         let mut triangles = Vec::with_capacity(n - 2);
-        let mut candidates: VecDeque<usize> = (0..n).collect();
-        while triangles.len() < n - 3 {
-            let Some(tip) = candidates.pop_front() else { break };
-            if !self.cut[tip] && self.is_ear(tip) {
-                candidates.extend([self.previous[tip], self.next[tip]]);
-                triangles.push(self.cut_ear(tip));
+        let mut candidates: Vec<usize> = (0..n).collect();
+        // The last round in which a neighbour was cut.
+        let mut touched = vec![0; n];
+        for round in 1.. {
+            let mut later = Vec::new();
+            for tip in candidates {
+                let is_free = !self.cut[tip] && touched[tip] != round;
+                if triangles.len() < n - 3 && is_free && self.is_ear(tip) {
+                    for neighbour in [self.previous[tip], self.next[tip]] {
+                        if std::mem::replace(&mut touched[neighbour], round) != round {
+                            later.push(neighbour);
+                        }
+                    }
+                    triangles.push(self.cut_ear(tip));
+                }
             }
+            if later.is_empty() {
+                break;
+            }
+            candidates = later;
         }
         self.cut_rest(&mut triangles);
         triangles

@@ -99,6 +99,18 @@ fn many_corners_are_quick() {
 }
 
 #[test]
+fn a_round_polygon_does_not_become_a_fan() {
+    let n = 1024;
+    let angle = |i: i32| f64::from(i) * std::f64::consts::TAU / f64::from(n);
+    let corners: Vec<_> = (0..n).map(|i| DVec3::new(angle(i).cos(), angle(i).sin(), 0.0)).collect();
+    check(&corners);
+    let mut uses = vec![0; corners.len()];
+    triangulate(&corners).iter().flatten().for_each(|&corner| uses[corner] += 1);
+    // Rounds halve the polygon: a corner has two triangles of each of ten rounds at most.
+    assert!(uses.iter().all(|&uses| uses <= 20), "{:?}", uses.iter().max());
+}
+
+#[test]
 fn planar_means_as_written_decimals_say() {
     let mut corners = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
     assert!(is_planar(&corners));
