@@ -8,9 +8,9 @@
 //! Numbers are read as f64 (32-bit floats become f64 exactly), nothing is welded, rounded or dropped. Files outside the
 //! folder of the scene are refused unless [`Outside::Allowed`] says otherwise. Nothing is fetched from a network.
 //!
-//! What is written out in a file is read, however much it is; what a file multiplies is limited. A scene may hold 2^26
-//! triangles (counted for every instance), 2^18 objects, families and lights, and 2^24 decoded elements of accessors,
-//! and of each one more for every byte of its files (of objects, families and lights, for every four bytes).
+//! What is written out in a file is read, however much it is; what a file multiplies is limited. A scene may hold 2^23
+//! triangles (counted for every instance) and eight for every byte of its files, 2^18 objects, families and lights and one for
+//! every four bytes, and 2^24 decoded elements of accessors and one for every byte.
 
 mod error;
 mod findings;
