@@ -4,6 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use umbriel_io::duration_of_hours;
+use umbriel_visibility::Acceleration;
 
 use crate::output::{csv::Rows, glb::Coloring};
 
@@ -190,9 +191,35 @@ pub(crate) struct RenderArgs {
     /// Show undecided cells in this colour instead of deciding their pixels exactly
     #[arg(long, value_name = "RRGGBB", num_args = 0..=1, require_equals = true, default_missing_value = "ff8c1a", value_parser = color, conflicts_with = "suns")]
     pub(crate) undecided: Option<[u8; 3]>,
+    /// How the picture's rays find the triangles of a mesh; the picture is the same
+    #[arg(long, value_enum, value_name = "HOW", default_value = "auto")]
+    pub(crate) acceleration: AccelerationChoice,
     /// Write the picture to a .png file (repeatable)
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     pub(crate) output: Vec<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum AccelerationChoice {
+    /// What should be quickest, mesh by mesh
+    Auto,
+    /// A bounding volume hierarchy
+    Bvh,
+    /// An octree, from its root down
+    Octree,
+    /// Maps of an octree, projected from the camera
+    Projection,
+}
+
+impl AccelerationChoice {
+    pub(crate) fn of_rays(self) -> Acceleration {
+        match self {
+            Self::Auto => Acceleration::Auto,
+            Self::Bvh => Acceleration::Bvh,
+            Self::Octree => Acceleration::Octree,
+            Self::Projection => Acceleration::Projection,
+        }
+    }
 }
 
 #[derive(Debug, ClapArgs)]

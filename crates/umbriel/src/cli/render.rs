@@ -5,7 +5,7 @@ use std::path::Path;
 use umbriel_io::write::{Picture, Staged, write_png};
 use umbriel_scene::Scene;
 use umbriel_shadow::{CellMethod, Progress, Request, bake_hours};
-use umbriel_visibility::RayCaster;
+use umbriel_visibility::{Acceleration, Choice, CostModel, RayCaster, View};
 
 use crate::{
     cli::{
@@ -34,10 +34,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
-    let caster = RayCaster::new(scene);
+    let mut caster = RayCaster::new(scene);
     let [width, height] = args.size;
     let view = viewpoint::choose(scene, &caster, &lights, width, height);
     interrupt.check()?;
+    prepare(&mut caster, &view, args);
     let undecided = args.undecided.map_or(Undecided::Decide, Undecided::Show);
     let receivers = worth_baking(scene, &caster.coverage(&view), undecided);
     let bar = Bar::new(interrupt, args.scene.quiet);
@@ -58,10 +59,11 @@ fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
     let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
-    let caster = RayCaster::new(scene);
+    let mut caster = RayCaster::new(scene);
     let [width, height] = args.size;
     let view = viewpoint::choose(scene, &caster, &[], width, height);
     interrupt.check()?;
+    prepare(&mut caster, &view, args);
     let coverage = caster.coverage(&view);
     let receivers = (0..scene.objects.len()).filter(|&object| coverage[object] > 0).collect();
     let bar = Bar::new(interrupt, args.scene.quiet);
@@ -70,6 +72,37 @@ fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
     let report = bake_hours(scene, &request, &lights, &bar).map_err(|error| suns::failure(error, table))?;
     let picture = hours_picture::picture(scene, &caster, &report, &view, &bar)?;
     write(&picture, &files, &bar)
+}
+
+/// Makes the caster ready for the picture's rays, and says how.
+fn prepare(caster: &mut RayCaster, view: &View, args: &RenderArgs) {
+    let acceleration = args.acceleration.of_rays();
+    let choices = caster.prepare(view, SUBPIXELS * SUBPIXELS, acceleration, &CostModel::MEASURED);
+    if !args.scene.quiet {
+        let ways =
+            [(Acceleration::Bvh, "BVH"), (Acceleration::Octree, "octree"), (Acceleration::Projection, "projection")];
+        let told = ways.into_iter().enumerate().filter_map(|(place, (way, name))| told(&choices, place, way, name));
+        told.for_each(|line| output::tell(&line));
+    }
+}
+
+/// Which meshes get one way, and what the model of costs expects of it and of the best other one.
+fn told(choices: &[Choice], place: usize, way: Acceleration, name: &str) -> Option<String> {
+    let chosen = || choices.iter().filter(|choice| choice.chosen == way);
+    let sum = |number: &dyn Fn(&Choice) -> f64| chosen().map(number).sum::<f64>();
+    let other = |choice: &Choice| {
+        let others = (0..3).filter(|&other| other != place).map(|other| choice.expected[other]);
+        others.fold(f64::INFINITY, f64::min)
+    };
+    let [own, others] = [sum(&|choice| choice.expected[place]), sum(&other)].map(|nanoseconds| nanoseconds / 1e6);
+    let [rays, triangles] = [sum(&|choice| choice.rays as f64), sum(&|choice| choice.triangles as f64)];
+    (chosen().count() > 0).then(|| {
+        format!(
+            "note: rays by {name} for {} meshes, {triangles} triangles, {rays} rays: {own:.0} ms expected on one thread, \
+             {others:.0} ms otherwise",
+            chosen().count()
+        )
+    })
 }
 
 /// Writes all files or none.

@@ -19,6 +19,18 @@ fn a_picture_is_written() {
 }
 
 #[test]
+fn the_acceleration_changes_no_pixel_and_is_told() {
+    let cubes = "\n[[object]]\nname = \"rock\"\nconvex = { points = [[0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 2.0, 0.0], [0.0, 1.0, 1.0], [1.0, 2.0, 1.0]] }\n";
+    let workspace = Workspace::with(&[("rock.toml", &format!("{NOON}{cubes}"))]);
+    for (way, told) in [("bvh", "rays by BVH"), ("octree", "rays by octree"), ("projection", "rays by projection")] {
+        let arguments = format!("render rock.toml -o {way}.png --size 48x32 --boundary-depth 4 --acceleration {way}");
+        let run = workspace.run(&arguments).succeeds();
+        assert!(run.stderr().contains(told), "{}", run.stderr());
+        assert_eq!(workspace.read("bvh.png"), workspace.read(&format!("{way}.png")));
+    }
+}
+
+#[test]
 fn exact_queries_make_the_picture_independent_of_the_detail() {
     let workspace = Workspace::noon();
     for depth in [2, 7] {
