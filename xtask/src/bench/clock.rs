@@ -16,6 +16,9 @@ pub(crate) struct Seconds {
 }
 
 impl Seconds {
+    /// More than anything takes.
+    pub(super) const MOST: Self = Self { wall: f64::INFINITY, cpu: f64::INFINITY };
+
     /// The lesser of both, each for itself: what a quiet machine would show.
     pub(super) fn min(self, other: Self) -> Self {
         Self { wall: self.wall.min(other.wall), cpu: self.cpu.min(other.cpu) }

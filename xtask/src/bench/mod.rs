@@ -9,11 +9,14 @@ pub(crate) mod clock;
 mod contest;
 mod duel;
 mod embree;
+mod exact;
 mod guard;
 mod judge;
+mod law;
 mod micro;
 mod offsets;
 mod options;
+mod proofs;
 mod rays;
 mod rivals;
 mod scaling;
@@ -55,6 +58,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         };
         return print_memory(&scene, options);
     }
+    if options.proofs || options.exact {
+        return if options.proofs { proofs::run(options) } else { exact::run(options) };
+    }
     let mut embree = match Embree::start() {
         Ok(embree) => Some(embree),
         Err(error) => {
@@ -65,6 +71,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     println!("{}", heading());
     if options.scaling {
         let series = scaling::run(options, embree.as_mut())?;
+        series.iter().for_each(|series| println!("{}", law::describe(series)));
         return store(options, &[], &series);
     }
     let mut rows: Vec<Row> = Vec::new();

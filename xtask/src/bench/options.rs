@@ -34,6 +34,12 @@ pub(crate) struct Options {
     /// Only series over samples, triangles, lights and threads
     #[arg(long)]
     pub(super) scaling: bool,
+    /// Only proofs on the ground beside as many samples: times, and what is left undecided
+    #[arg(long)]
+    pub(super) proofs: bool,
+    /// Only what the exact levels of the filters take
+    #[arg(long)]
+    pub(super) exact: bool,
     /// Write all figures
     #[arg(long, value_name = "FILE")]
     pub(super) json: Option<PathBuf>,

@@ -71,7 +71,7 @@ pub(super) fn sun_at(azimuth: f64, elevation: f64) -> Result<Light> {
 }
 
 /// A mesh as an object that stands where its coordinates say.
-fn object(name: impl Into<String>, mesh: &TriangleMesh, sides: Sides) -> Result<Object> {
+pub(super) fn object(name: impl Into<String>, mesh: &TriangleMesh, sides: Sides) -> Result<Object> {
     let positions = mesh.positions.iter().map(|&position| single(position).to_array()).collect();
     let shape = Shape::Mesh(Arc::new(Mesh::new(positions, mesh.triangles.clone())?));
     Ok(Object::new(name.into(), shape, Placement::IDENTITY, sides)?)
