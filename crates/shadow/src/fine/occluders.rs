@@ -101,11 +101,12 @@ impl<'a> Occluders<'a> {
                     self.frames.iter().map(|frame| frame.bounds(&corners)).collect()
                 });
                 let Some(body) = &views[frame] else { continue };
-                let common = Aabb { min: body.min.max(face.min), max: body.max.min(face.max) };
-                let is_beside = common.min.x > common.max.x || common.min.y > common.max.y;
+                // Depths are left out: what is nearer than all of the face shadows it, too.
+                let (min, max) = (body.min.max(face.min), body.max.min(face.max));
+                let common = Aabb { min: min.with_z(0.0), max: max.with_z(0.0) };
                 let whole = area(body);
                 let share = if whole > 0.0 { area(&common) / whole } else { 1.0 };
-                expected += if is_beside { 0.0 } else { share * facets.len() as f64 };
+                expected += if common.is_empty() { 0.0 } else { share * facets.len() as f64 };
             }
         }
         expected
@@ -218,5 +219,42 @@ fn push_edges(
     for side in 0..corners.len() {
         let [from, to, apex] = [0, 1, 2].map(|step| ranks[corners[(side + step) % corners.len()] as usize]);
         edges.push(DirectedEdge::new(id.object, [from, to, apex], flipped, polygon, side as u8));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use umbriel_geometry::{Mesh, Placement, Rectangle};
+    use umbriel_scene::{Object, Scene, Shape, Sides};
+
+    use super::*;
+
+    /// A floor, and one metre above its middle a square of 200 triangles.
+    fn sheet_over_floor() -> Scene {
+        let positions = (0..121).map(|k| [f64::from(k % 11) * 0.1 - 0.5, 1.0, f64::from(k / 11) * 0.1 - 0.5]).collect();
+        let squares = (0..100).map(|k| k / 10 * 11 + k % 10);
+        let triangles = squares.flat_map(|k| [[k, k + 11, k + 1], [k + 1, k + 11, k + 12]]).collect();
+        let sheet = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a sheet")));
+        let floor = Shape::Rectangle(Rectangle { size: [8.0; 2] });
+        let object = |shape| Object::new("object".into(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
+        Scene { objects: vec![object(floor), object(sheet)], ..Scene::default() }
+    }
+
+    #[test]
+    fn what_is_nearer_than_all_of_a_face_is_expected_over_it() {
+        let scene = sheet_over_floor();
+        let bodies = Bodies::new(&scene);
+        let floor = box_corners(&bodies.boxes[0]);
+        let expected = |direction: [f64; 3]| {
+            let sun = LightSource::sun(direction).expect("a sun");
+            Occluders::new(&bodies, &sun).expected_facets(&[1], &floor)
+        };
+        // From above, from aside with all of the shadow on the floor, half beside it, wholly beside.
+        let shares = [[0.0, -1.0, 0.0], [2.0, -1.0, 0.0], [4.0, -1.0, 0.0], [6.0, -1.0, 0.0]].map(expected);
+        for (share, known) in shares.into_iter().zip([200.0, 200.0, 100.0, 0.0]) {
+            assert_eq!(share.round(), known, "{shares:?}");
+        }
     }
 }
