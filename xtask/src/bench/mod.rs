@@ -53,10 +53,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     }
     let options = &options.clone().completed();
     if options.memory {
-        let Some(scene) = classes(options).next().map(|class| (class.make)()).transpose()?.flatten() else {
-            return Ok(());
-        };
-        return print_memory(&scene, options);
+        return memory(options);
     }
     if options.proofs || options.exact {
         return if options.proofs { proofs::run(options) } else { exact::run(options) };
@@ -103,6 +100,14 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         store(options, &rows, &[])?;
     }
     Ok(())
+}
+
+/// What the first of the scenes takes.
+fn memory(options: &Options) -> Result<()> {
+    match classes(options).next().map(|class| (class.make)()).transpose()?.flatten() {
+        Some(scene) => print_memory(&scene, options),
+        None => Ok(()),
+    }
 }
 
 /// The scenes that are asked for.
