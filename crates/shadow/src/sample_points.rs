@@ -4,14 +4,14 @@
 //! [`Cell`](crate::Cell)); its points come row by row, the first parameter outside. The spacing of the lattices is common to all
 //! receivers of a request. Cost: one look at every face, then a few operations a point.
 
-use umbriel_geometry::Facet;
+use umbriel_geometry::{Facet, Facets};
 use umbriel_octree::Quadrant;
 use umbriel_scene::Scene;
 
 use crate::{
     bodies::{Bodies, Body},
     exact::patch_probe,
-    fine::lattice::Lattice,
+    fine::lattice::{Lattice, Spacing},
     levels::FaceSize,
     receivers::{first_corner, flat_corners, spacing},
     report::place_in_face,
@@ -41,17 +41,10 @@ pub fn for_each_sample(scene: &Scene, request: &Request, mut visit: impl FnMut(S
     let Some(spacing) = spacing(&bodies, request) else { return };
     for &object in &request.receivers {
         match bodies.get(object) {
-            Body::Flat(facets) => {
-                for face in (0..facets.len()).filter(|&face| facets.area(face).upper() > 0.0) {
-                    let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
-                    let corner = first_corner(facets, face);
-                    let size = FaceSize::of_flat(&flat_corners(facets, face, corner), is_triangle);
-                    for point in Lattice::new(size.edges, spacing, is_triangle).points(Quadrant::ROOT) {
-                        let [u, v] = place_in_face(corner, point);
-                        visit(SamplePoint { object, face, u, v });
-                    }
-                }
-            }
+            Body::Flat(facets) => for_each_on_flat(facets, spacing, |face, corner, point| {
+                let [u, v] = place_in_face(corner, point);
+                visit(SamplePoint { object, face, u, v });
+            }),
             Body::Analytic(body) => {
                 for (face, chart) in body.charts().iter().enumerate() {
                     let size = FaceSize::of_patch(chart, body.placement());
@@ -63,6 +56,18 @@ pub fn for_each_sample(scene: &Scene, request: &Request, mut visit: impl FnMut(S
                 }
             }
         }
+    }
+}
+
+/// Calls `visit` with the face of every sample, the corner that its lattice is counted from, and its parameters from there:
+/// these floats are the point.
+pub(crate) fn for_each_on_flat(facets: &Facets, spacing: Spacing, mut visit: impl FnMut(usize, u8, [f64; 2])) {
+    for face in (0..facets.len()).filter(|&face| facets.area(face).upper() > 0.0) {
+        let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
+        let corner = first_corner(facets, face);
+        let size = FaceSize::of_flat(&flat_corners(facets, face, corner), is_triangle);
+        let points = Lattice::new(size.edges, spacing, is_triangle);
+        points.points(Quadrant::ROOT).for_each(|point| visit(face, corner, point));
     }
 }
 
