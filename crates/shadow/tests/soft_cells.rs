@@ -130,53 +130,115 @@ impl Dice {
     }
 }
 
+/// A body whose surface receives light, two metres large at most, about the origin.
+fn receiver(kind: usize, dice: &mut Dice) -> Object {
+    let hyperbolic = [[1.0, 0.0, 0.0, 0.0], [0.0, -0.5, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, -0.3]];
+    let shape = match kind {
+        0 => Analytic::Sphere { radius: 0.9 },
+        1 => Analytic::Cylinder { radius: 0.6, height: 1.4 },
+        2 => Analytic::Hyperboloid { waist_radius: 0.3, end_radius: 0.8, height: 1.6 },
+        3 => Analytic::Disk { radius: 1.0 },
+        4 => Analytic::Cone { radius: 0.7, height: 1.5 },
+        _ => Analytic::Quadric { matrix: hyperbolic, within: [[-1.0; 3], [1.0; 3]] },
+    };
+    object("receiver", Shape::Analytic(shape), DAffine3::from_quat(dice.turn()))
+}
+
+/// What draws found.
+#[derive(Default)]
+struct Drawn {
+    draws: usize,
+    penumbrae: [usize; 3],
+    lit: usize,
+    umbra: usize,
+}
+
+/// A lamp or a sun above.
+fn random_light(kind: usize, dice: &mut Dice) -> Light {
+    let centre = dice.vector(-1.0, 1.0) * DVec3::new(2.0, 1.0, 2.0) + DVec3::Y * 6.0;
+    match kind {
+        0 => lamp(centre, Extent::Sphere { radius: dice.next(0.05, 0.8) }),
+        1 => lamp(centre, Extent::Rectangle { u: dice.vector(-0.6, 0.6), v: dice.vector(-0.6, 0.6) }),
+        _ => sun([dice.next(-1.0, 1.0), -1.0, dice.next(-1.0, 1.0)], dice.next(0.5, 15.0)),
+    }
+}
+
+/// Points of random cells of the first object, corners and borders among them, are within the cells' bounds.
+fn draw(objects: Vec<Object>, round: usize, cells_drawn: usize, dice: &mut Dice, drawn: &mut Drawn) {
+    let light = random_light(round % 3, dice);
+    let scene = Scene { objects, lights: vec![light.clone()], ..Scene::default() };
+    let depth = 2 + (round / 3 % 4) as u8;
+    let cells = first(&scene, depth, true).cells;
+    let queries = Queries::new(&scene);
+    let snapped = |t: f64| if (0.15..=0.85).contains(&t) { t } else { t.round() };
+    for _ in 0..cells_drawn {
+        let cell = cells[(dice.next(0.0, 1.0) * cells.len() as f64) as usize];
+        drawn.lit += usize::from(cell.lower == 1.0);
+        drawn.umbra += usize::from(cell.upper == 0.0);
+        for _ in 0..3 {
+            let [u, v] = cell.point([snapped(dice.next(0.0, 1.0)), snapped(dice.next(0.0, 1.0))]);
+            let place = Place::Surface { object: 0, face: cell.face as usize, u, v };
+            // Some of a cell of a trimmed patch may be no surface.
+            let Ok(seen) = queries.visible_fraction(&place, &light) else { continue };
+            let (low, high) = (cell.lower - seen.max_error, cell.upper + seen.max_error);
+            assert!(low <= seen.value && seen.value <= high, "{round}, {depth}: {seen:?} at ({u}, {v}) of {cell:?}");
+            drawn.draws += 1;
+            drawn.penumbrae[round % 3] += usize::from(seen.value > 0.01 && seen.value < 0.99);
+        }
+    }
+}
+
 #[test]
 fn no_point_of_a_cell_leaves_its_bounds() {
-    let mut dice = Dice(5);
-    let (mut draws, mut penumbrae, mut decided) = (0, [0; 3], [0; 2]);
+    let (mut dice, mut drawn) = (Dice(5), Drawn::default());
     for round in 0..60 {
         let count = 1 + round / 3 % 3;
         let mut objects = vec![floor(6.0)];
         objects.extend((0..count).map(|k| dice.occluder(round / 3 + k)));
-        let centre = dice.vector(-1.0, 1.0) * DVec3::new(2.0, 1.0, 2.0) + DVec3::Y * 6.0;
-        let light = match round % 3 {
-            0 => lamp(centre, Extent::Sphere { radius: dice.next(0.05, 0.8) }),
-            1 => lamp(centre, Extent::Rectangle { u: dice.vector(-0.6, 0.6), v: dice.vector(-0.6, 0.6) }),
-            _ => sun([dice.next(-1.0, 1.0), -1.0, dice.next(-1.0, 1.0)], dice.next(0.5, 15.0)),
-        };
-        let scene = Scene { objects, lights: vec![light.clone()], ..Scene::default() };
-        let depth = 2 + (round / 3 % 4) as u8;
-        let cells = first(&scene, depth, true).cells;
-        let queries = Queries::new(&scene);
-        for _ in 0..60 {
-            let cell = cells[(dice.next(0.0, 1.0) * cells.len() as f64) as usize];
-            decided[0] += usize::from(cell.lower == 1.0);
-            decided[1] += usize::from(cell.upper == 0.0);
-            for _ in 0..3 {
-                let edge = |t: f64| {
-                    if t < 0.15 {
-                        0.0
-                    } else if t > 0.85 {
-                        1.0
-                    } else {
-                        t
-                    }
-                };
-                let [u, v] = cell.point([edge(dice.next(0.0, 1.0)), edge(dice.next(0.0, 1.0))]);
-                let seen =
-                    queries.visible_fraction(&Place::Surface { object: 0, face: 0, u, v }, &light).expect("a place");
-                let (low, high) = (cell.lower - seen.max_error, cell.upper + seen.max_error);
-                assert!(
-                    low <= seen.value && seen.value <= high,
-                    "{round}, {depth}: {seen:?} at ({u}, {v}) of {cell:?}"
-                );
-                draws += 1;
-                penumbrae[round % 3] += usize::from(seen.value > 0.01 && seen.value < 0.99);
-            }
-        }
+        draw(objects, round, 60, &mut dice, &mut drawn);
     }
-    assert!(draws > 10_000 && penumbrae.iter().all(|&count| count > 150), "{draws} {penumbrae:?}");
-    assert!(decided.iter().all(|&count| count > 50), "{decided:?}");
+    assert!(drawn.draws > 10_000 && drawn.penumbrae.iter().all(|&count| count > 150), "{:?}", drawn.penumbrae);
+    assert!(drawn.lit > 50 && drawn.umbra > 50, "{} {}", drawn.lit, drawn.umbra);
+}
+
+#[test]
+fn no_point_of_a_curved_cell_leaves_its_bounds() {
+    let (mut dice, mut drawn) = (Dice(6), Drawn::default());
+    for round in 0..72 {
+        let kind = round / 3 % 6;
+        let mut objects = vec![receiver(kind, &mut dice)];
+        // Above it, and sometimes in it.
+        objects.extend((0..1 + round % 2).map(|k| dice.occluder(round / 2 + k)));
+        // The light must be sampled before bodies that may be in their own way.
+        let is_convex = kind != 2 && kind != 5;
+        draw(objects, round, if is_convex { 10 } else { 1 }, &mut dice, &mut drawn);
+    }
+    assert!(drawn.draws > 1_000 && drawn.penumbrae.iter().all(|&count| count > 50), "{:?}", drawn.penumbrae);
+    assert!(drawn.lit > 30 && drawn.umbra > 30, "{} {}", drawn.lit, drawn.umbra);
+}
+
+#[test]
+fn a_ball_under_a_sun() {
+    // The sun stands in a cap of half angle ρ: lit is the cap where all of it is up, penumbra the belt of 2ρ about the equator. The mean over all of
+    // the ball of the share above the horizon is a half, by the ball's symmetry.
+    let (radius, diameter) = (2.0, 10.0f64);
+    let ball = object("ball", Shape::Analytic(Analytic::Sphere { radius }), DAffine3::IDENTITY);
+    let light = sun([0.3, -1.0, 0.2], diameter);
+    let scene = Scene { objects: vec![ball], lights: vec![light], ..Scene::default() };
+    let area = 4.0 * PI * radius * radius;
+    let sine = (0.5 * diameter).to_radians().sin();
+    let mut widths = Vec::new();
+    for depth in [3, 5, 7] {
+        let found = first(&scene, depth, false);
+        assert!((found.area - area).abs() < 1e-6 * area);
+        assert_holds(found.lit, 0.5 * area * (1.0 - sine), "lit");
+        assert_holds(found.umbra, 0.5 * area * (1.0 - sine), "umbra");
+        assert_holds(found.penumbra, area * sine, "penumbra");
+        assert_holds(AreaBounds { lower: found.visible.lower, upper: found.visible.upper }, 0.5 * area, "mean");
+        assert!((found.visible.estimate - 0.5 * area).abs() < 0.02 * area);
+        widths.push(found.lit.upper - found.lit.lower);
+    }
+    assert!(widths[1] < 0.5 * widths[0] && widths[2] < 0.5 * widths[1], "bounds shrink: {widths:?}");
 }
 
 #[test]

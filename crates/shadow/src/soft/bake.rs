@@ -2,28 +2,26 @@
 //!
 //! As [`crate::bake`] for points: faces are divided into cells ([`umbriel_octree::Face`]) until each is lit, umbra, or a penumbra whose visible
 //! fraction is known well enough, or the detail ends. Every cell has an interval that holds the visible fraction of all of its points
-//! ([`super::cell`]), so areas and means have bounds. Curved receivers are not divided: of their surface nothing is said, and all of it counts as
-//! undecided. Cost: proportional to the area of penumbrae in cells.
+//! ([`super::cell`]), so areas and means have bounds. Cost: proportional to the area of penumbrae in cells.
 
 use rayon::prelude::*;
-use umbriel_geometry::{Approx, Facet, Facets, Point};
-use umbriel_octree::{Face, Quadrant};
+use umbriel_geometry::analytic::Occupied;
+use umbriel_octree::Quadrant;
 use umbriel_scene::{Extent, Scene};
 
 use super::{
     cell::{CellBounds, Receiver},
+    face::FaceShape,
     occluders::InShaft,
+    sums::SoftSums,
 };
 use crate::{
     bodies::Body,
-    fine::flat::flat_probe,
-    levels::{self, FaceSize},
+    levels,
     progress::{Cancelled, Progress},
     query::Queries,
-    receivers::{first_corner, flat_corners},
     report::{LitArea, place_in_face},
     request::Detail,
-    sums::ExactSum,
 };
 
 /// Levels at which the parts of a cell are given to all threads.
@@ -161,36 +159,16 @@ struct Bake<'a> {
     progress: &'a dyn Progress,
 }
 
-/// A face that is divided.
-struct FaceCells<'a> {
-    bake: &'a Bake<'a>,
-    receiver: Receiver<'a>,
-    facets: &'a Facets,
-    shape: Face,
-    number: u32,
-    first: u8,
-    area: Approx,
-    finest: u8,
-}
-
 impl Bake<'_> {
     fn run(&self) -> Result<SoftLight, Cancelled> {
         let mut report = SoftLight { light: self.light, ..SoftLight::default() };
         for (number, &object) in self.request.receivers.iter().enumerate() {
-            let sums = match self.queries.bodies.get(object) {
-                Body::Analytic(body) => {
-                    let steps = body.charts().iter().map(|chart| chart.steps(body.placement()));
-                    let area: f64 = steps.map(|[u, v]| u * v).sum();
-                    let mut sums = SoftSums::default();
-                    sums.add(Approx { value: area, error: area }, CellBounds::UNKNOWN);
-                    sums
-                }
-                Body::Flat(facets) => {
-                    let faces = (0..facets.len()).into_par_iter().map(|face| self.face(object, facets, face));
-                    let faces: Vec<SoftSums> = faces.collect();
-                    faces.into_iter().fold(SoftSums::default(), SoftSums::joined)
-                }
+            let faces = match self.queries.bodies.get(object) {
+                Body::Flat(facets) => facets.len(),
+                Body::Analytic(body) => body.charts().len(),
             };
+            let sums: Vec<SoftSums> = (0..faces).into_par_iter().map(|face| self.face(object, face)).collect();
+            let sums = sums.into_iter().fold(SoftSums::default(), SoftSums::joined);
             if self.progress.is_cancelled() {
                 return Err(Cancelled);
             }
@@ -201,132 +179,76 @@ impl Bake<'_> {
         Ok(report)
     }
 
-    fn face(&self, object: usize, facets: &Facets, face: usize) -> SoftSums {
-        let area = facets.area(face);
-        if area.upper() == 0.0 {
+    fn face(&self, object: usize, face: usize) -> SoftSums {
+        let shape = FaceShape::new(self.queries, object, face);
+        if shape.is_empty() {
             return SoftSums::default();
         }
         let light = &self.queries.bodies.scene.lights[self.light];
-        let (receiver, candidates) = Receiver::new(self.queries, light, object, face);
-        let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
-        let first = first_corner(facets, face);
-        let points: [Point; 4] = flat_corners(facets, face, first);
-        let corners = if is_triangle { vec![points[0], points[1], points[3]] } else { points.to_vec() };
-        let size = FaceSize::of_flat(&corners, is_triangle);
-        let finest = levels::of_face(self.detail, false, &self.queries.bodies.boxes[object], &size).finest;
-        let shape = if is_triangle { Face::Triangle } else { Face::Square };
-        let cells = FaceCells { bake: self, receiver, facets, shape, number: face as u32, first, area, finest };
-        cells.divide(Quadrant::ROOT, &candidates)
+        let number = [object, face];
+        let (receiver, candidates) = match &shape {
+            FaceShape::Flat { facets, .. } => Receiver::flat(self.queries, light, number, facets),
+            FaceShape::Patch { side, .. } => {
+                Receiver::patch(self.queries, light, number, *side, &shape.cell(Quadrant::ROOT))
+            }
+        };
+        let finest = levels::of_face(self.detail, false, &self.queries.bodies.boxes[object], &shape.size()).finest;
+        let cells = FaceCells { bake: self, receiver, shape, number, finest };
+        cells.divide(Quadrant::ROOT, None, &candidates)
     }
+}
+
+/// A face that is divided.
+struct FaceCells<'a> {
+    bake: &'a Bake<'a>,
+    receiver: Receiver<'a>,
+    shape: FaceShape<'a>,
+    /// Object and face.
+    number: [usize; 2],
+    finest: u8,
 }
 
 impl FaceCells<'_> {
-    fn divide(&self, place: Quadrant, candidates: &InShaft) -> SoftSums {
-        let points = flat_corners(self.facets, self.number as usize, self.first);
-        let corners = self.shape.corners(place).map(|[u, v]| flat_probe(&points, u, v).bounds.position);
-        let (bounds, kept) = self.receiver.bounds(&corners.collect::<Vec<_>>(), candidates);
-        let width = bounds.upper - bounds.lower;
-        let is_decided =
-            width == 0.0 || (bounds.lower > 0.0 && bounds.upper < 1.0 && width <= self.bake.request.tolerance);
-        if is_decided || place.level() >= self.finest || self.bake.progress.is_cancelled() {
+    /// Cells that are `known` are only divided where they are partly surface, for their areas.
+    fn divide(&self, place: Quadrant, known: Option<CellBounds>, candidates: &InShaft) -> SoftSums {
+        let occupied = self.shape.occupied(place);
+        if occupied == Occupied::Nowhere {
+            return SoftSums::default();
+        }
+        let (bounds, kept) = match known {
+            Some(bounds) => (bounds, InShaft::default()),
+            None => self.receiver.bounds(&self.shape.cell(place), candidates),
+        };
+        let is_decided = known.is_some() || self.is_decided(bounds);
+        let is_leaf = is_decided && occupied == Occupied::Whole;
+        if is_leaf || place.level() >= self.finest || self.bake.progress.is_cancelled() {
             return self.leaf(place, bounds);
         }
-        let parts: Vec<Quadrant> = self.shape.children(place).collect();
+        let known = is_decided.then_some(bounds);
+        let parts = self.shape.children(place);
         let sums: Vec<SoftSums> = if place.level() < SHARED_LEVELS {
-            parts.into_par_iter().map(|part| self.divide(part, &kept)).collect()
+            parts.into_par_iter().map(|part| self.divide(part, known, &kept)).collect()
         } else {
-            parts.into_iter().map(|part| self.divide(part, &kept)).collect()
+            parts.into_iter().map(|part| self.divide(part, known, &kept)).collect()
         };
-        let whole = sums.into_iter().fold(SoftSums::default(), SoftSums::joined);
-        SoftSums { examined: whole.examined + 1, ..whole }
+        sums.into_iter().fold(SoftSums::one_examined(), SoftSums::joined)
+    }
+
+    fn is_decided(&self, bounds: CellBounds) -> bool {
+        let width = bounds.upper - bounds.lower;
+        let is_penumbra = bounds.lower > 0.0 && bounds.upper < 1.0;
+        width == 0.0 || (is_penumbra && width <= self.bake.request.tolerance)
     }
 
     fn leaf(&self, place: Quadrant, bounds: CellBounds) -> SoftSums {
-        let share = self.shape.share(place);
-        let mut sums = SoftSums { examined: 1, ..SoftSums::default() };
-        sums.add(Approx { value: self.area.value * share, error: self.area.error * share }, bounds);
+        let mut sums = SoftSums::one_examined();
+        sums.add(self.shape.area(place), bounds);
         if self.bake.request.keep_cells {
-            let [i, j] = place.coordinates();
+            let ([i, j], level) = (place.coordinates(), place.level());
             let CellBounds { lower, upper, estimate } = bounds;
-            let (face, corner, level) = (self.number, self.first, place.level());
+            let (face, corner) = (self.number[1] as u32, self.shape.first_corner());
             sums.cells.push(SoftCell { face, corner, level, i, j, lower, upper, estimate });
         }
         sums
-    }
-}
-
-/// Areas of cells.
-#[derive(Clone, Debug, Default)]
-struct SoftSums {
-    area: ExactSum,
-    lit: ExactSum,
-    not_lit: ExactSum,
-    umbra: ExactSum,
-    not_umbra: ExactSum,
-    penumbra: ExactSum,
-    whole: ExactSum,
-    lower: ExactSum,
-    upper: ExactSum,
-    estimate: ExactSum,
-    cells: Vec<SoftCell>,
-    examined: u64,
-}
-
-impl SoftSums {
-    fn add(&mut self, area: Approx, bounds: CellBounds) {
-        let (least, most) = (area.lower().max(0.0), area.upper());
-        self.area.add(area.value);
-        self.whole.add(most);
-        if bounds.lower >= 1.0 {
-            self.lit.add(least);
-        }
-        if bounds.upper < 1.0 {
-            self.not_lit.add(least);
-        }
-        if bounds.upper <= 0.0 {
-            self.umbra.add(least);
-        }
-        if bounds.lower > 0.0 {
-            self.not_umbra.add(least);
-        }
-        if bounds.lower > 0.0 && bounds.upper < 1.0 {
-            self.penumbra.add(least);
-        }
-        self.lower.add((least * bounds.lower).next_down().max(0.0));
-        self.upper.add((most * bounds.upper).next_up());
-        self.estimate.add(area.value * bounds.estimate);
-    }
-
-    fn joined(mut self, mut other: Self) -> Self {
-        self.area.append(other.area);
-        self.whole.append(other.whole);
-        self.lit.append(other.lit);
-        self.not_lit.append(other.not_lit);
-        self.umbra.append(other.umbra);
-        self.not_umbra.append(other.not_umbra);
-        self.penumbra.append(other.penumbra);
-        self.lower.append(other.lower);
-        self.upper.append(other.upper);
-        self.estimate.append(other.estimate);
-        self.cells.append(&mut other.cells);
-        self.examined += other.examined;
-        self
-    }
-
-    fn report(self, object: usize) -> SoftObject {
-        let whole = self.whole.rounded_up();
-        let at_most = |others: f64| (whole - others).next_up().max(0.0);
-        let [lit, not_lit, umbra, not_umbra, penumbra] =
-            [&self.lit, &self.not_lit, &self.umbra, &self.not_umbra, &self.penumbra].map(ExactSum::rounded_down);
-        let (lower, upper) = (self.lower.rounded_down(), self.upper.rounded_up());
-        SoftObject {
-            object,
-            area: self.area.nearest(),
-            lit: AreaBounds { lower: lit, upper: at_most(not_lit) },
-            penumbra: AreaBounds { lower: penumbra, upper: at_most((lit + umbra).next_down().max(0.0)) },
-            umbra: AreaBounds { lower: umbra, upper: at_most(not_umbra) },
-            visible: LitArea { lower, upper, estimate: self.estimate.nearest().clamp(lower, upper) },
-            cells: self.cells,
-        }
     }
 }

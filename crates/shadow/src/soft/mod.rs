@@ -7,10 +7,16 @@
 mod bake;
 mod caps;
 mod cell;
+mod cover;
+mod face;
 mod fraction;
+mod hidden;
+mod horizon;
 pub mod image;
 mod occluders;
 mod polygon;
+mod sums;
+mod views;
 mod window;
 
 pub use bake::{AreaBounds, SoftCell, SoftLight, SoftObject, SoftRequest, soft_bake};

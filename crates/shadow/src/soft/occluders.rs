@@ -7,10 +7,10 @@
 use std::ops::ControlFlow;
 
 use glam::DVec3;
-use umbriel_geometry::Aabb;
+use umbriel_geometry::{Aabb, LightSource};
 use umbriel_scene::{Extent, Light};
 
-use super::{polygon::Polygon, window::Window};
+use super::{cell::Cell, polygon::Polygon, window::Window};
 use crate::{
     bodies::Body,
     exact::patch_probe,
@@ -60,6 +60,16 @@ impl LightHull {
             }
         }
     }
+
+    /// A light at each point, or a sun in each direction.
+    pub(crate) fn sources(&self) -> Vec<LightSource> {
+        let point = |point: &DVec3| LightSource::point(point.to_array()).ok();
+        let sun = |&direction: &DVec3| LightSource::sun((-direction).to_array()).ok();
+        match self {
+            Self::Points(points) => points.iter().filter_map(point).collect(),
+            Self::Directions(directions) => directions.iter().filter_map(sun).collect(),
+        }
+    }
 }
 
 /// The points p with normal · p ≥ offset.
@@ -89,10 +99,11 @@ impl HullShaft {
         Self::default()
     }
 
-    /// The shaft from a convex cell to a light: each plane through an edge of one and a corner of the other, or side of a sun's cone, that has
+    /// The shaft from a cell to a light: each plane through an edge of one and a corner of the other, or side of a sun's cone, that has
     /// both on one side. O(corners⁴), some hundred planes tried.
-    pub(crate) fn between(cell: &[DVec3], light: &LightHull) -> Self {
+    pub(crate) fn between(cell: &Cell, light: &LightHull) -> Self {
         let mut shaft = Self::unbounded();
+        let corners = &cell.corners;
         let edges = |points: &[DVec3]| -> Vec<[DVec3; 2]> {
             let starts = points.iter().enumerate();
             starts.flat_map(|(k, &a)| points[k + 1..].iter().map(move |&b| [a, b])).collect()
@@ -100,12 +111,12 @@ impl HullShaft {
         match light {
             LightHull::Points(points) => {
                 for (&corner, [a, b]) in
-                    cell.iter().flat_map(|corner| edges(points).into_iter().map(move |edge| (corner, edge)))
+                    corners.iter().flat_map(|corner| edges(points).into_iter().map(move |edge| (corner, edge)))
                 {
                     shaft.add_touching((a - corner).cross(b - corner), cell, light);
                 }
                 for (&corner, [a, b]) in
-                    points.iter().flat_map(|corner| edges(cell).into_iter().map(move |edge| (corner, edge)))
+                    points.iter().flat_map(|corner| edges(corners).into_iter().map(move |edge| (corner, edge)))
                 {
                     shaft.add_touching((a - corner).cross(b - corner), cell, light);
                 }
@@ -115,7 +126,7 @@ impl HullShaft {
                     shaft.add_touching(a.cross(b), cell, light);
                 }
                 for (&direction, [a, b]) in
-                    directions.iter().flat_map(|d| edges(cell).into_iter().map(move |edge| (d, edge)))
+                    directions.iter().flat_map(|d| edges(corners).into_iter().map(move |edge| (d, edge)))
                 {
                     shaft.add_touching((b - a).cross(direction), cell, light);
                 }
@@ -125,12 +136,13 @@ impl HullShaft {
     }
 
     /// Adds the plane with this normal, either way round, if it touches both the cell and the light.
-    fn add_touching(&mut self, normal: DVec3, cell: &[DVec3], light: &LightHull) {
+    fn add_touching(&mut self, normal: DVec3, cell: &Cell, light: &LightHull) {
         for normal in [normal, -normal] {
             let least = |points: &[DVec3]| points.iter().map(|&point| normal.dot(point)).fold(f64::INFINITY, f64::min);
             let size = |points: &[DVec3]| points.iter().fold(DVec3::ZERO, |size, point| size.max(point.abs()));
             let slack = |points: &[DVec3]| PLANE_ROUNDING * normal.abs().dot(size(points));
-            let (at_cell, cell_slack) = (least(cell), slack(cell));
+            let at_cell = least(&cell.corners);
+            let cell_slack = slack(&cell.corners) + cell.slack * normal.abs().element_sum();
             let (offset, slack) = match light {
                 LightHull::Points(points) => {
                     let (at_light, slack) = (least(points), cell_slack + slack(points));

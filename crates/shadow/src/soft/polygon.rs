@@ -37,6 +37,18 @@ impl Polygon {
         Self(vec![a - along - across, b + along - across, b + along + across, a - along + across])
     }
 
+    /// How near the polygon, which is convex and counter-clockwise, comes to the origin.
+    pub(crate) fn distance_to_origin(&self) -> f64 {
+        let to_edge = |[a, b]: [DVec2; 2]| {
+            let along = b - a;
+            let share =
+                if along == DVec2::ZERO { 0.0 } else { (-a.dot(along) / along.length_squared()).clamp(0.0, 1.0) };
+            (a + along * share).length()
+        };
+        let is_inside = self.edges().all(|[a, b]| (b - a).perp_dot(-a) >= 0.0);
+        if is_inside { 0.0 } else { self.edges().map(to_edge).fold(f64::INFINITY, f64::min) }
+    }
+
     /// Whether nothing is left.
     pub(crate) fn is_empty(&self) -> bool {
         self.0.len() < 3

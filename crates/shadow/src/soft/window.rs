@@ -121,6 +121,13 @@ impl Window {
         }
     }
 
+    /// Whether a polygon may reach the light's image; corners of the square are no part of a round light.
+    pub(super) fn may_meet(&self, polygon: &Polygon) -> bool {
+        // A dozen roundings of numbers of the polygon's size.
+        let rounding = || 64.0 * f64::EPSILON * polygon.0.iter().map(|p| p.abs().max_element()).fold(1.0, f64::max);
+        matches!(self.shape, Shape::Square) || polygon.distance_to_origin() <= 1.0 + rounding()
+    }
+
     /// A direction's image line: `value(image)` is the scalar product of `normal` with the direction there.
     pub(crate) fn half_plane(&self, normal: DVec3) -> impl Fn(DVec2) -> f64 + use<> {
         let line = self.axes.transpose() * normal;

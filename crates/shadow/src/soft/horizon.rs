@@ -1,0 +1,245 @@
+//! Horizons: what of an area light is on the lit side of the points of a cell.
+//!
+//! For a flat face that is one side of a plane. On a curved body the tangent plane turns from point to point; how high a light stands over it is the
+//! surface's polar form, affine in the point and in the light. So a light point that is above the planes at all corners of a cell's hull is above all of
+//! the cell's, and one that is below them all is below. Of a ball of light the share above a plane is a closed form of elevation and radius.
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DVec2, DVec3};
+use umbriel_geometry::{
+    Approx, Facets, PlacedAnalytic, Sign,
+    analytic::{Chart, LocalPoint, Surface},
+};
+use umbriel_scene::{Extent, Light};
+
+use super::{
+    caps::{cap_area, common_area},
+    cell::Cell,
+    fraction::{corners, normal_of},
+    occluders::LightHull,
+    polygon::{Pieces, Polygon},
+    window::{Shape, Window},
+};
+
+/// The side of a receiver that can be lit.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum LitSide<'a> {
+    /// All of the light is behind it.
+    Away,
+    /// Of a flat face: its normal, and the sign of points before it in exact predicates.
+    Plane(DVec3, Sign),
+    /// Both sides of a flat face, and light on both.
+    Both,
+    /// It changes from cell to cell.
+    Patch(CurvedSide<'a>),
+}
+
+/// A patch of a curved body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CurvedSide<'a> {
+    pub(super) body: &'a PlacedAnalytic,
+    pub(super) chart: &'a Chart,
+    pub(super) is_one_sided: bool,
+}
+
+/// What of an area light is above the horizon of a cell's points.
+#[derive(Clone, Debug)]
+pub(super) enum Above {
+    /// All of it, of all points; a convex body is not in its own way.
+    All,
+    /// None of it, of any point.
+    Nothing,
+    /// Parts of the light's image.
+    Between {
+        /// Above the horizon of all points.
+        least: Pieces,
+        /// Above the horizon of some point.
+        most: Pieces,
+    },
+    /// A share of the light, the least and the greatest.
+    Share([f64; 2]),
+}
+
+impl<'a> LitSide<'a> {
+    /// Of a flat face.
+    pub(super) fn of_flat(facets: &Facets, face: usize, is_one_sided: bool, light: &LightHull) -> Self {
+        let sign = if facets.is_mirrored() { Sign::Negative } else { Sign::Positive };
+        let normal = normal_of(facets, face);
+        let whole: Vec<DVec3> = corners(facets, face).collect();
+        let (values, size): (Vec<f64>, f64) = match light {
+            LightHull::Points(points) => {
+                let size = points.iter().chain(&whole).map(|point| point.abs().max_element()).fold(0.0, f64::max);
+                (points.iter().map(|&point| normal.dot(point - whole[0])).collect(), size)
+            }
+            LightHull::Directions(directions) => {
+                (directions.iter().map(|&direction| normal.dot(direction)).collect(), 1.0)
+            }
+        };
+        // The normal's two roundings a coordinate, the difference's and the product's.
+        let slack = 16.0 * f64::EPSILON * normal.abs().element_sum() * size;
+        let all_before = values.iter().all(|&value| value > slack);
+        let all_behind = values.iter().all(|&value| value < -slack);
+        match (is_one_sided, all_before, all_behind) {
+            (true, _, true) => Self::Away,
+            (true, ..) | (false, true, _) => Self::Plane(normal, sign),
+            (false, _, true) => Self::Plane(-normal, sign.flipped()),
+            (false, ..) => Self::Both,
+        }
+    }
+
+    /// What of the light is above the horizon of the cell's points; `window` is the view of the light from the cell's middle.
+    pub(super) fn above(&self, cell: &Cell, light: &Light, window: &Window) -> Above {
+        match self {
+            Self::Away => Above::Nothing,
+            Self::Both => Above::All,
+            Self::Plane(normal, _) => above_plane(*normal, cell, light, window),
+            Self::Patch(side) => side.above(cell, light, window),
+        }
+    }
+}
+
+fn above_plane(normal: DVec3, cell: &Cell, light: &Light, window: &Window) -> Above {
+    let heights = (window.axes.transpose() * normal).to_array();
+    // A product of the window's axes with the normal: three terms of two roundings, of sums no greater than this.
+    let error = 16.0 * f64::EPSILON * heights.map(f64::abs).into_iter().sum::<f64>();
+    let [along_u, along_v, at] = heights.map(|value| Approx { value, error });
+    if least_over(&window.shape, &[at, along_u, along_v]) > 0.0 {
+        return Above::All;
+    }
+    let above = window.half_plane(normal);
+    if let Extent::Sphere { radius } = light.extent {
+        let centre = light.source.xyz();
+        let height = |&corner: &DVec3| {
+            let size = corner.abs().max_element().max(centre.abs().max_element());
+            // As in `of_flat`.
+            let error = 16.0 * f64::EPSILON * normal.abs().element_sum() * size;
+            Approx { value: normal.dot(centre - corner), error }
+        };
+        let heights: Vec<Approx> = cell.corners.iter().map(height).collect();
+        return Above::Share(share_of_ball(&heights, [normal.length(); 2], cell, centre, radius));
+    }
+    let mut base = window.whole();
+    base.keep(above);
+    if base.pieces.is_empty() { Above::Nothing } else { Above::Between { least: base.clone(), most: base } }
+}
+
+/// The least and the greatest share of a ball above the horizon of a cell's points. `heights` are those of its middle over the tangent planes at the cell's
+/// corners, times the lengths of these planes' normals; of the latter the least and the greatest over the cell are given.
+///
+/// The sine of the middle's elevation is its height over its distance. The share grows with the elevation, and with the ball's angular radius it tends
+/// to a half: so it is least and greatest at ends of both intervals.
+fn share_of_ball(heights: &[Approx], normals: [f64; 2], cell: &Cell, centre: DVec3, radius: f64) -> [f64; 2] {
+    let rounding = 64.0 * f64::EPSILON;
+    let distance = (centre - cell.middle).length();
+    let (near, far) = ((distance - cell.reach()) * (1.0 - rounding), (distance + cell.reach()) * (1.0 + rounding));
+    if near <= radius || normals[0] <= 0.0 {
+        return [0.0, 1.0];
+    }
+    let least = heights.iter().map(|height| height.lower()).fold(f64::INFINITY, f64::min);
+    let most = heights.iter().map(|height| height.upper()).fold(f64::NEG_INFINITY, f64::max);
+    let (small, large) = (normals[0] * near * (1.0 - rounding), normals[1] * far * (1.0 + rounding));
+    let sines = [least / if least < 0.0 { small } else { large }, most / if most < 0.0 { large } else { small }];
+    let [low, high] = sines.map(|sine| libm::asin(sine.clamp(-1.0, 1.0)));
+    let radii = [libm::asin(radius / far), libm::asin(radius / near)];
+    let share = |elevation: f64, cap: f64| common_area(FRAC_PI_2, cap, FRAC_PI_2 - elevation) / cap_area(cap);
+    let [low, high] = [low - rounding, high + rounding].map(|elevation| radii.map(|cap| share(elevation, cap)));
+    [(low[0].min(low[1]) - rounding).max(0.0), (high[0].max(high[1]) + rounding).min(1.0)]
+}
+
+/// How high a point of the light's image (a, b) is over a tangent plane: the first number, and what a and b add.
+type HeightOverPlane = [Approx; 3];
+
+impl CurvedSide<'_> {
+    /// What of the light is above the tangent planes at a cell's points.
+    fn above(&self, cell: &Cell, light: &Light, window: &Window) -> Above {
+        if !self.is_one_sided && !self.body.body().is_closed() {
+            return Above::All;
+        }
+        let corners: Vec<LocalPoint<Approx>> =
+            cell.corners.iter().map(|&corner| self.local(corner, cell.slack, 1.0)).collect();
+        if let Extent::Sphere { radius } = light.extent {
+            return self.above_ball(&corners, cell, light.source.xyz(), radius);
+        }
+        let [u, v, w] = match light.extent {
+            Extent::Rectangle { u, v } => [self.exact(u, 0.0), self.exact(v, 0.0), self.exact(light.source.xyz(), 1.0)],
+            _ => [window.axes.x_axis, window.axes.y_axis, window.axes.z_axis].map(|axis| self.exact(axis, 0.0)),
+        };
+        let over = |x: &LocalPoint<Approx>| [&w, &u, &v].map(|l| self.height(x, l));
+        let planes: Vec<HeightOverPlane> = corners.iter().map(over).collect();
+        if planes.iter().all(|plane| least_over(&window.shape, plane) > 0.0) {
+            return Above::All;
+        }
+        if !self.is_one_sided {
+            // The inner side of a closed surface: only what is inside reaches it.
+            return Above::Share([0.0, 1.0]);
+        }
+        if planes.iter().all(|plane| least_over(&window.shape, &plane.map(|value| -value)) > 0.0) {
+            return Above::Nothing;
+        }
+        let (mut least, mut most, mut below) = (window.whole(), window.whole(), Polygon::square());
+        for [at, along_u, along_v] in &planes {
+            let error = at.error + along_u.error + along_v.error;
+            let height = |p: DVec2| at.value + along_u.value * p.x + along_v.value * p.y;
+            least.keep(|p| height(p) - error);
+            below = below.cut(|p| -height(p) - error);
+        }
+        if below.is_empty() {
+            return Above::Between { least, most };
+        }
+        most.subtract(&below);
+        if most.pieces.is_empty() { Above::Nothing } else { Above::Between { least, most } }
+    }
+
+    fn above_ball(&self, corners: &[LocalPoint<Approx>], cell: &Cell, centre: DVec3, radius: f64) -> Above {
+        let at = self.exact(centre, 1.0);
+        let heights: Vec<Approx> = corners.iter().map(|x| self.height(x, &at)).collect();
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| self.exact(axis, 0.0));
+        let normal = |x: &LocalPoint<Approx>| axes.map(|axis| self.height(x, &axis));
+        let middle = normal(&self.local(cell.middle, cell.slack, 1.0));
+        let normals: Vec<[Approx; 3]> = corners.iter().map(normal).collect();
+        let upper = |v: [Approx; 3]| DVec3::from_array(v.map(|x| x.value.abs() + x.error)).length();
+        let lower = |v: [Approx; 3]| DVec3::from_array(v.map(|x| (x.value.abs() - x.error).max(0.0))).length();
+        let turned = |n: &[Approx; 3]| upper(std::array::from_fn(|k| n[k] - middle[k]));
+        // The normal is affine in the point.
+        let most = normals.iter().map(|&n| upper(n)).fold(0.0, f64::max);
+        let least = lower(middle) - normals.iter().map(turned).fold(0.0, f64::max);
+        let [low, high] = share_of_ball(&heights, [least, most], cell, centre, radius);
+        match (self.is_one_sided, low, high) {
+            (_, 1.0, _) => Above::All,
+            (true, _, 0.0) => Above::Nothing,
+            (true, ..) => Above::Share([low, high]),
+            (false, ..) => Above::Share([0.0, 1.0]),
+        }
+    }
+
+    /// The height of a homogeneous point l over the tangent plane at x, times some length of that plane's normal: affine in both.
+    fn height(&self, x: &LocalPoint<Approx>, l: &LocalPoint<Approx>) -> Approx {
+        match self.chart.surface {
+            Surface::Quadric(quadric) => self.body.forms().quadric(quadric, x, l),
+            // Planes are positive inside.
+            Surface::Plane(plane) => -self.body.forms().plane(plane, l),
+        }
+    }
+
+    fn exact(&self, point: DVec3, w: f64) -> LocalPoint<Approx> {
+        self.local(point, 0.0, w)
+    }
+
+    /// Local coordinates of a homogeneous point that may be off by `slack` along every axis.
+    fn local(&self, point: DVec3, slack: f64, w: f64) -> LocalPoint<Approx> {
+        let coordinates = point.to_array().map(|value| Approx { value, error: slack });
+        self.body.forms().pull_back(&coordinates, &Approx::exact(w))
+    }
+}
+
+/// The least height over all of the light's image, rounded down.
+fn least_over(shape: &Shape, [at, along_u, along_v]: &HeightOverPlane) -> f64 {
+    let slopes = DVec2::new(along_u.value, along_v.value);
+    let spread = match shape {
+        Shape::Square => slopes.abs().element_sum(),
+        Shape::Disk { .. } => slopes.length(),
+    };
+    let error = at.error + along_u.error + along_v.error;
+    at.value - (spread + error) * (1.0 + 8.0 * f64::EPSILON)
+}
