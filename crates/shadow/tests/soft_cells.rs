@@ -164,10 +164,9 @@ fn random_light(kind: usize, dice: &mut Dice) -> Light {
 }
 
 /// Points of random cells of the first object, corners and borders among them, are within the cells' bounds.
-fn draw(objects: Vec<Object>, round: usize, cells_drawn: usize, dice: &mut Dice, drawn: &mut Drawn) {
+fn draw(objects: Vec<Object>, round: usize, [depth, cells_drawn]: [u8; 2], dice: &mut Dice, drawn: &mut Drawn) {
     let light = random_light(round % 3, dice);
     let scene = Scene { objects, lights: vec![light.clone()], ..Scene::default() };
-    let depth = 2 + (round / 3 % 4) as u8;
     let cells = first(&scene, depth, true).cells;
     let queries = Queries::new(&scene);
     let snapped = |t: f64| if (0.15..=0.85).contains(&t) { t } else { t.round() };
@@ -195,7 +194,7 @@ fn no_point_of_a_cell_leaves_its_bounds() {
         let count = 1 + round / 3 % 3;
         let mut objects = vec![floor(6.0)];
         objects.extend((0..count).map(|k| dice.occluder(round / 3 + k)));
-        draw(objects, round, 60, &mut dice, &mut drawn);
+        draw(objects, round, [2 + (round / 3 % 4) as u8, 60], &mut dice, &mut drawn);
     }
     assert!(drawn.draws > 10_000 && drawn.penumbrae.iter().all(|&count| count > 150), "{:?}", drawn.penumbrae);
     assert!(drawn.lit > 50 && drawn.umbra > 50, "{} {}", drawn.lit, drawn.umbra);
@@ -204,41 +203,51 @@ fn no_point_of_a_cell_leaves_its_bounds() {
 #[test]
 fn no_point_of_a_curved_cell_leaves_its_bounds() {
     let (mut dice, mut drawn) = (Dice(6), Drawn::default());
-    for round in 0..72 {
+    for round in 0..36 {
         let kind = round / 3 % 6;
         let mut objects = vec![receiver(kind, &mut dice)];
         // Above it, and sometimes in it.
         objects.extend((0..1 + round % 2).map(|k| dice.occluder(round / 2 + k)));
         // The light must be sampled before bodies that may be in their own way.
         let is_convex = kind != 2 && kind != 5;
-        draw(objects, round, if is_convex { 10 } else { 1 }, &mut dice, &mut drawn);
+        let depth = 2 + (round % 2) as u8;
+        draw(objects, round, [depth, if is_convex { 20 } else { 2 }], &mut dice, &mut drawn);
     }
     assert!(drawn.draws > 1_000 && drawn.penumbrae.iter().all(|&count| count > 50), "{:?}", drawn.penumbrae);
     assert!(drawn.lit > 30 && drawn.umbra > 30, "{} {}", drawn.lit, drawn.umbra);
 }
 
 #[test]
-fn a_ball_under_a_sun() {
-    // The sun stands in a cap of half angle ρ: lit is the cap where all of it is up, penumbra the belt of 2ρ about the equator. The mean over all of
-    // the ball of the share above the horizon is a half, by the ball's symmetry.
-    let (radius, diameter) = (2.0, 10.0f64);
-    let ball = object("ball", Shape::Analytic(Analytic::Sphere { radius }), DAffine3::IDENTITY);
-    let light = sun([0.3, -1.0, 0.2], diameter);
-    let scene = Scene { objects: vec![ball], lights: vec![light], ..Scene::default() };
+fn a_ball_under_round_lights() {
+    // Lit is the cap from which all of the light is up, umbra the one from which none is: the belt between lies between the cones that touch ball and
+    // light. A sun's middle has the half angle ρ about it; of a lamp of radius R at the distance d all is up where r + R or less of d is.
+    let (radius, diameter, lamp_radius, distance) = (2.0, 10.0f64, 1.0, 12.0);
+    let ball = || object("ball", Shape::Analytic(Analytic::Sphere { radius }), DAffine3::IDENTITY);
     let area = 4.0 * PI * radius * radius;
     let sine = (0.5 * diameter).to_radians().sin();
-    let mut widths = Vec::new();
-    for depth in [3, 5, 7] {
-        let found = first(&scene, depth, false);
-        assert!((found.area - area).abs() < 1e-6 * area);
-        assert_holds(found.lit, 0.5 * area * (1.0 - sine), "lit");
-        assert_holds(found.umbra, 0.5 * area * (1.0 - sine), "umbra");
-        assert_holds(found.penumbra, area * sine, "penumbra");
-        assert_holds(AreaBounds { lower: found.visible.lower, upper: found.visible.upper }, 0.5 * area, "mean");
-        assert!((found.visible.estimate - 0.5 * area).abs() < 0.02 * area);
-        widths.push(found.lit.upper - found.lit.lower);
+    let above = lamp(DVec3::Y * distance, Extent::Sphere { radius: lamp_radius });
+    let cases = [
+        (sun([0.3, -1.0, 0.2], diameter), [-sine, sine]),
+        (above, [(radius - lamp_radius) / distance, (radius + lamp_radius) / distance]),
+    ];
+    for (light, [umbra_ends, lit_begins]) in cases {
+        let scene = Scene { objects: vec![ball()], lights: vec![light], ..Scene::default() };
+        let mut widths = Vec::new();
+        for depth in [3, 5, 7] {
+            let found = first(&scene, depth, false);
+            assert!((found.area - area).abs() < 1e-6 * area);
+            assert_holds(found.lit, 0.5 * area * (1.0 - lit_begins), "lit");
+            assert_holds(found.umbra, 0.5 * area * (1.0 + umbra_ends), "umbra");
+            assert_holds(found.penumbra, 0.5 * area * (lit_begins - umbra_ends), "penumbra");
+            if umbra_ends < 0.0 {
+                // Of a sun the mean over the ball is a half, by symmetry.
+                assert_holds(AreaBounds { lower: found.visible.lower, upper: found.visible.upper }, 0.5 * area, "mean");
+                assert!((found.visible.estimate - 0.5 * area).abs() < 0.02 * area);
+            }
+            widths.push(found.lit.upper - found.lit.lower);
+        }
+        assert!(widths[1] < 0.5 * widths[0] && widths[2] < 0.5 * widths[1], "bounds shrink: {widths:?}");
     }
-    assert!(widths[1] < 0.5 * widths[0] && widths[2] < 0.5 * widths[1], "bounds shrink: {widths:?}");
 }
 
 #[test]

@@ -176,8 +176,11 @@ impl<'a> Receiver<'a> {
         if matches!(above, Above::Nothing) {
             return (CellBounds::UMBRA, InShaft::default());
         }
-        let shaft = self.shaft(cell);
         let mut kept = InShaft::default();
+        if candidates.is_empty() {
+            return (left_by(&views, &above, &Cover::default()), kept);
+        }
+        let shaft = self.shaft(cell);
         let cover = self.cover(&views, &shaft, candidates, &mut kept);
         let mut bounds = left_by(&views, &above, &cover);
         for &body in &candidates.bodies {

@@ -61,6 +61,16 @@ pub(super) enum Above {
     Share([f64; 2]),
 }
 
+impl Above {
+    fn of_share([least, most]: [f64; 2]) -> Self {
+        match (least, most) {
+            (1.0, _) => Self::All,
+            (_, 0.0) => Self::Nothing,
+            _ => Self::Share([least, most]),
+        }
+    }
+}
+
 impl<'a> LitSide<'a> {
     /// Of a flat face.
     pub(super) fn of_flat(facets: &Facets, face: usize, is_one_sided: bool, light: &LightHull) -> Self {
@@ -117,7 +127,7 @@ fn above_plane(normal: DVec3, cell: &Cell, light: &Light, window: &Window) -> Ab
             Approx { value: normal.dot(centre - corner), error }
         };
         let heights: Vec<Approx> = cell.corners.iter().map(height).collect();
-        return Above::Share(share_of_ball(&heights, [normal.length(); 2], cell, centre, radius));
+        return Above::of_share(share_of_ball(&heights, [normal.length(); 2], cell, centre, radius));
     }
     let mut base = window.whole();
     base.keep(above);
@@ -143,8 +153,13 @@ fn share_of_ball(heights: &[Approx], normals: [f64; 2], cell: &Cell, centre: DVe
     let [low, high] = sines.map(|sine| libm::asin(sine.clamp(-1.0, 1.0)));
     let radii = [libm::asin(radius / far), libm::asin(radius / near)];
     let share = |elevation: f64, cap: f64| common_area(FRAC_PI_2, cap, FRAC_PI_2 - elevation) / cap_area(cap);
-    let [low, high] = [low - rounding, high + rounding].map(|elevation| radii.map(|cap| share(elevation, cap)));
-    [(low[0].min(low[1]) - rounding).max(0.0), (high[0].max(high[1]) + rounding).min(1.0)]
+    let shares = |elevation: f64| radii.map(|cap| share(elevation, cap));
+    let (low, high) = (low - rounding, high + rounding);
+    let is_whole = low > radii[1] + rounding;
+    let is_down = high < -radii[1] - rounding;
+    let least = shares(low).into_iter().fold(1.0, f64::min) - rounding;
+    let most = shares(high).into_iter().fold(0.0, f64::max) + rounding;
+    [if is_whole { 1.0 } else { least.max(0.0) }, if is_down { 0.0 } else { most.min(1.0) }]
 }
 
 /// How high a point of the light's image (a, b) is over a tangent plane: the first number, and what a and b add.
@@ -204,12 +219,10 @@ impl CurvedSide<'_> {
         // The normal is affine in the point.
         let most = normals.iter().map(|&n| upper(n)).fold(0.0, f64::max);
         let least = lower(middle) - normals.iter().map(turned).fold(0.0, f64::max);
-        let [low, high] = share_of_ball(&heights, [least, most], cell, centre, radius);
-        match (self.is_one_sided, low, high) {
-            (_, 1.0, _) => Above::All,
-            (true, _, 0.0) => Above::Nothing,
-            (true, ..) => Above::Share([low, high]),
-            (false, ..) => Above::Share([0.0, 1.0]),
+        match Above::of_share(share_of_ball(&heights, [least, most], cell, centre, radius)) {
+            Above::All => Above::All,
+            above if self.is_one_sided => above,
+            _ => Above::Share([0.0, 1.0]),
         }
     }
 

@@ -137,23 +137,25 @@ impl HullShaft {
 
     /// Adds the plane with this normal, either way round, if it touches both the cell and the light.
     fn add_touching(&mut self, normal: DVec3, cell: &Cell, light: &LightHull) {
-        for normal in [normal, -normal] {
-            let least = |points: &[DVec3]| points.iter().map(|&point| normal.dot(point)).fold(f64::INFINITY, f64::min);
-            let size = |points: &[DVec3]| points.iter().fold(DVec3::ZERO, |size, point| size.max(point.abs()));
-            let slack = |points: &[DVec3]| PLANE_ROUNDING * normal.abs().dot(size(points));
-            let at_cell = least(&cell.corners);
-            let cell_slack = slack(&cell.corners) + cell.slack * normal.abs().element_sum();
+        let size = |points: &[DVec3]| points.iter().fold(DVec3::ZERO, |size, point| size.max(point.abs()));
+        let slack = |points: &[DVec3]| PLANE_ROUNDING * normal.abs().dot(size(points));
+        let cell_slack = slack(&cell.corners) + cell.slack * normal.abs().element_sum();
+        let (LightHull::Points(lights) | LightHull::Directions(lights)) = light;
+        let light_slack = slack(lights);
+        let (of_cell, of_light) = (least_along(normal, &cell.corners), least_along(normal, lights));
+        for (way, normal) in [normal, -normal].into_iter().enumerate() {
+            let (at_cell, at_light) = (of_cell[way], of_light[way]);
             let (offset, slack) = match light {
-                LightHull::Points(points) => {
-                    let (at_light, slack) = (least(points), cell_slack + slack(points));
+                LightHull::Points(_) => {
+                    let slack = cell_slack + light_slack;
                     if (at_cell - at_light).abs() > slack {
                         continue;
                     }
                     (at_cell.min(at_light), slack)
                 }
-                LightHull::Directions(directions) => {
+                LightHull::Directions(_) => {
                     // What a direction may lose by rounding is as large as the coordinates of what it reaches, and granted to that.
-                    if least(directions) < -slack(directions) {
+                    if at_light < -light_slack {
                         continue;
                     }
                     (at_cell, cell_slack)
@@ -208,6 +210,14 @@ impl HullShaft {
     }
 }
 
+/// The least products of points with a vector, and with its opposite.
+fn least_along(normal: DVec3, points: &[DVec3]) -> [f64; 2] {
+    points
+        .iter()
+        .map(|&point| normal.dot(point))
+        .fold([f64::INFINITY; 2], |[a, b], value| [a.min(value), b.min(-value)])
+}
+
 /// What may be in a shaft.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InShaft {
@@ -215,6 +225,12 @@ pub(crate) struct InShaft {
     pub(crate) faces: Vec<(u32, u32)>,
     /// Curved bodies.
     pub(crate) bodies: Vec<u32>,
+}
+
+impl InShaft {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.faces.is_empty() && self.bodies.is_empty()
+    }
 }
 
 /// All that may be in the shaft.

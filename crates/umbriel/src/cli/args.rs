@@ -35,7 +35,7 @@ pub(crate) enum Command {
     Query(QueryArgs),
     /// Draw the scene with its computed shadows
     Render(RenderArgs),
-    /// Compare the ways of pictures to shade soft shadows: times, and errors against the truth
+    /// Soft shadows: lit, penumbra and umbra with bounds, and the ways of pictures with times and errors
     Soft(SoftArgs),
     /// Tell what about a scene limits the answers, and how much surface it concerns
     Doctor(DoctorArgs),
@@ -228,7 +228,12 @@ pub(crate) struct SoftArgs {
     pub(crate) scene: SceneArgs,
     #[command(flatten)]
     pub(crate) lights: LightArgs,
-    /// Method (repeatable) [default: all]
+    #[command(flatten)]
+    pub(crate) detail: DetailArgs,
+    /// Areas only of objects whose name matches, with * and ? (repeatable); all objects cast shadows
+    #[arg(long, value_name = "GLOB")]
+    pub(crate) receiver: Vec<String>,
+    /// Method of a picture (repeatable) [default: all]
     #[arg(long, value_name = "METHOD")]
     pub(crate) method: Vec<MethodName>,
     /// Width and height of the picture in pixels
@@ -243,6 +248,12 @@ pub(crate) struct SoftArgs {
     /// How wide the interval of a box's penumbra may be before boxes-refined takes the parts of the box, metres [default: a quarter of the light]
     #[arg(long, value_name = "METRES", value_parser = positive)]
     pub(crate) tolerance: Option<f64>,
+    /// Frames in which everything that blocks moves; times are means
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) frames: u32,
+    /// How far it moves from frame to frame, metres
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,0,0", allow_hyphen_values = true, value_parser = numbers::<3>)]
+    pub(crate) step: [f64; 3],
     /// Write results as JSON; - is standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
@@ -251,7 +262,7 @@ pub(crate) struct SoftArgs {
     pub(crate) output: Vec<PathBuf>,
 }
 
-/// A way of pictures to shade soft shadows.
+/// A way to shade a picture with soft shadows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum MethodName {
     /// One kernel for all pixels
@@ -266,11 +277,13 @@ pub(crate) enum MethodName {
     Boxes,
     /// As boxes, with boxes replaced by their parts where they leave too much open
     BoxesRefined,
+    /// Cells with bounds in object space, at the detail; no depth map
+    Cells,
 }
 
 impl MethodName {
-    pub(crate) const ALL: [Self; 6] =
-        [Self::Pcf, Self::Pcss, Self::AverageDepth, Self::BoxesFixed, Self::Boxes, Self::BoxesRefined];
+    pub(crate) const ALL: [Self; 7] =
+        [Self::Pcf, Self::Pcss, Self::AverageDepth, Self::BoxesFixed, Self::Boxes, Self::BoxesRefined, Self::Cells];
 
     pub(crate) fn text(self) -> &'static str {
         match self {
@@ -280,6 +293,7 @@ impl MethodName {
             Self::BoxesFixed => "boxes-fixed",
             Self::Boxes => "boxes",
             Self::BoxesRefined => "boxes-refined",
+            Self::Cells => "cells",
         }
     }
 }

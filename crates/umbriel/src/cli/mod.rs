@@ -10,6 +10,7 @@ mod plan;
 mod query;
 mod render;
 mod soft;
+mod soft_pictures;
 mod suns;
 
 use std::{

@@ -35,9 +35,9 @@ struct SceneCounts {
     lights: usize,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 #[serde(untagged)]
-enum DetailUsed {
+pub(crate) enum DetailUsed {
     Depth { interior_depth: u8, boundary_depth: u8 },
     Cell { cell: f64 },
     MaxUndecided { max_undecided: f64 },
@@ -301,7 +301,7 @@ impl SceneCounts {
 }
 
 impl DetailUsed {
-    fn of(detail: Detail) -> Self {
+    pub(crate) fn of(detail: Detail) -> Self {
         match detail {
             Detail::Depth { interior, boundary } => Self::Depth { interior_depth: interior, boundary_depth: boundary },
             Detail::Cell { edge } => Self::Cell { cell: edge },

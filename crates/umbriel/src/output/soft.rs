@@ -1,9 +1,16 @@
-//! A comparison of soft shadows for people, as JSON (names and order of the fields are a contract), and as a strip of pictures.
+//! Soft shadows: areas with bounds and a comparison of methods, for people, as JSON (names and order of the fields are a contract), and as a strip of pictures.
 
 use std::fmt::Write;
 
 use serde::Serialize;
 use umbriel_io::write::Picture;
+use umbriel_scene::Scene;
+use umbriel_shadow::{AreaBounds, Detail, LitArea, SoftLight, SoftObject};
+
+use super::{
+    json::DetailUsed,
+    table::{aligned, number},
+};
 
 const SCHEMA: u32 = 1;
 
@@ -30,41 +37,79 @@ pub(crate) struct Row {
     pub(crate) errors: Errors,
 }
 
-/// All methods on one picture.
-#[derive(Clone, Debug)]
+/// All methods on one picture, or on several frames.
+#[derive(Clone, Debug, Serialize)]
 pub(crate) struct Comparison {
     pub(crate) light: String,
+    /// Width and height.
+    #[serde(rename = "picture")]
     pub(crate) size: [u32; 2],
+    /// Edge of the depth map, texels.
+    #[serde(rename = "depth_map")]
     pub(crate) map: usize,
+    /// To draw it; wall, the mean of frames.
+    #[serde(rename = "depth_map_seconds")]
     pub(crate) map_seconds: f64,
     pub(crate) truth_points: usize,
     pub(crate) boxes: usize,
     pub(crate) outline_corners: Vec<usize>,
+    pub(crate) frames: u32,
+    #[serde(rename = "methods")]
     pub(crate) rows: Vec<Row>,
 }
 
-#[derive(Serialize)]
-struct Document<'a> {
-    schema: u32,
-    umbriel: &'static str,
-    light: &'a str,
-    picture: [u32; 2],
-    depth_map: DepthMapEntry,
-    truth_points: usize,
-    boxes: BoxesEntry<'a>,
-    methods: &'a [Row],
-}
-
-#[derive(Serialize)]
-struct DepthMapEntry {
-    edge: usize,
+/// What every object gets of area lights.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Areas {
+    detail: DetailUsed,
+    lights: Vec<LightAreas>,
+    /// For all lights; wall.
     seconds: f64,
 }
 
-#[derive(Serialize)]
-struct BoxesEntry<'a> {
-    given: usize,
-    outline_corners: &'a [usize],
+#[derive(Clone, Debug, Serialize)]
+struct LightAreas {
+    name: String,
+    cells: u64,
+    objects: Vec<ObjectAreas>,
+}
+
+/// Square metres.
+#[derive(Clone, Debug, Serialize)]
+struct ObjectAreas {
+    name: String,
+    area: f64,
+    lit: Between,
+    penumbra: Between,
+    umbra: Between,
+    /// The visible fraction summed over the surface.
+    visible: Estimated,
+    /// Its mean over the surface.
+    visible_fraction: Estimated,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Between {
+    lower: f64,
+    upper: f64,
+}
+
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Estimated {
+    lower: f64,
+    upper: f64,
+    estimate: f64,
+}
+
+/// All that the command tells.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Document<'a> {
+    schema: u32,
+    umbriel: &'static str,
+    #[serde(flatten)]
+    areas: &'a Areas,
+    /// Nothing where no depth map can be drawn.
+    pictures: Option<&'a Comparison>,
 }
 
 impl Errors {
@@ -80,11 +125,105 @@ impl Errors {
     }
 }
 
-impl Comparison {
+impl Areas {
+    /// Sums of `soft_bake`, which took so many seconds.
+    pub(crate) fn new(scene: &Scene, detail: Detail, report: &[SoftLight], seconds: f64) -> Self {
+        let lights = report.iter().map(|light| LightAreas {
+            name: scene.lights[light.light].name.clone(),
+            cells: light.cells,
+            objects: light.objects.iter().map(|object| ObjectAreas::new(scene, object)).collect(),
+        });
+        Self { detail: DetailUsed::of(detail), lights: lights.collect(), seconds }
+    }
+
+    fn to_text(&self) -> String {
+        let mut text = String::new();
+        for light in &self.lights {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "light {}", light.name);
+            let mut rows = vec![["object", "area m²", "lit %", "penumbra %", "umbra %", "mean %"].map(str::to_owned)];
+            rows.extend(light.objects.iter().map(ObjectAreas::row));
+            text.push_str(&aligned(&rows));
+        }
+        let cells: u64 = self.lights.iter().map(|light| light.cells).sum();
+        let _ = writeln!(text, "{cells} cells, {:.1} ms", 1e3 * self.seconds);
+        text
+    }
+}
+
+impl ObjectAreas {
+    fn new(scene: &Scene, object: &SoftObject) -> Self {
+        let between = |bounds: AreaBounds| Between { lower: bounds.lower, upper: bounds.upper };
+        let LitArea { lower, upper, estimate } = object.visible;
+        let area = object.area;
+        let share = |part: f64| if area > 0.0 { (part / area).clamp(0.0, 1.0) } else { 0.0 };
+        // Quotients are rounded outward, but a share is no more than all.
+        let visible_fraction = Estimated {
+            lower: share(lower).next_down().max(0.0),
+            upper: share(upper).next_up().min(1.0),
+            estimate: share(estimate),
+        };
+        Self {
+            name: scene.objects[object.object].name.clone(),
+            area,
+            lit: between(object.lit),
+            penumbra: between(object.penumbra),
+            umbra: between(object.umbra),
+            visible: Estimated { lower, upper, estimate },
+            visible_fraction,
+        }
+    }
+
+    fn row(&self) -> [String; 6] {
+        let percent = |part: f64| if self.area > 0.0 { (100.0 * part / self.area).clamp(0.0, 100.0) } else { 0.0 };
+        let between = |part: Between| format!("{:.2} to {:.2}", percent(part.lower), percent(part.upper));
+        let Estimated { lower, upper, estimate } = self.visible_fraction;
+        let mean = format!("{:.2} ({:.2} to {:.2})", 100.0 * estimate, 100.0 * lower, 100.0 * upper);
+        let [lit, penumbra, umbra] = [self.lit, self.penumbra, self.umbra].map(between);
+        [self.name.clone(), number(self.area), lit, penumbra, umbra, mean]
+    }
+}
+
+impl<'a> Document<'a> {
+    pub(crate) fn new(areas: &'a Areas, pictures: Option<&'a Comparison>) -> Self {
+        Self { schema: SCHEMA, umbriel: env!("CARGO_PKG_VERSION"), areas, pictures }
+    }
+
     pub(crate) fn to_text(&self) -> String {
-        let Self { light, size: [width, height], map, map_seconds, truth_points, boxes, outline_corners, rows } = self;
+        let pictures = self.pictures.map(|comparison| format!("\n{}", comparison.to_text()));
+        self.areas.to_text() + &pictures.unwrap_or_default()
+    }
+
+    pub(crate) fn to_json(&self) -> String {
+        // Plain numbers and strings: there is nothing to refuse.
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
+        text + "\n"
+    }
+}
+
+impl Comparison {
+    /// Takes another frame in: times and RMSE become means, other errors the greatest.
+    pub(crate) fn add_frame(&mut self, frame: &Self) {
+        let count = f64::from(self.frames);
+        let mean = |old: f64, new: f64| (old * count + new) / (count + 1.0);
+        self.map_seconds = mean(self.map_seconds, frame.map_seconds);
+        for (row, new) in self.rows.iter_mut().zip(&frame.rows) {
+            row.seconds = mean(row.seconds, new.seconds);
+            let (errors, new) = (&mut row.errors, &new.errors);
+            errors.rmse = mean(errors.rmse, new.rmse);
+            errors.touched = mean(errors.touched, new.touched);
+            errors.percentile_99 = errors.percentile_99.max(new.percentile_99);
+            errors.largest = errors.largest.max(new.largest);
+        }
+        self.frames += frame.frames;
+    }
+
+    fn to_text(&self) -> String {
+        let Self { light, size: [width, height], map, map_seconds, truth_points, boxes, outline_corners, frames, rows } =
+            self;
+        let frames = if *frames > 1 { format!("; {frames} frames, times are their means") } else { String::new() };
         let mut text = format!(
-            "light {light}; picture {width} x {height}; depth map {map} x {map}, {:.1} ms; truth at {truth_points} points\n\
+            "light {light}; picture {width} x {height}; depth map {map} x {map}, {:.1} ms; truth at {truth_points} points{frames}\n\
              boxes: {boxes}, corners of their outlines: {outline_corners:?}\n\n\
              {:<15}{:>12}{:>10}{:>10}{:>10}{:>11}\n",
             1e3 * map_seconds,
@@ -106,22 +245,6 @@ impl Comparison {
             );
         }
         text
-    }
-
-    pub(crate) fn to_json(&self) -> String {
-        let document = Document {
-            schema: SCHEMA,
-            umbriel: env!("CARGO_PKG_VERSION"),
-            light: &self.light,
-            picture: self.size,
-            depth_map: DepthMapEntry { edge: self.map, seconds: self.map_seconds },
-            truth_points: self.truth_points,
-            boxes: BoxesEntry { given: self.boxes, outline_corners: &self.outline_corners },
-            methods: &self.rows,
-        };
-        // Plain numbers and strings: there is nothing to refuse.
-        let text = serde_json::to_string_pretty(&document).unwrap_or_default();
-        text + "\n"
     }
 
     /// The truth and each method from left to right; below, the errors: red too light, blue too dark.
