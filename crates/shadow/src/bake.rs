@@ -10,11 +10,12 @@ use std::{
 
 use rayon::prelude::*;
 use umbriel_bvh::{Influences, ObjectTree};
-use umbriel_geometry::{LightSource, predicates::exact_fallbacks};
+use umbriel_geometry::{Aabb, LightSource, predicates::exact_fallbacks};
 use umbriel_scene::Scene;
 
 use crate::{
     bodies::Bodies,
+    budget::{Limit, refine},
     coarse::{coarse_step, object_tree},
     fine::{lattice::Spacing, scan::Layout},
     progress::{Cancelled, Progress},
@@ -51,6 +52,8 @@ pub fn bake(scene: &Scene, request: &Request, progress: &dyn Progress) -> Result
 pub(crate) struct Effort {
     pub(crate) work: Work,
     pub(crate) time: Time,
+    /// Lights that are done.
+    pub(crate) lights: usize,
 }
 
 /// All of a bake that no light changes: made once.
@@ -63,20 +66,34 @@ pub(crate) struct Stage<'a> {
     pub(crate) layouts: Vec<OnceLock<Layout>>,
     /// The solids of each object, each made when it is first asked for.
     pub(crate) solids: Vec<OnceLock<Solids>>,
-    tree: ObjectTree,
-    /// Seconds that making it took.
+    pub(crate) tree: ObjectTree,
+    /// When making it began, and how many seconds it took.
+    begun: Instant,
     seconds: f64,
 }
 
 impl<'a> Stage<'a> {
     /// The object tree and the sample spacing; bodies are placed when they are first asked for.
     pub(crate) fn new(scene: &'a Scene, request: &'a Request) -> Self {
-        let start = Instant::now();
-        let bodies = Bodies::new(scene);
+        Self::of_bodies(Instant::now(), scene, request, Bodies::new)
+    }
+
+    /// As [`Stage::new`], with the world boxes of the objects at hand.
+    pub(crate) fn with_boxes(scene: &'a Scene, request: &'a Request, boxes: Vec<Aabb>) -> Self {
+        Self::of_bodies(Instant::now(), scene, request, |scene| Bodies::with_boxes(scene, boxes))
+    }
+
+    fn of_bodies(
+        begun: Instant,
+        scene: &'a Scene,
+        request: &'a Request,
+        bodies: impl FnOnce(&'a Scene) -> Bodies<'a>,
+    ) -> Self {
+        let bodies = bodies(scene);
         let (tree, spacing) = (object_tree(&bodies), spacing(&bodies, request));
         let layouts = scene.objects.iter().map(|_| OnceLock::new()).collect();
         let solids = scene.objects.iter().map(|_| OnceLock::new()).collect();
-        Self { bodies, request, spacing, layouts, solids, tree, seconds: start.elapsed().as_secs_f64() }
+        Self { bodies, request, spacing, layouts, solids, tree, begun, seconds: begun.elapsed().as_secs_f64() }
     }
 
     /// The account to which lights are added.
@@ -99,51 +116,76 @@ impl<'a> Stage<'a> {
         effort.work.pairs_excluded += counts.excluded;
         effort.time.coarse += start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let objects = self.refine(light, &influences, progress, &mut effort.work)?;
+        let objects = self.refine(light, &influences, effort.lights, progress, &mut effort.work)?;
+        effort.lights += 1;
         effort.time.fine += start.elapsed().as_secs_f64();
         effort.work.exact_fallbacks += exact_fallbacks() - fallbacks;
         Ok(objects)
     }
 
-    /// The fine step; once, or depth by depth until little enough is undecided.
+    /// The fine step; once, or as far as a limit lets it.
     fn refine(
         &self,
         light: &LightSource,
         influences: &Influences,
+        lights_done: usize,
         progress: &dyn Progress,
         work: &mut Work,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
         let receivers = |detail| Receivers::new(self, light, detail, influences);
         if self.request.detail == Detail::Faces && self.spacing.is_some() {
             let samples = Samples::new(self, light, influences);
-            let mut objects = run(&receivers(Detail::Faces), |receiver| !samples.takes(receiver), progress, work)?;
+            let ran = run(&receivers(Detail::Faces), |receiver| !samples.takes(receiver), progress, work)?;
+            let mut objects = reports(ran, work);
             work.rays += samples.run(&mut objects, progress)?;
             return Ok(objects);
         }
         let all = |_| true;
-        let Detail::MaxUndecided { share } = self.request.detail else {
-            return run(&receivers(self.request.detail), all, progress, work);
-        };
-        let mut boundary = 0;
-        loop {
-            boundary += 1;
-            let objects = run(&receivers(Detail::Depth { interior: boundary, boundary }), all, progress, work)?;
-            let area: f64 = objects.iter().map(|object| object.area).sum();
-            let undecided: f64 = objects.iter().map(ObjectReport::undecided).sum();
-            if undecided <= share * area || boundary == crate::levels::MAX_DEPTH {
-                return Ok(objects);
+        match self.limit(lights_done) {
+            Some(limit) => refine(&mut receivers(self.request.detail), &limit, progress, work),
+            None => Ok(reports(run(&receivers(self.request.detail), all, progress, work)?, work)),
+        }
+    }
+
+    /// Where to stop, if that is how the detail is given; time is shared by the lights of the request.
+    fn limit(&self, lights_done: usize) -> Option<Limit> {
+        let nothing = Limit { share: 0.0, deadline: None, bytes: None };
+        match self.request.detail {
+            Detail::MaxUndecided { share } => Some(Limit { share, ..nothing }),
+            Detail::Memory { bytes } => Some(Limit { bytes: Some(bytes), ..nothing }),
+            Detail::Time { limit } => {
+                let lights = self.request.lights.len().max(1) as u32;
+                let deadline = self.begun + limit / lights * (lights_done as u32 + 1).min(lights);
+                Some(Limit { deadline: Some(deadline), ..nothing })
             }
+            _ => None,
         }
     }
 }
 
+/// What a look at a receiver found.
+#[derive(Debug, Default)]
+pub(crate) struct Ran {
+    pub(crate) report: ObjectReport,
+    /// Cells examined.
+    pub(crate) examined: u64,
+    /// Whether some face was divided.
+    pub(crate) is_divided: bool,
+}
+
+/// The reports, with the receivers counted that were divided.
+fn reports(ran: Vec<Ran>, work: &mut Work) -> Vec<ObjectReport> {
+    work.octrees_built += ran.iter().filter(|one| one.is_divided).count() as u64;
+    ran.into_iter().map(|one| one.report).collect()
+}
+
 /// Runs the jobs of the receivers that are `asked`, and adds them up per object.
-fn run(
+pub(crate) fn run(
     receivers: &Receivers,
     asked: impl Fn(usize) -> bool,
     progress: &dyn Progress,
     work: &mut Work,
-) -> Result<Vec<ObjectReport>, Cancelled> {
+) -> Result<Vec<Ran>, Cancelled> {
     let jobs = receivers.jobs(asked);
     let done = AtomicU64::new(0);
     let is_cancelled = || progress.is_cancelled();
@@ -165,7 +207,7 @@ fn run(
         while let Some((_, sums)) = rest.next_if(|(job, _)| job.receiver == receiver) {
             total.add(sums, work);
         }
-        objects.push(total.report(object, receivers.request, work));
+        objects.push(total.ran(object, receivers.request));
     }
     Ok(objects)
 }
@@ -176,6 +218,7 @@ struct ObjectSums {
     areas: AreaSums,
     cells: Vec<Cell>,
     samples: SampleCount,
+    examined: u64,
     divided: bool,
 }
 
@@ -186,16 +229,16 @@ impl ObjectSums {
         self.samples.samples += sums.samples.samples;
         self.samples.lit += sums.samples.lit;
         self.divided |= sums.divided;
+        self.examined += sums.examined;
         work.cells += sums.examined;
         work.rays += sums.points;
     }
 
-    fn report(self, object: usize, request: &Request, work: &mut Work) -> ObjectReport {
-        work.octrees_built += u64::from(self.divided);
+    fn ran(self, object: usize, request: &Request) -> Ran {
         let (area, area_error) = self.areas.area();
         let AreaSums { lower, upper, estimate, .. } = self.areas;
         let (lower, upper) = (lower.rounded_down(), upper.rounded_up());
-        ObjectReport {
+        let report = ObjectReport {
             object,
             area,
             area_error,
@@ -203,6 +246,7 @@ impl ObjectSums {
             cells: self.cells,
             samples: request.sampling.map(|_| self.samples),
             answers: None,
-        }
+        };
+        Ran { report, examined: self.examined, is_divided: self.divided }
     }
 }

@@ -29,7 +29,11 @@ pub(crate) struct Bodies<'a> {
 impl<'a> Bodies<'a> {
     /// Computes the boxes; nothing else yet.
     pub(crate) fn new(scene: &'a Scene) -> Self {
-        let boxes = scene.objects.iter().map(Object::bounds).collect();
+        Self::with_boxes(scene, scene.objects.iter().map(Object::bounds).collect())
+    }
+
+    /// With the world boxes at hand, one an object.
+    pub(crate) fn with_boxes(scene: &'a Scene, boxes: Vec<Aabb>) -> Self {
         let bodies = scene.objects.iter().map(|_| OnceLock::new()).collect();
         let edges = scene.objects.iter().map(|_| OnceLock::new()).collect();
         Self { scene, boxes, bodies, edges }

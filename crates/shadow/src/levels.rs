@@ -12,6 +12,9 @@ use crate::{fine::flat::Levels, request::Detail};
 /// The deepest octree: 21 levels, three axes of 21 bits in a 64-bit Morton code.
 pub(crate) const MAX_DEPTH: u8 = Octant::MAX_LEVEL;
 
+/// The source's depth for borders.
+pub(crate) const TYPICAL_DEPTH: u8 = 8;
+
 /// The lengths of a face that its division depends on, metres, rounded.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FaceSize {
@@ -89,6 +92,8 @@ pub(crate) fn of_face(detail: Detail, keep_cells: bool, bounds: &Aabb, size: &Fa
         }
         Detail::Faces => (0, 0),
         Detail::MaxUndecided { .. } => (at_depth(MAX_DEPTH), at_depth(MAX_DEPTH)),
+        // Where depths are asked one by one, these never come here; elsewhere they mean the typical one.
+        Detail::Time { .. } | Detail::Memory { .. } => (at_depth(TYPICAL_DEPTH), at_depth(TYPICAL_DEPTH)),
     };
     Levels { finest, stored: keep_cells.then_some(stored) }
 }

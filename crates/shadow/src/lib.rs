@@ -3,6 +3,7 @@
 //! [`bake`] classifies surfaces: which cells of which faces are lit, which are in shadow, how much is undecided.
 //! [`bake_hours`] does so for many lights one after the other, and tells for how long surfaces are lit.
 //! [`Queries`] answers single points exactly. [`soft_bake`] and [`Queries::visible_fraction`] do so for lights with an extent. [`doctor`] tells what about a scene limits the answers.
+//! [`rivals`] are the other ways to find shadows, and [`tradeoff`] measures what time and memory buy with each.
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
@@ -10,6 +11,7 @@ struct Readme;
 
 mod bake;
 mod bodies;
+mod budget;
 mod cell_octree;
 mod coarse;
 pub mod doctor;
@@ -25,12 +27,15 @@ mod query;
 mod receivers;
 mod report;
 mod request;
+pub mod rivals;
 mod sample_points;
 mod samples;
+mod session;
 mod slack;
 mod soft;
 mod solids;
 mod sums;
+pub mod tradeoff;
 
 pub use bake::bake;
 pub use cell_octree::CellOctree;
@@ -44,4 +49,5 @@ pub use query::{Answer, Place, Precision, Queries, QueryDefect};
 pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleAnswers, SampleCount, Time, Verdict, Work};
 pub use request::{CellMethod, Detail, Request, Sampling};
 pub use sample_points::{SamplePoint, for_each_sample};
+pub use session::{Change, ChangeDefect, Session, Update};
 pub use soft::{AreaBounds, Fraction, SoftCell, SoftLight, SoftObject, SoftRequest, image as soft_image, soft_bake};

@@ -171,6 +171,19 @@ pub struct Work {
     pub exact_fallbacks: u64,
 }
 
+impl Work {
+    /// Adds what was done elsewhere.
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.pairs_tested += other.pairs_tested;
+        self.pairs_registered += other.pairs_registered;
+        self.pairs_excluded += other.pairs_excluded;
+        self.octrees_built += other.octrees_built;
+        self.cells += other.cells;
+        self.rays += other.rays;
+        self.exact_fallbacks += other.exact_fallbacks;
+    }
+}
+
 /// Wall time of the phases, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Time {

@@ -1,6 +1,10 @@
 //! What is asked of a bake.
 
+use std::time::Duration;
+
 use umbriel_scene::Scene;
+
+use crate::levels::TYPICAL_DEPTH;
 
 /// How far undecided cells are divided.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,17 +25,30 @@ pub enum Detail {
     },
     /// Faces are not divided: what is asked for is samples.
     Faces,
-    /// Divide until at most this share of the asked surface is undecided, or the boundary depth is 21.
+    /// Divide, where most is undecided for what it costs, until at most this share of the asked surface is undecided, or the boundary depth
+    /// is 21.
     MaxUndecided {
         /// 0 to 1.
         share: f64,
+    },
+    /// Divide in the same order until the time is over, the one thing about a result that may differ from run to run; more time never gives wider
+    /// bounds. Every receiver is looked at once whatever that takes. The lights of the request share the time; not for many suns one after the
+    /// other ([`bake_hours`](crate::bake_hours)), which have one depth.
+    Time {
+        /// Wall time from the beginning of the bake.
+        limit: Duration,
+    },
+    /// Divide in the same order as long as the examined cells would fit, stored or not. For each light; what is needed on the way is not counted.
+    Memory {
+        /// Bytes.
+        bytes: u64,
     },
 }
 
 impl Default for Detail {
     /// The source's typical depths, 4 and 8.
     fn default() -> Self {
-        Self::Depth { interior: 4, boundary: 8 }
+        Self::Depth { interior: 4, boundary: TYPICAL_DEPTH }
     }
 }
 

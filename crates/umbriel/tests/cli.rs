@@ -4,6 +4,8 @@
 mod bad_input;
 #[path = "cli/bake.rs"]
 mod bake;
+#[path = "cli/compare.rs"]
+mod compare;
 #[path = "cli/doctor.rs"]
 mod doctor;
 #[cfg(unix)]
@@ -19,5 +21,7 @@ mod render;
 mod soft;
 #[path = "cli/suns.rs"]
 mod suns;
+#[path = "cli/tradeoff.rs"]
+mod tradeoff;
 #[path = "cli/workspace.rs"]
 mod workspace;

@@ -35,6 +35,10 @@ pub(crate) enum Command {
     Query(QueryArgs),
     /// Draw the scene with its computed shadows
     Render(RenderArgs),
+    /// Compare ways to find hard shadows on one picture: times, errors, differences
+    Compare(CompareArgs),
+    /// Measure what time and memory buy: depths, samples and rivals, judged by exact answers all over the surface
+    Tradeoff(TradeoffArgs),
     /// Soft shadows: lit, penumbra and umbra with bounds, and the ways of pictures with times and errors
     Soft(SoftArgs),
     /// Tell what about a scene limits the answers, and how much surface it concerns
@@ -85,7 +89,7 @@ pub(crate) struct LightArgs {
 pub(crate) struct SunsArgs {
     /// Hours of sun under a table of suns instead of single lights: CSV with a header azimuth,elevation (degrees; none
     /// shines from the horizon or below) or x,y,z (the way the light travels), and if you like time and hours
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["sun", "point", "light"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sun", "point", "light", "time", "memory"])]
     pub(crate) suns: Option<PathBuf>,
     /// Hours that each row of the table lasts, if it has no column hours [default: the step of its times, else 1]
     #[arg(long, value_name = "HOURS", requires = "suns", value_parser = hours, conflicts_with_all = ["sun", "point", "light"])]
@@ -93,20 +97,26 @@ pub(crate) struct SunsArgs {
 }
 
 /// How fine.
-#[derive(Debug, ClapArgs)]
+#[derive(Debug, Default, ClapArgs)]
 pub(crate) struct DetailArgs {
     /// Depth in an object's octree at which cells stay undecided, 0 to 21 [default: 8]
-    #[arg(long, value_name = "N", value_parser = depth(), conflicts_with_all = ["cell", "max_undecided"])]
+    #[arg(long, value_name = "N", value_parser = depth(), conflicts_with_all = ["cell", "max_undecided", "time", "memory"])]
     pub(crate) boundary_depth: Option<u8>,
     /// Finest depth at which decided cells are stored [default: 4]
     #[arg(long, value_name = "N", value_parser = depth(), requires = "boundary_depth")]
     pub(crate) interior_depth: Option<u8>,
     /// Edge of the smallest cell, metres
-    #[arg(long, value_name = "METRES", value_parser = positive, conflicts_with = "max_undecided")]
+    #[arg(long, value_name = "METRES", value_parser = positive, conflicts_with_all = ["max_undecided", "time", "memory"])]
     pub(crate) cell: Option<f64>,
     /// Divide until at most this share (0 to 1) of the surface is undecided
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with_all = ["time", "memory"])]
     pub(crate) max_undecided: Option<f64>,
+    /// Divide where it tells most for as long as this after loading: 500ms, 2s, 1.5min
+    #[arg(long, value_name = "TIME", value_parser = time, conflicts_with = "memory")]
+    pub(crate) time: Option<Duration>,
+    /// Divide where it tells most as long as a light's cells fit: 64MB, 2GB, 512MiB
+    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    pub(crate) memory: Option<u64>,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -299,6 +309,63 @@ impl MethodName {
 }
 
 #[derive(Debug, ClapArgs)]
+pub(crate) struct CompareArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+    #[command(flatten)]
+    pub(crate) detail: DetailArgs,
+    /// Width and height of the picture in pixels
+    #[arg(long, value_name = "WxH", default_value = "600x400", value_parser = size)]
+    pub(crate) size: [u32; 2],
+    /// Edge of the shadow map in texels, 16 to 8192 (repeatable) [default: 512 and 2048]
+    #[arg(long, value_name = "N", value_parser = map_edge)]
+    pub(crate) map: Vec<usize>,
+    /// How often each patch of a curved body is divided along its edges, for the rivals, 1 to 512
+    #[arg(long, value_name = "N", default_value = "16", value_parser = clap::value_parser!(u32).range(1..=512))]
+    pub(crate) divisions: u32,
+    /// Write results as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write the truth and all methods side by side, differences marked, to a .png file (repeatable)
+    #[arg(short, long = "output", value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
+pub(crate) struct TradeoffArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    #[command(flatten)]
+    pub(crate) lights: LightArgs,
+    /// About how many points of the surface have exact answers to judge by
+    #[arg(long, value_name = "N", default_value = "1000000", value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) points: u64,
+    /// The deepest boundary depth that is tried, 1 to 21
+    #[arg(long, value_name = "N", default_value = "12", value_parser = clap::value_parser!(u8).range(1..=21))]
+    pub(crate) max_depth: u8,
+    /// A kind of setting is not made finer after one run of it took longer, seconds
+    #[arg(long, value_name = "SECONDS", default_value = "2", value_parser = positive)]
+    pub(crate) limit: f64,
+    /// How often each setting runs; the quickest run counts
+    #[arg(long, value_name = "N", default_value = "3", value_parser = clap::value_parser!(u32).range(1..=100))]
+    pub(crate) runs: u32,
+    /// The share of the surface that may be wrong or undecided in what is recommended
+    #[arg(long, value_name = "SHARE", default_value = "0.001", value_parser = share)]
+    pub(crate) error: f64,
+    /// How often each patch of a curved body is divided along its edges, for the rivals, 1 to 512
+    #[arg(long, value_name = "N", default_value = "16", value_parser = clap::value_parser!(u32).range(1..=512))]
+    pub(crate) divisions: u32,
+    /// Write results as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+    /// Write results to a .csv or .json file, charts to an .svg or .png file (repeatable)
+    #[arg(short, long = "output", value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+}
+
+#[derive(Debug, ClapArgs)]
 pub(crate) struct DoctorArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
@@ -337,6 +404,35 @@ fn finite(text: &str) -> Result<f64, String> {
 
 fn positive(text: &str) -> Result<f64, String> {
     finite(text).and_then(|value| if value > 0.0 { Ok(value) } else { Err("not above zero".to_owned()) })
+}
+
+/// A positive number with one of these units behind it, in the first one's terms.
+fn with_unit(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
+    let unit = text.trim().trim_start_matches(|digit: char| digit.is_ascii_digit() || ".+-".contains(digit));
+    let number = text.trim().strip_suffix(unit).unwrap_or(text);
+    let known = || units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    let (_, scale) =
+        units.iter().find(|(name, _)| *name == unit.trim()).ok_or_else(|| format!("no unit among {}", known()))?;
+    positive(number).map(|number| number * scale)
+}
+
+fn time(text: &str) -> Result<Duration, String> {
+    let seconds = with_unit(text, &[("s", 1.0), ("ms", 1e-3), ("min", 60.0), ("h", 3600.0)])?;
+    // Ten years; what is longer has no end.
+    Duration::try_from_secs_f64(seconds).ok().filter(|time| time.as_secs() < 315_360_000).ok_or("too long".to_owned())
+}
+
+fn bytes(text: &str) -> Result<u64, String> {
+    let units = [
+        ("B", 1.0),
+        ("kB", 1e3),
+        ("MB", 1e6),
+        ("GB", 1e9),
+        ("KiB", 1024.0),
+        ("MiB", 1_048_576.0),
+        ("GiB", 1_073_741_824.0),
+    ];
+    with_unit(text, &units).map(|bytes| bytes as u64)
 }
 
 fn hours(text: &str) -> Result<Duration, String> {
@@ -414,6 +510,10 @@ mod tests {
             "--interior-depth 3",
             "--boundary-depth 22",
             "--max-undecided 1.5",
+            "--time 5",
+            "--time 5s --memory 1MB",
+            "--memory 1MB --cell 1",
+            "--time 1s --suns a.csv",
             "--samples 0",
             "--samples 5 --spacing 1",
             "--csv lights",
@@ -431,6 +531,15 @@ mod tests {
             let args = ["umbriel", "bake", "a.obj"].into_iter().chain(wrong.split(' '));
             assert_eq!(Args::try_parse_from(args).expect_err(wrong).exit_code(), 2);
         }
+    }
+
+    #[test]
+    fn times_and_sizes_have_units() {
+        assert_eq!(time("500ms"), Ok(Duration::from_millis(500)));
+        assert_eq!((time("1.5min"), time("2 s")), (Ok(Duration::from_secs(90)), Ok(Duration::from_secs(2))));
+        assert_eq!((bytes("2GB"), bytes("512MiB")), (Ok(2_000_000_000), Ok(512 << 20)));
+        assert!(["5", "ms", "-1s", "0s", "1e9h", "3 weeks"].iter().all(|wrong| time(wrong).is_err()));
+        assert!(["5", "GB", "-1MB", "1 byte"].iter().all(|wrong| bytes(wrong).is_err()));
     }
 
     #[test]

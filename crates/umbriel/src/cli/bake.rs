@@ -205,7 +205,7 @@ impl<'a> Outputs<'a> {
                     let meshes = report.lights.iter().flat_map(|light| glb::meshes(scene, light, self.forms.color));
                     write_glb(&meshes.collect::<Vec<_>>(), out)
                 }
-                Format::Json | Format::Png | Format::Npy => out.write_all(json.as_bytes()),
+                Format::Json | Format::Png | Format::Npy | Format::Svg => out.write_all(json.as_bytes()),
             })
         };
         let mut staged = self.files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;

@@ -2,16 +2,19 @@
 
 mod args;
 mod bake;
+mod compare;
 mod doctor;
 mod failure;
 mod glob;
 mod info;
+mod memory;
 mod plan;
 mod query;
 mod render;
 mod soft;
 mod soft_pictures;
 mod suns;
+mod tradeoff;
 
 use std::{
     io::{self, Write},
@@ -44,6 +47,8 @@ fn run(args: &args::Args) -> Result<(), Failure> {
         args::Command::Bake(args) => bake::run(args),
         args::Command::Query(args) => query::run(args),
         args::Command::Render(args) => render::run(args),
+        args::Command::Compare(args) => compare::run(args),
+        args::Command::Tradeoff(args) => tradeoff::run(args),
         args::Command::Soft(args) => soft::run(args),
         args::Command::Doctor(args) => doctor::run(args),
     }

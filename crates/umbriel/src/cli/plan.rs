@@ -139,13 +139,20 @@ pub(crate) fn choose_detail_beside_samples(
     file: Option<DetailSetting>,
     cells: CellUse,
 ) -> Result<Detail, Failure> {
-    let is_typed = args.boundary_depth.is_some() || args.cell.is_some() || args.max_undecided.is_some();
+    let is_depth = args.boundary_depth.is_some() || args.cell.is_some() || args.max_undecided.is_some();
+    let is_typed = is_depth || args.time.is_some() || args.memory.is_some();
     if is_typed || cells == CellUse::Cells { choose_detail(args, file, cells) } else { Ok(Detail::Faces) }
 }
 
 /// The detail: as typed, else as the scene file says, else the source's typical depths. Where single cells are looked
 /// at, decided ones are stored down to the boundary depth unless somebody said otherwise.
 pub(crate) fn choose_detail(args: &DetailArgs, file: Option<DetailSetting>, cells: CellUse) -> Result<Detail, Failure> {
+    if let Some(limit) = args.time {
+        return Ok(Detail::Time { limit });
+    }
+    if let Some(bytes) = args.memory {
+        return Ok(Detail::Memory { bytes });
+    }
     let typed = if let Some(boundary) = args.boundary_depth {
         Some(DetailSetting::Depth { interior: args.interior_depth, boundary })
     } else if let Some(edge) = args.cell {
@@ -173,7 +180,7 @@ mod tests {
     use super::*;
 
     fn typed(boundary: Option<u8>, interior: Option<u8>) -> DetailArgs {
-        DetailArgs { boundary_depth: boundary, interior_depth: interior, cell: None, max_undecided: None }
+        DetailArgs { boundary_depth: boundary, interior_depth: interior, ..DetailArgs::default() }
     }
 
     #[test]

@@ -26,6 +26,11 @@ use crate::{
 };
 
 pub(crate) fn run(args: &SoftArgs) -> Result<(), Failure> {
+    if args.detail.time.is_some() || args.detail.memory.is_some() {
+        return Err(Failure::Unusable(
+            "--time and --memory are for hard shadows; give soft ones a depth or a share".into(),
+        ));
+    }
     let files = output::targets(&args.output, &[Format::Png], &[&args.scene.scene])?;
     let json_file = args.json.clone().filter(|path| path != Path::new("-"));
     if let Some(path) = &json_file {

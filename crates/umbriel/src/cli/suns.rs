@@ -63,7 +63,7 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
             Format::Csv => csv::write_hours(&day, args.forms.csv, out),
             Format::Vtu => write_vtu(&vtu::hours_grid(&day), out),
             Format::Glb => write_glb(&glb::hours_meshes(&day, args.forms.color), out),
-            Format::Json | Format::Png | Format::Npy => io::Write::write_all(out, json.as_bytes()),
+            Format::Json | Format::Png | Format::Npy | Format::Svg => io::Write::write_all(out, json.as_bytes()),
         })
     };
     let staged = outputs.files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;

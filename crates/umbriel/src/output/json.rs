@@ -41,6 +41,8 @@ pub(crate) enum DetailUsed {
     Depth { interior_depth: u8, boundary_depth: u8 },
     Cell { cell: f64 },
     MaxUndecided { max_undecided: f64 },
+    Time { time: f64 },
+    Memory { memory_bytes: u64 },
     Faces { faces: &'static str },
     Other {},
 }
@@ -306,6 +308,8 @@ impl DetailUsed {
             Detail::Depth { interior, boundary } => Self::Depth { interior_depth: interior, boundary_depth: boundary },
             Detail::Cell { edge } => Self::Cell { cell: edge },
             Detail::MaxUndecided { share } => Self::MaxUndecided { max_undecided: share },
+            Detail::Time { limit } => Self::Time { time: limit.as_secs_f64() },
+            Detail::Memory { bytes } => Self::Memory { memory_bytes: bytes },
             Detail::Faces => Self::Faces { faces: "whole" },
             _ => Self::Other {},
         }

@@ -1,8 +1,10 @@
 //! Results turned into what files and terminals take; one form a file.
 
 pub(crate) mod cells;
+pub(crate) mod compare;
 pub(crate) mod csv;
 pub(crate) mod doctor;
+pub(crate) mod drawing;
 pub(crate) mod findings;
 pub(crate) mod glb;
 pub(crate) mod hours;
@@ -15,6 +17,7 @@ pub(crate) mod soft;
 mod surface;
 pub(crate) mod table;
 mod target;
+pub(crate) mod tradeoff;
 pub(crate) mod viewpoint;
 pub(crate) mod vtu;
 

@@ -18,6 +18,7 @@ pub(crate) enum Format {
     Glb,
     Npy,
     Png,
+    Svg,
     Vtu,
 }
 
@@ -29,6 +30,7 @@ impl Format {
             Self::Glb => "glb",
             Self::Npy => "npy",
             Self::Png => "png",
+            Self::Svg => "svg",
             Self::Vtu => "vtu",
         }
     }

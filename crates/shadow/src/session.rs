@@ -1,0 +1,257 @@
+//! A scene that changes, and shadows that follow: only what a change touches is redone.
+//!
+//! The answer for a receiver and a light depends on the receiver, on the light, on the objects that may shadow the receiver by the coarse step, and on the detail;
+//! on nothing else, and not on the order of the objects. A session keeps for each such pair who was involved, under names that a change of an
+//! object renews. After a change the coarse step runs again, over boxes alone, and pairs whose list of names is another one are baked. So
+//! what [`Session::lights`] answers is what a [`bake`](crate::bake) of the scene as it stands answers, bit for bit.
+//!
+//! Cost of an update: the coarse step, and the receivers whose answer may differ. Details that spread over all receivers
+//! ([`Detail::MaxUndecided`], [`Detail::Time`], [`Detail::Memory`]) have all of them redone; samples by their count look at every area anew.
+
+use umbriel_bvh::Influences;
+use umbriel_geometry::{Aabb, Placement};
+use umbriel_scene::{Family, Light, Member, Object, ObjectDefect, Scene};
+
+use crate::{
+    bake::Stage,
+    coarse::coarse_step,
+    fine::lattice::Spacing,
+    progress::{Cancelled, Progress},
+    report::{LightReport, ObjectReport, Time, Work},
+    request::{Detail, Request},
+};
+
+/// A change of the scene. Objects and lights are named by their indices at that moment.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Change {
+    /// An object stands elsewhere.
+    Move {
+        /// Which object.
+        object: usize,
+        /// Where it stands now.
+        placement: Placement,
+    },
+    /// A new object, behind all others; it receives and casts.
+    Add(Object),
+    /// An object goes; those behind it move up by one.
+    Remove(usize),
+    /// A light is another one.
+    SetLight(usize, Light),
+    /// A new light, behind all others.
+    AddLight(Light),
+    /// A light goes; those behind it move up by one.
+    RemoveLight(usize),
+}
+
+/// Why a change is refused. Nothing is changed then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ChangeDefect {
+    /// No such object.
+    #[error("there is no object {0}")]
+    NoObject(usize),
+    /// No such light.
+    #[error("there is no light {0}")]
+    NoLight(usize),
+    /// The object cannot stand there.
+    #[error(transparent)]
+    Object(#[from] ObjectDefect),
+}
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Update {
+    /// Pairs of a receiver and a light that were baked.
+    pub redone: u64,
+    /// Pairs whose answer was kept.
+    pub kept: u64,
+    /// Counters of what was done.
+    pub work: Work,
+    /// Wall times of it.
+    pub time: Time,
+}
+
+/// Who an answer depends on: the receiver's name, then its occluders' in their order.
+type Involved = Vec<u64>;
+
+/// A light's answers, one a receiver.
+#[derive(Debug, Default)]
+struct Answers {
+    involved: Vec<Involved>,
+    report: LightReport,
+}
+
+/// A scene with its shadows.
+#[derive(Debug)]
+pub struct Session {
+    scene: Scene,
+    /// Without lights and receivers: those are all.
+    request: Request,
+    boxes: Vec<Aabb>,
+    /// Per object: renewed by every change of it.
+    names: Vec<u64>,
+    next_name: u64,
+    answers: Vec<Answers>,
+    spacing: Option<Spacing>,
+}
+
+impl Session {
+    /// A session with the shadows of all objects under all lights; nothing is computed before the first [`Session::update`]. Of `request`, the
+    /// lights and the receivers are not looked at.
+    pub fn new(scene: Scene, request: Request) -> Self {
+        let boxes = scene.objects.iter().map(Object::bounds).collect();
+        let names: Vec<u64> = (0..scene.objects.len() as u64).collect();
+        let answers = scene.lights.iter().map(|_| Answers::default()).collect();
+        let next_name = names.len() as u64;
+        Self { scene, request, boxes, names, next_name, answers, spacing: None }
+    }
+
+    /// The scene as it stands.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// What a bake of the scene would answer as of the last update: one report a light.
+    pub fn lights(&self) -> impl ExactSizeIterator<Item = &LightReport> {
+        self.answers.iter().map(|answers| &answers.report)
+    }
+
+    /// Changes the scene; shadows follow with the next [`Session::update`]. O(vertices of the object), and O(families) to remove one.
+    ///
+    /// # Errors
+    /// [`ChangeDefect`].
+    pub fn change(&mut self, change: Change) -> Result<(), ChangeDefect> {
+        match change {
+            Change::Move { object, placement } => {
+                let old = self.scene.objects.get(object).ok_or(ChangeDefect::NoObject(object))?;
+                let moved = Object::new(old.name.clone(), old.shape.clone(), placement, old.sides)?;
+                self.boxes[object] = moved.bounds();
+                self.scene.objects[object] = moved;
+                self.names[object] = self.new_name();
+            }
+            Change::Add(object) => {
+                self.scene.families.roots.push(Member::Object(self.scene.objects.len()));
+                self.boxes.push(object.bounds());
+                self.scene.objects.push(object);
+                let name = self.new_name();
+                self.names.push(name);
+            }
+            Change::Remove(object) => self.remove(object)?,
+            Change::SetLight(light, new) => {
+                *self.scene.lights.get_mut(light).ok_or(ChangeDefect::NoLight(light))? = new;
+                self.answers[light] = Answers::default();
+            }
+            Change::AddLight(light) => {
+                self.scene.lights.push(light);
+                self.answers.push(Answers::default());
+            }
+            Change::RemoveLight(light) => {
+                self.scene.lights.get(light).ok_or(ChangeDefect::NoLight(light))?;
+                self.scene.lights.remove(light);
+                self.answers.remove(light);
+            }
+        }
+        Ok(())
+    }
+
+    fn new_name(&mut self) -> u64 {
+        self.next_name += 1;
+        self.next_name - 1
+    }
+
+    fn remove(&mut self, object: usize) -> Result<(), ChangeDefect> {
+        self.scene.objects.get(object).ok_or(ChangeDefect::NoObject(object))?;
+        self.scene.objects.remove(object);
+        self.boxes.remove(object);
+        self.names.remove(object);
+        let kept = |members: &mut Vec<Member>| {
+            members.retain(|member| *member != Member::Object(object));
+            for member in members {
+                if let Member::Object(number) = member {
+                    *number -= usize::from(*number > object);
+                }
+            }
+        };
+        kept(&mut self.scene.families.roots);
+        self.scene.families.families.iter_mut().for_each(|Family { members, .. }| kept(members));
+        for answers in &mut self.answers {
+            if object < answers.involved.len() {
+                answers.involved.remove(object);
+                answers.report.objects.remove(object);
+            }
+        }
+        Ok(())
+    }
+
+    /// Bakes what changes touched since the last update.
+    ///
+    /// # Errors
+    /// [`Cancelled`] when `progress` says so; answers are then partly old, and the next update goes on.
+    pub fn update(&mut self, progress: &dyn Progress) -> Result<Update, Cancelled> {
+        let mut update = Update::default();
+        let mut answers = std::mem::take(&mut self.answers);
+        let result = self.update_all(&mut answers, progress, &mut update);
+        self.answers = answers;
+        result.map(|()| update)
+    }
+
+    fn update_all(
+        &mut self,
+        answers: &mut [Answers],
+        progress: &dyn Progress,
+        update: &mut Update,
+    ) -> Result<(), Cancelled> {
+        let everything = Request {
+            lights: (0..self.scene.lights.len()).collect(),
+            receivers: (0..self.scene.objects.len()).collect(),
+            ..self.request.clone()
+        };
+        let stage = Stage::with_boxes(&self.scene, &everything, self.boxes.clone());
+        let is_shared =
+            matches!(self.request.detail, Detail::MaxUndecided { .. } | Detail::Time { .. } | Detail::Memory { .. });
+        if is_shared || stage.spacing != self.spacing {
+            answers.iter_mut().for_each(|answers| answers.involved.clear());
+        }
+        self.spacing = stage.spacing;
+        for (light, answers) in answers.iter_mut().enumerate() {
+            let source = &self.scene.lights[light].source;
+            let influences = coarse_step(&stage.tree, &everything.receivers, source);
+            let involved: Vec<Involved> =
+                (0..self.names.len()).map(|object| self.involved(object, &influences)).collect();
+            let is_new = |&object: &usize| answers.involved.get(object) != Some(&involved[object]);
+            let touched: Vec<usize> = (0..involved.len()).filter(is_new).collect();
+            update.redone += touched.len() as u64;
+            update.kept += (involved.len() - touched.len()) as u64;
+            let request = Request { lights: vec![light], receivers: touched.clone(), ..self.request.clone() };
+            let mut part = Stage::with_boxes(&self.scene, &request, self.boxes.clone());
+            part.spacing = self.spacing;
+            let mut effort = part.effort();
+            let reports = part.bake(source, progress, &mut effort)?;
+            update.work.add(&effort.work);
+            update.time.coarse += effort.time.coarse;
+            update.time.fine += effort.time.fine;
+            answers.take(light, touched, reports, involved);
+        }
+        Ok(())
+    }
+
+    fn involved(&self, object: usize, influences: &Influences) -> Involved {
+        let occluders = influences.occluders_of(object as u32).iter().map(|&other| self.names[other as usize]);
+        std::iter::once(self.names[object]).chain(occluders).collect()
+    }
+}
+
+impl Answers {
+    /// Puts the new answers beside those that were kept.
+    fn take(&mut self, light: usize, touched: Vec<usize>, reports: Vec<ObjectReport>, involved: Vec<Involved>) {
+        let Self { report, involved: names } = self;
+        report.light = light;
+        report.objects.resize_with(involved.len(), ObjectReport::default);
+        for (object, new) in touched.into_iter().zip(reports) {
+            report.objects[object] = new;
+        }
+        (0..).zip(&mut report.objects).for_each(|(object, one)| one.object = object);
+        *names = involved;
+    }
+}

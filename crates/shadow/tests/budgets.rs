@@ -1,0 +1,128 @@
+//! Limits as detail: a time, a share, the memory of cells; and that every answer on the way is valid.
+
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use glam::{DAffine3, DVec3};
+use umbriel_geometry::{Cuboid, LightSource, Mesh, Placement, Rectangle};
+use umbriel_scene::{Light, Object, Scene, Shape, Sides};
+use umbriel_shadow::{Cell, Detail, Report, Request, Silent, bake};
+
+fn placed(name: String, shape: Shape, at: DVec3) -> Object {
+    let placement = Placement::new(DAffine3::from_translation(at)).expect("regular");
+    Object::new(name, shape, placement, Sides::Auto).expect("an object")
+}
+
+/// A street of houses of different sizes over tiles of ground, and a folded sheet.
+fn street(houses: u32) -> Scene {
+    let mut objects = Vec::new();
+    for house in 0..houses {
+        let (column, row) = (f64::from(house % 8), f64::from(house / 8));
+        let at = DVec3::new(10.0 * column, 0.0, 10.0 * row);
+        let height = 2.0 + f64::from(house * 7 % 5);
+        objects.push(placed(format!("tile {house}"), Shape::Rectangle(Rectangle { size: [10.0; 2] }), at));
+        let walls = Shape::Cuboid(Cuboid { size: [4.0, height, 3.0] });
+        objects.push(placed(format!("house {house}"), walls, at + DVec3::Y * (0.5 * height + 0.25)));
+    }
+    let fold = |k: u32| [[f64::from(k), f64::from(k % 2), 0.0], [f64::from(k), f64::from(k % 2), 6.0]];
+    let positions: Vec<[f64; 3]> = (0..12).flat_map(fold).collect();
+    let triangles = (0..11).flat_map(|k| [[2 * k, 2 * k + 1, 2 * k + 2], [2 * k + 2, 2 * k + 1, 2 * k + 3]]).collect();
+    let sheet = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a mesh")));
+    objects.push(placed("sheet".into(), sheet, DVec3::new(3.0, 9.0, 2.0)));
+    let sun = LightSource::sun([0.45, -1.0, 0.3]).expect("a sun");
+    Scene { objects, lights: vec![Light::new("sun", sun)], ..Scene::default() }
+}
+
+fn run(scene: &Scene, detail: Detail) -> Report {
+    bake(scene, &Request::everything(scene, detail), &Silent).expect("nobody cancels")
+}
+
+fn undecided(report: &Report) -> f64 {
+    report.lights.iter().flat_map(|light| &light.objects).map(|object| object.undecided()).sum()
+}
+
+/// Whether no bound of `after` is wider than that of `before`.
+fn is_within(after: &Report, before: &Report) -> bool {
+    let pairs = after.lights[0].objects.iter().zip(&before.lights[0].objects);
+    pairs.into_iter().all(|(after, before)| after.lit.lower >= before.lit.lower && after.lit.upper <= before.lit.upper)
+}
+
+#[test]
+fn a_time_is_kept() {
+    let scene = street(40);
+    for milliseconds in [60, 250, 1000] {
+        let limit = Duration::from_millis(milliseconds);
+        // The best of some runs: a busy machine may let any single one wait.
+        let off = (0..5).map(|_| {
+            let begun = Instant::now();
+            let report = run(&scene, Detail::Time { limit });
+            let taken = begun.elapsed();
+            println!("asked {limit:?}, took {taken:?}, undecided {:.4} m²", undecided(&report));
+            taken.abs_diff(limit)
+        });
+        let best = off.min().expect("five runs");
+        assert!(best <= (limit / 10).max(Duration::from_millis(20)), "{limit:?} were asked, at best {best:?} off");
+    }
+}
+
+#[test]
+fn more_of_anything_never_gives_wider_bounds() {
+    let scene = street(12);
+    let fine = run(&scene, Detail::Depth { interior: 11, boundary: 11 });
+    let shares = [0.2, 0.05, 0.01, 0.002].map(|share| run(&scene, Detail::MaxUndecided { share }));
+    let sizes = [0, 10_000, 100_000, 1_000_000].map(|bytes| run(&scene, Detail::Memory { bytes }));
+    let times =
+        [5, 40, 160].map(|milliseconds| run(&scene, Detail::Time { limit: Duration::from_millis(milliseconds) }));
+    for ladder in [&shares[..], &sizes, &times] {
+        for (before, after) in ladder.iter().zip(&ladder[1..]) {
+            assert!(is_within(after, before));
+        }
+        // Bounds hold what a finer bake proves.
+        for report in ladder {
+            for (coarse, fine) in report.lights[0].objects.iter().zip(&fine.lights[0].objects) {
+                assert!(coarse.lit.lower <= fine.lit.upper && fine.lit.lower <= coarse.lit.upper);
+            }
+        }
+    }
+    assert!(undecided(&sizes[3]) < 0.5 * undecided(&sizes[1]));
+}
+
+#[test]
+fn a_share_is_met_where_it_is_cheapest() {
+    let scene = street(24);
+    let area: f64 = run(&scene, Detail::Faces).lights[0].objects.iter().map(|object| object.area).sum();
+    for share in [0.1, 0.01, 0.003] {
+        let report = run(&scene, Detail::MaxUndecided { share });
+        assert!(undecided(&report) <= share * area);
+        let depths = (1..21).map(|depth| run(&scene, Detail::Depth { interior: depth, boundary: depth }));
+        let uniform = depths.into_iter().find(|report| undecided(report) <= share * area).expect("some depth");
+        // Fewer cells than one depth for all, counting the depths that it goes through on the way.
+        println!("share {share}: {} cells examined; {} at one depth", report.work.cells, uniform.work.cells);
+        assert!(report.work.cells < 3 * uniform.work.cells);
+    }
+}
+
+#[test]
+fn memory_is_kept() {
+    let scene = street(12);
+    for bytes in [20_000, 200_000] {
+        let request = Request { keep_cells: true, ..Request::everything(&scene, Detail::Memory { bytes }) };
+        let report = bake(&scene, &request, &Silent).expect("nobody cancels");
+        let stored: usize = report.lights[0].objects.iter().map(|object| object.cells.len() * size_of::<Cell>()).sum();
+        println!("{bytes} bytes allowed, {stored} stored");
+        assert!(stored as u64 <= bytes && 4 * stored as u64 > bytes, "{stored} of {bytes}");
+    }
+}
+
+#[test]
+fn limits_do_not_depend_on_threads() {
+    let scene = street(9);
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+    for detail in [Detail::MaxUndecided { share: 0.004 }, Detail::Memory { bytes: 60_000 }] {
+        let [one, three] = [1, 3].map(|threads| pool(threads).install(|| run(&scene, detail)));
+        assert_eq!(one.lights, three.lights);
+        assert_eq!(one.work.cells, three.work.cells);
+    }
+}

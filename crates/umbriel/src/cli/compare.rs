@@ -1,0 +1,118 @@
+//! `umbriel compare`: hard shadows on one picture by the bake, by rays, shadow volumes, shadow maps, and by the source's words.
+//!
+//! Each way is asked about the points that the middles of the pixels see; shadow volumes look at them from the camera, as their stencil buffers do.
+
+use std::{io::Write, path::Path};
+
+use umbriel_io::write::{Staged, write_png};
+use umbriel_scene::Scene;
+use umbriel_shadow::{
+    SamplePoint,
+    rivals::{Literal, PointRays, Polygons, ShadowMap, ShadowVolume},
+    tradeoff::{Course, Judge, MeasureDefect, Setting, measure_and_state},
+};
+use umbriel_visibility::{RayCaster, View};
+
+use super::{
+    Failure,
+    args::CompareArgs,
+    plan::{self, CellUse},
+};
+use crate::{
+    output::{self, Format, Target, compare::Comparison, viewpoint},
+    progress::{Bar, Interrupt},
+};
+
+/// Rays that the method read literally may cast.
+const LITERAL_RAYS: u64 = 50_000_000;
+
+/// Shadow maps that are tried unless somebody says otherwise.
+const MAPS: [usize; 2] = [512, 2048];
+
+pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
+    let inputs = [args.scene.scene.as_path()];
+    let mut files = output::targets(&args.output, &[Format::Png], &inputs)?;
+    let json_file = args.json.as_deref().filter(|path| *path != Path::new("-"));
+    if let Some(path) = json_file {
+        output::check_file(path, &inputs)?;
+        output::add_target(&mut files, Target { path: path.to_owned(), format: Format::Json })?;
+    }
+    let mut loaded = plan::load(&args.scene)?;
+    output::check_unread(&files, &loaded.file.files)?;
+    let interrupt = &Interrupt::install();
+    let light = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?[0];
+    let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
+    let scene = &loaded.file.scene;
+    plan::tell_findings(scene, args.scene.quiet);
+    let caster = RayCaster::new(scene);
+    let [width, height] = args.size;
+    let view = viewpoint::choose(scene, &caster, &[light], width, height);
+    let mut settings = vec![Setting::Bake(detail)];
+    settings.extend(rivals(args, &view));
+    let bar = Bar::new(interrupt, args.scene.quiet);
+    let comparison = compare(scene, light, &caster, &view, args, &settings, &bar)?;
+    write(&comparison, &files, interrupt)?;
+    let to_stdout = args.json.is_some() && json_file.is_none();
+    output::print(&if to_stdout { comparison.to_json() } else { comparison.to_text() })
+}
+
+fn rivals(args: &CompareArgs, view: &View) -> Vec<Setting> {
+    let eye = Some(view.ray(0.5, 0.5).origin);
+    let maps = if args.map.is_empty() { MAPS.to_vec() } else { args.map.clone() };
+    let mut rivals = vec![Setting::Rival(Box::new(PointRays)), Setting::Rival(Box::new(ShadowVolume { eye }))];
+    rivals.extend(maps.into_iter().map(|size| Setting::Rival(Box::new(ShadowMap::new(size)))));
+    rivals.push(Setting::Rival(Box::new(Literal { interior: 4, boundary: 8, most_rays: LITERAL_RAYS })));
+    rivals
+}
+
+/// The points that pixels see, and what each setting says of them.
+fn compare(
+    scene: &Scene,
+    light: usize,
+    caster: &RayCaster,
+    view: &View,
+    args: &CompareArgs,
+    settings: &[Setting],
+    bar: &Bar,
+) -> Result<Comparison, Failure> {
+    let polygons = Polygons::new(scene, args.divisions);
+    let (mut pixels, mut samples, mut shades) = (Vec::new(), Vec::new(), Vec::new());
+    for (pixel, hit) in caster.picture(view).into_iter().enumerate() {
+        let Some(hit) = hit else { continue };
+        let sample = SamplePoint { object: hit.object, face: hit.face, u: hit.u, v: hit.v };
+        if polygons.point(&sample).is_some() {
+            let [x, y] = [pixel as u32 % view.width, pixel as u32 / view.width].map(|at| f64::from(at) + 0.5);
+            let direction = view.ray(x, y).direction.normalize_or_zero();
+            shades.push(hit.normal.normalize_or_zero().dot(direction).abs());
+            pixels.push(pixel);
+            samples.push(sample);
+        }
+    }
+    let judge = Judge::of_samples(scene, &polygons, &scene.lights[light].source, samples);
+    let course = Course { scene, polygons: &polygons, light, judge: &judge };
+    let (mut ways, mut refused) = (Vec::new(), Vec::new());
+    for setting in settings {
+        match measure_and_state(&course, setting, bar) {
+            Ok(way) => ways.push(way),
+            Err(MeasureDefect::Cancelled(cancelled)) => return Err(cancelled.into()),
+            Err(reason) => refused.push((setting.name(), reason.to_string())),
+        }
+    }
+    let (light, truth) = (scene.lights[light].name.clone(), judge.lit().to_vec());
+    Ok(Comparison { light, size: args.size, pixels, truth, shades, ways, refused })
+}
+
+fn write(comparison: &Comparison, files: &[Target], interrupt: &Interrupt) -> Result<(), Failure> {
+    let mut staged = Vec::new();
+    for file in files {
+        staged.push(match file.format {
+            Format::Png => {
+                let strip = comparison.strip();
+                Staged::new(&file.path, |out| write_png(&strip, out))?
+            }
+            _ => Staged::new(&file.path, |out| out.write_all(comparison.to_json().as_bytes()))?,
+        });
+    }
+    interrupt.check()?;
+    output::commit_all(staged)
+}

@@ -1,0 +1,156 @@
+//! `umbriel tradeoff`: what time and memory buy, with bounds, with samples and with the rivals, judged by exact answers.
+
+use std::{io::Write, path::Path};
+
+use umbriel_io::write::{Staged, WriteError, write_png};
+use umbriel_shadow::{
+    Detail, Silent,
+    rivals::{Literal, PointRays, Polygons, ShadowMap, ShadowVolume},
+    tradeoff::{Course, Judge, MeasureDefect, Measurement, Setting, measure, recommend},
+};
+
+use super::{Failure, args::TradeoffArgs, memory::MemoryPeak, plan};
+use crate::{
+    output::{
+        self, Format, Target, drawing,
+        tradeoff::{Row, Tradeoff},
+    },
+    progress::Interrupt,
+};
+
+/// Samples, each time four times as many.
+const SAMPLES: [u64; 6] = [4_096, 16_384, 65_536, 262_144, 1_048_576, 4_194_304];
+
+/// Edges of shadow maps.
+const MAPS: [usize; 6] = [256, 512, 1024, 2048, 4096, 8192];
+
+/// Boundary depths of the method read literally, and the rays that it may cast.
+const LITERAL_DEPTHS: std::ops::RangeInclusive<u8> = 4..=8;
+const LITERAL_RAYS: u64 = 20_000_000;
+
+pub(crate) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
+    let inputs = [args.scene.scene.as_path()];
+    let known = [Format::Csv, Format::Json, Format::Svg, Format::Png];
+    let mut files = output::targets(&args.output, &known, &inputs)?;
+    let json_file = args.json.as_deref().filter(|path| *path != Path::new("-"));
+    if let Some(path) = json_file {
+        output::check_file(path, &inputs)?;
+        output::add_target(&mut files, Target { path: path.to_owned(), format: Format::Json })?;
+    }
+    let mut loaded = plan::load(&args.scene)?;
+    output::check_unread(&files, &loaded.file.files)?;
+    let interrupt = &Interrupt::install();
+    let light = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?[0];
+    let scene = &loaded.file.scene;
+    plan::tell_findings(scene, args.scene.quiet);
+    let polygons = Polygons::new(scene, args.divisions);
+    let judge = Judge::new(scene, &polygons, &scene.lights[light].source, args.points);
+    interrupt.check()?;
+    let course = Course { scene, polygons: &polygons, light, judge: &judge };
+    let name = args.scene.scene.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let mut tradeoff = Tradeoff {
+        scene: name,
+        light: scene.lights[light].name.clone(),
+        triangles: polygons.len(),
+        judged: judge.len(),
+        threads: rayon::current_num_threads(),
+        ..Tradeoff::default()
+    };
+    for ladder in ladders(args) {
+        climb(&course, ladder, args, &mut tradeoff, interrupt)?;
+    }
+    write(&tradeoff, &files, interrupt)?;
+    let to_stdout = args.json.is_some() && json_file.is_none();
+    output::print(&if to_stdout { tradeoff.to_json() } else { tradeoff.to_text() + &advice(&tradeoff, args.error) })
+}
+
+/// All settings, from quick to slow in each family.
+fn ladders(args: &TradeoffArgs) -> Vec<Vec<Setting>> {
+    let depth = |boundary: u8| Setting::Bake(Detail::Depth { interior: boundary, boundary });
+    let literal = |boundary: u8| {
+        Setting::Rival(Box::new(Literal { interior: boundary.min(4), boundary, most_rays: LITERAL_RAYS }))
+    };
+    vec![
+        (1..=args.max_depth).map(depth).collect(),
+        SAMPLES.into_iter().map(Setting::Samples).collect(),
+        SAMPLES.into_iter().map(Setting::RaySamples).collect(),
+        vec![Setting::Rival(Box::new(PointRays))],
+        vec![Setting::Rival(Box::new(ShadowVolume::default()))],
+        MAPS.into_iter().map(|size| Setting::Rival(Box::new(ShadowMap::new(size)))).collect(),
+        LITERAL_DEPTHS.map(literal).collect(),
+    ]
+}
+
+/// Measures the settings of a ladder, the quickest of some runs each, until one takes longer than it may.
+fn climb(
+    course: &Course,
+    ladder: Vec<Setting>,
+    args: &TradeoffArgs,
+    tradeoff: &mut Tradeoff,
+    interrupt: &Interrupt,
+) -> Result<(), Failure> {
+    for setting in ladder {
+        interrupt.check()?;
+        match best(course, &setting, args.runs) {
+            Err(MeasureDefect::Cancelled(cancelled)) => return Err(cancelled.into()),
+            Err(reason) => {
+                tradeoff.refused.push((setting.name(), reason.to_string()));
+                return Ok(());
+            }
+            Ok(row) => {
+                let is_long = row.measured.seconds() > args.limit;
+                tradeoff.rows.push(row);
+                if is_long {
+                    return Ok(());
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The quickest of some runs.
+fn best(course: &Course, setting: &Setting, runs: u32) -> Result<Row, MeasureDefect> {
+    let mut best: Option<Row> = None;
+    for _ in 0..runs.max(1) {
+        let peak = MemoryPeak::start();
+        let measured = measure(course, setting, &Silent)?;
+        let peak_bytes = peak.bytes();
+        let is_better = best.as_ref().is_none_or(|best| measured.seconds() < best.measured.seconds());
+        if is_better {
+            best = Some(Row { measured, peak_bytes });
+        }
+    }
+    best.ok_or(MeasureDefect::NoAnswers)
+}
+
+/// Which setting serves an error.
+fn advice(tradeoff: &Tradeoff, error: f64) -> String {
+    let measured: Vec<Measurement> = tradeoff.rows.iter().map(|row| row.measured.clone()).collect();
+    let name = |with_bounds| {
+        recommend(&measured, error, with_bounds).map_or_else(
+            || "nothing that was measured".to_owned(),
+            |one| format!("{} ({:.1} ms)", one.name, 1e3 * one.seconds()),
+        )
+    };
+    let percent = 100.0 * error;
+    format!(
+        "\nat most {percent} % wrong or undecided: {}; with bounds that say so themselves: {}\n",
+        name(false),
+        name(true)
+    )
+}
+
+fn write(tradeoff: &Tradeoff, files: &[Target], interrupt: &Interrupt) -> Result<(), Failure> {
+    let stage = |file: &Target| -> Result<Staged, WriteError> {
+        Staged::new(&file.path, |out| match file.format {
+            Format::Csv => out.write_all(tradeoff.to_csv().as_bytes()),
+            Format::Svg => out.write_all(tradeoff.chart().to_svg().as_bytes()),
+            Format::Png => write_png(&drawing::picture(&tradeoff.chart()), out),
+            _ => out.write_all(tradeoff.to_json().as_bytes()),
+        })
+    };
+    let staged = files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;
+    interrupt.check()?;
+    output::commit_all(staged)
+}

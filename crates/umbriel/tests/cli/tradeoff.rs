@@ -1,0 +1,25 @@
+//! `umbriel tradeoff`: settings, judged by exact answers.
+
+use crate::workspace::Workspace;
+
+const BOX: &str = "[[object]]\nname = \"floor\"\nrectangle = { size = [8, 8] }\n\
+                   [[object]]\nname = \"block\"\nbox = { size = [1, 1, 1] }\ntranslation = [0, 1.5, 0]\n\
+                   [[light]]\nname = \"noon\"\nsun = { direction = [0.3, -1, 0.2] }\n";
+
+#[test]
+fn settings_are_measured_and_charted() {
+    let workspace = Workspace::with(&[("box.toml", BOX)]);
+    let options = "--points 5000 --max-depth 5 --runs 1 --limit 0.05 --error 0.05";
+    let command = format!("tradeoff box.toml {options} -o out.csv -o out.svg -o out.png -o out.json");
+    let run = workspace.run(&command).succeeds();
+    assert!(run.stdout().contains("with bounds that say so themselves: bake, depth"), "{}", run.stdout());
+    let json: serde_json::Value = serde_json::from_str(&workspace.text("out.json")).expect("JSON");
+    let settings = json["settings"].as_array().expect("settings");
+    let bakes: Vec<_> = settings.iter().filter(|one| one["family"] == "umbriel, cells with proofs").collect();
+    assert_eq!(bakes.len(), 5);
+    assert!(bakes.iter().all(|bake| bake["wrong"] == 0.0), "proofs");
+    assert!(settings.iter().any(|one| one["on_time_front"] == true));
+    assert_eq!(workspace.text("out.csv").lines().count(), settings.len() + 1);
+    assert!(workspace.text("out.svg").contains("milliseconds"));
+    assert!(workspace.path("out.png").is_file());
+}
