@@ -40,7 +40,7 @@ struct Judge {
     round: u64,
 }
 
-const JUDGES: [Judge; 9] = [
+const JUDGES: [Judge; 12] = [
     Judge {
         file: "watertight",
         test: "no_segment_leaves_a_closed_mesh",
@@ -97,6 +97,15 @@ const JUDGES: [Judge; 9] = [
         cases: 10_000,
         round: 300,
     },
+    Judge { file: "metamorphic", test: "axes_exchanged_and_mirrored", unit: "scenes", cases: 10_000, round: 200 },
+    Judge {
+        file: "metamorphic",
+        test: "faces_that_start_at_another_corner",
+        unit: "scenes",
+        cases: 10_000,
+        round: 200,
+    },
+    Judge { file: "metamorphic", test: "triangles_in_another_order", unit: "scenes", cases: 10_000, round: 200 },
     Judge {
         file: "random_scenes",
         test: "proved_cells_of_random_scenes_are_true",

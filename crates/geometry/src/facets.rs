@@ -4,6 +4,7 @@
 //! A + u·(B − A) + v·(D − A), with A, B its first two corners and D its last.
 
 use std::{
+    collections::HashMap,
     ops::Deref,
     sync::{Arc, OnceLock},
 };
@@ -12,17 +13,17 @@ use glam::DVec3;
 
 use crate::{
     aabb::Aabb,
-    approx::Approx,
-    brep::{Convex, Cuboid, HullDefect},
+    approx::{Approx, sorted},
+    brep::{Brep, Convex, Cuboid, HullDefect, canonical_loop},
     edge_uses::weld,
     light::LightSource,
     mesh::Mesh,
     placement::Placement,
     point::{ExactPoint, Point},
-    predicates::{Target, side_value},
+    predicates::{Target, side_value, symmetric_sum},
     rectangle::Rectangle,
     ring::Sign,
-    topology::{Topology, unify},
+    topology::Topology,
 };
 
 /// A planar face by its corners, counter-clockwise seen from its front (unless [`Facets::is_mirrored`]).
@@ -60,6 +61,36 @@ impl Facet {
     }
 }
 
+/// Where a facet is measured from; see [`Facets::base`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Base {
+    /// Which of the facet's corners: 0, 1 or 2.
+    pub corner: u8,
+    /// The lengths of the sides that meet there, to the next corner and to the last, metres, rounded.
+    pub sides: [f64; 2],
+}
+
+impl Base {
+    #[inline(always)]
+    fn of_triangle(numbers: [u32; 3], [a, b, c]: [DVec3; 3]) -> Self {
+        let opposite = [length_squared(b - c), length_squared(c - a), length_squared(a - b)];
+        let better = |best: usize, k: usize| {
+            let is_tie = opposite[k] == opposite[best] && numbers[k] < numbers[best];
+            if opposite[k] > opposite[best] || is_tie { k } else { best }
+        };
+        let corner = better(better(0, 1), 2);
+        Self { corner: corner as u8, sides: [opposite[(corner + 2) % 3].sqrt(), opposite[(corner + 1) % 3].sqrt()] }
+    }
+}
+
+/// The square of a vector's length, the squares of its coordinates added smallest first: the axes may change places
+/// without changing the sum.
+#[inline(always)]
+pub fn length_squared(v: DVec3) -> f64 {
+    let [least, middle, greatest] = sorted((v * v).to_array());
+    (least + middle) + greatest
+}
+
 /// The exact image of a corner that no float hits.
 #[derive(Clone, Debug)]
 struct Inexact {
@@ -92,8 +123,8 @@ pub struct Facets {
     inexact: Vec<Inexact>,
     faces: Faces,
     mirrored: bool,
-    /// The rank of each point among the distinct positions, in lexicographic order.
-    ranks: OnceLock<Vec<u32>>,
+    /// For each point the first one at its position; nothing where no two points share one.
+    firsts: OnceLock<Option<Vec<u32>>>,
     topology: OnceLock<Topology>,
 }
 
@@ -105,7 +136,7 @@ impl Default for Facets {
 
 impl Facets {
     fn new(positions: Positions, faces: Faces, mirrored: bool) -> Self {
-        Self { positions, inexact: Vec::new(), faces, mirrored, ranks: OnceLock::new(), topology: OnceLock::new() }
+        Self { positions, inexact: Vec::new(), faces, mirrored, firsts: OnceLock::new(), topology: OnceLock::new() }
     }
 
     /// The triangles of a mesh, its vertices correctly rounded after placement. Facets and points are those of the mesh.
@@ -131,15 +162,21 @@ impl Facets {
     }
 
     /// The triangles of a convex body: its points placed and rounded, then their hull, each face as a fan from its first
-    /// corner. Faces, and corners within them, are in the order that [`crate::Brep::hull`] documents, so facets keep
-    /// their numbers whatever the order of the points. Never mirrored. About O(n log n).
+    /// corner. Points are the vertices in the order in which they are given (the first of equal ones), loops start at their
+    /// first point, and faces are in lexicographic order of their loops. As with a mesh, a mirroring placement turns the
+    /// loops round. So neither numbers nor parameters depend on where the body lies. About O(n log n).
     ///
     /// # Errors
     /// [`HullDefect`] when the placed points leave the accepted range or, rounded, lie in one plane.
     pub fn of_convex(convex: &Convex, placement: &Placement) -> Result<Self, HullDefect> {
-        let body = convex.placed(placement)?;
-        let positions = Positions::Placed(body.vertices().to_vec());
-        Ok(Self::new(positions, Faces::Triangles(body.triangles().collect()), false))
+        let placed: Vec<DVec3> = convex.points().iter().map(|&point| placement.round(point)).collect();
+        let body = Brep::hull(placed.iter().copied())?;
+        let (positions, loops) = numbered_as_given(&body, &placed, placement.is_mirrored());
+        let fan = |corners: &Vec<u32>| -> Vec<[u32; 3]> {
+            corners[1..].windows(2).map(|edge| [corners[0], edge[0], edge[1]]).collect()
+        };
+        let triangles = Faces::Triangles(loops.iter().flat_map(fan).collect());
+        Ok(Self::new(Positions::Placed(positions), triangles, placement.is_mirrored()))
     }
 
     fn of_parallelograms(corners: &[DVec3], faces: &[[u32; 4]], placement: &Placement) -> Self {
@@ -223,29 +260,65 @@ impl Facets {
         self.mirrored
     }
 
-    /// The rank of each point's position among all distinct positions, in lexicographic order: equal positions share
-    /// one, whatever the order of the points. The first call sorts the points.
-    pub fn ranks(&self) -> &[u32] {
-        self.ranks.get_or_init(|| unify(self.positions()).1)
+    /// The first point that lies exactly where this one does: edges and faces with equal ends are told by it. Corners of
+    /// parallelograms are all apart, even where their floats agree. The first call looks at all points.
+    ///
+    /// # Panics
+    /// If there is no such point.
+    pub fn first_at(&self, point: u32) -> u32 {
+        self.firsts().map_or(point, |firsts| firsts[point as usize])
     }
 
-    /// A facet by the ranks of its corners: equal for two facets with the same corners.
+    fn firsts(&self) -> Option<&[u32]> {
+        self.firsts.get_or_init(|| self.triangles().and_then(|_| weld(self.positions()))).as_deref()
+    }
+
+    /// A facet with its corners replaced by the first points at their positions ([`Facets::first_at`]).
     ///
     /// # Panics
     /// If there is no such facet.
-    pub fn ranked(&self, facet: usize) -> Facet {
-        let rank = |corner: u32| self.ranks()[corner as usize];
+    pub fn welded(&self, facet: usize) -> Facet {
         match self.facet(facet) {
-            Facet::Triangle(corners) => Facet::Triangle(corners.map(rank)),
-            Facet::Parallelogram(corners) => Facet::Parallelogram(corners.map(rank)),
+            Facet::Triangle(corners) => Facet::Triangle(corners.map(|corner| self.first_at(corner))),
+            Facet::Parallelogram(corners) => Facet::Parallelogram(corners.map(|corner| self.first_at(corner))),
         }
+    }
+
+    /// The corner from which a facet is measured and divided: of a triangle the one opposite the longest side, which gives the
+    /// compactest parts. Of equally long sides it is the one whose corner has the lowest number, so that it is the
+    /// same corner whichever the facet's corners begin with, and wherever it lies.
+    ///
+    /// # Panics
+    /// If there is no such facet.
+    #[inline(always)]
+    pub fn base(&self, facet: usize) -> Base {
+        let at = |corner: u32| self.positions()[corner as usize];
+        match self.facet(facet) {
+            Facet::Triangle(corners) => Base::of_triangle(corners, corners.map(at)),
+            Facet::Parallelogram([a, b, _, d]) => {
+                Base { corner: 0, sides: [length_squared(at(b) - at(a)).sqrt(), length_squared(at(d) - at(a)).sqrt()] }
+            }
+        }
+    }
+
+    /// A facet's corners from its base on ([`Facets::base`]).
+    ///
+    /// # Panics
+    /// If there is no such facet.
+    #[inline(always)]
+    pub fn from_base(&self, facet: usize) -> Facet {
+        let mut corners = self.facet(facet);
+        if let Facet::Triangle(corners) = &mut corners {
+            corners.rotate_left(usize::from(self.base(facet).corner));
+        }
+        corners
     }
 
     /// Components and closedness; a parallelogram counts as two triangles. The first call is O(n).
     pub fn topology(&self) -> &Topology {
         self.topology.get_or_init(|| {
-            let firsts = weld(self.positions());
-            let first = |corner: u32| firsts.as_ref().map_or(corner, |firsts| firsts[corner as usize]);
+            let firsts = self.firsts();
+            let first = |corner: u32| firsts.map_or(corner, |firsts| firsts[corner as usize]);
             let triangles = |triangles: &[[u32; 3]]| Topology::of(triangles.iter().map(|corners| corners.map(first)));
             match &self.faces {
                 Faces::OfMesh(mesh) => triangles(mesh.triangles()),
@@ -289,14 +362,14 @@ impl Facets {
         Sign::of(side_value(&a, &b, &c, Target::Light(light)).value)
     }
 
-    /// The facet's area in square metres, with its bound: half the length of a cross product (twice that for a
-    /// parallelogram). The squares are added smallest first, so the axes may change places without changing the sum.
+    /// The facet's area in square metres, with its bound: half the length of the cross product of the sides at its base (twice
+    /// that for a parallelogram). The squares are added smallest first, so the axes may change places without changing the sum.
     ///
     /// # Panics
     /// If there is no such facet.
     #[inline(always)]
     pub fn area(&self, facet: usize) -> Approx {
-        let corners = match self.facet(facet) {
+        let corners = match self.from_base(facet) {
             Facet::Triangle(corners) => corners,
             Facet::Parallelogram([a, b, _, d]) => [a, b, d],
         };
@@ -324,18 +397,6 @@ impl Facets {
         let doubled = (squares[0] + squares[1] + squares[2]).square_root();
         let half = if matches!(self.faces, Faces::OfMesh(_) | Faces::Triangles(_)) { 0.5 } else { 1.0 };
         Approx { value: doubled.value * half, error: doubled.error * half }
-    }
-
-    /// The sum of all areas, rounded, square metres.
-    pub fn total_area(&self) -> f64 {
-        let half_cross = |corners: &[u32; 3]| {
-            let [a, b, c] = corners.map(|corner| self.positions()[corner as usize]);
-            0.5 * (b - a).cross(c - a).length()
-        };
-        match self.triangles() {
-            Some(triangles) => triangles.iter().map(half_cross).sum(),
-            None => (0..self.len()).map(|facet| self.area(facet).value).sum(),
-        }
     }
 
     /// The box of a facet, rounded outward.
@@ -366,16 +427,38 @@ fn area_of_exact([a, b, d]: [DVec3; 3]) -> Option<Approx> {
     let normal = u.cross(v);
     let sizes = u.abs();
     let other = v.abs();
-    let products = sizes.x * (other.y + other.z) + sizes.y * (other.z + other.x) + sizes.z * (other.x + other.y);
-    let squares = normal * normal;
-    let (low, high) = (squares.x.min(squares.y), squares.x.max(squares.y));
-    // Smallest first, so that the axes may change places.
-    let (least, most) = (low.min(squares.z), high.max(squares.z));
-    let middle = low.max(high.min(squares.z));
-    let sum = least + middle + most;
+    let pairs = DVec3::new(other.y + other.z, other.z + other.x, other.x + other.y);
+    let products = symmetric_sum(sizes * pairs);
+    let sum = length_squared(normal);
     let value = sum.sqrt();
     let is_normal = sum > 1e-280 && sum < 1e280;
     is_normal.then_some(Approx { value, error: (products * 5.0 + value * 4.0) * (f64::EPSILON / 2.0) })
+}
+
+/// The vertices of the hull of `points` in the order of these, and the loops of its faces, from their first vertex on, sorted;
+/// clockwise seen from outside if the points are `mirrored`.
+fn numbered_as_given(body: &Brep, points: &[DVec3], mirrored: bool) -> (Vec<DVec3>, Vec<Vec<u32>>) {
+    let mut firsts: HashMap<[u64; 3], usize> = HashMap::with_capacity(points.len());
+    for (number, point) in points.iter().enumerate() {
+        // Accepted numbers hold no −0, so equal numbers have equal bits.
+        firsts.entry(point.to_array().map(f64::to_bits)).or_insert(number);
+    }
+    let first = |vertex: u32| firsts[&body.vertices()[vertex as usize].to_array().map(f64::to_bits)];
+    let mut order: Vec<u32> = (0..body.vertices().len() as u32).collect();
+    order.sort_unstable_by_key(|&vertex| first(vertex));
+    let mut number = vec![0; order.len()];
+    (0..).zip(&order).for_each(|(new, &vertex)| number[vertex as usize] = new);
+    let mut loops: Vec<Vec<u32>> = (0..body.face_count())
+        .map(|face| {
+            let mut corners: Vec<u32> = body.face(face).map(|vertex| number[vertex as usize]).collect();
+            if mirrored {
+                corners.reverse();
+            }
+            canonical_loop(corners)
+        })
+        .collect();
+    loops.sort_unstable();
+    (order.iter().map(|&vertex| body.vertices()[vertex as usize]).collect(), loops)
 }
 
 impl Inexact {

@@ -45,7 +45,7 @@ pub use brep::{
     Silhouette,
 };
 pub use dyadic::Dyadic;
-pub use facets::{Corners, Facet, Facets};
+pub use facets::{Base, Corners, Facet, Facets, length_squared};
 pub use light::{LightDefect, LightSource};
 pub use mesh::{Mesh, MeshDefect};
 pub use number::{MAX_MAGNITUDE, MIN_MAGNITUDE, NumberDefect, accept, accept_point};

@@ -160,7 +160,7 @@ pub(crate) fn side_of_pairs([a, b, c]: &[[Pair; 3]; 3], x: &[Pair; 3], w: f64) -
 
 /// The sum of the coordinates, rounded alike whatever the order of the axes.
 #[inline]
-fn symmetric_sum(terms: DVec3) -> f64 {
+pub(crate) fn symmetric_sum(terms: DVec3) -> f64 {
     let [least, middle, greatest] = sorted(terms.to_array());
     least + greatest + middle
 }

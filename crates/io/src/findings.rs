@@ -125,8 +125,8 @@ struct Joints {
 impl Joints {
     fn of(mesh: &Arc<Mesh>, placement: &Placement) -> Self {
         let facets = Facets::of_mesh(Arc::clone(mesh), placement);
-        let ranks: Vec<Vec<u32>> = (0..facets.len()).map(|facet| facets.ranked(facet).corners().to_vec()).collect();
-        let uses = edge_uses(&ranks);
+        let faces: Vec<Vec<u32>> = (0..facets.len()).map(|facet| facets.welded(facet).corners().to_vec()).collect();
+        let uses = edge_uses(&faces);
         let edges = || uses.chunk_by(|a, b| a.ends == b.ends);
         let is_open =
             |edge: &&[EdgeUse]| edge.iter().map(|usage| if usage.is_upward { 1 } else { -1 }).sum::<i64>() != 0;
@@ -135,7 +135,7 @@ impl Joints {
             positions: distinct(facets.positions()),
             open_edges: Faults::at(edges().filter(is_open).map(|edge| edge[0].face)),
             turned_edges: Faults::at(edges().filter(is_turned).map(|edge| edge[0].face)),
-            duplicates: duplicates(&ranks),
+            duplicates: duplicates(&faces),
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::{
         tally::{Tally, Units},
     },
     levels,
-    receivers::{Receivers, first_corner, flat_corners},
+    receivers::{Receivers, flat_corners},
     report::Verdict,
     request::CellMethod,
 };
@@ -39,7 +39,7 @@ impl<'a> FlatReceiver<'a> {
     ) -> Self {
         let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
         let domain = if is_triangle { Face::Triangle } else { Face::Square };
-        let corner = first_corner(facets, face);
+        let corner = facets.base(face).corner;
         let corners = flat_corners(facets, face, corner);
         let size = levels::FaceSize::of_flat(&corners, is_triangle);
         Self {

@@ -4,7 +4,7 @@
 //! cells reaches farther than that, from any of its points to any other: so a cell always fits a leaf.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, Placement, Point, analytic::Chart};
+use umbriel_geometry::{Aabb, Placement, Point, analytic::Chart, length_squared};
 use umbriel_octree::Octant;
 
 use crate::{fine::flat::Levels, request::Detail};
@@ -60,14 +60,6 @@ impl FaceSize {
 /// The length of a vector; the axes may change places without changing it.
 fn length(v: DVec3) -> f64 {
     length_squared(v).sqrt()
-}
-
-/// The squares of a vector's coordinates, summed smallest first.
-#[inline(always)]
-pub(crate) fn length_squared(v: DVec3) -> f64 {
-    let [x, y, z] = (v * v).to_array();
-    let (low, high) = (x.min(y), x.max(y));
-    (low.min(z) + low.max(high.min(z))) + high.max(z)
 }
 
 /// How often `length` must be halved to be at most `limit`.

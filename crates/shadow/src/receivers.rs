@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
 use umbriel_bvh::Influences;
 use umbriel_geometry::{
     Approx, Facet, Facets, LightSource, PlacedAnalytic, Point, Surd, analytic::PatchArea, blocking::Probe,
@@ -20,10 +19,10 @@ use crate::{
         tally::{Tally, Units, cell_units},
     },
     flat_receiver::FlatReceiver,
-    levels::{self, length_squared},
+    levels,
     report::{Cell, SampleCount},
     request::{Detail, Request, Sampling},
-    sums::AreaSums,
+    sums::{AreaSums, ExactSum},
 };
 
 /// Faces that one job takes.
@@ -184,25 +183,6 @@ impl FaceSums {
     }
 }
 
-/// The corner from which a face's cells are counted: on a triangle the one opposite the longest side, which gives the
-/// compactest cells.
-pub(crate) fn first_corner(facets: &Facets, face: usize) -> u8 {
-    match facets.facet(face) {
-        Facet::Triangle(corners) => edges_of_triangle(corners.map(|corner| facets.positions()[corner as usize])).0,
-        Facet::Parallelogram(_) => 0,
-    }
-}
-
-/// The corner opposite the longest side, the first of equals, and the lengths of the two sides that meet there: to the
-/// next corner and to the last.
-#[inline(always)]
-pub(crate) fn edges_of_triangle([a, b, c]: [DVec3; 3]) -> (u8, [f64; 2]) {
-    let opposite = [length_squared(b - c), length_squared(c - a), length_squared(a - b)];
-    let longer = |first: usize, k: usize| if opposite[k] > opposite[first] { k } else { first };
-    let first = longer(longer(0, 1), 2);
-    (first as u8, [opposite[(first + 2) % 3].sqrt(), opposite[(first + 1) % 3].sqrt()])
-}
-
 /// The corners of a flat face, from corner `first` of a triangle on: first, second, third (or the first again), last.
 pub(crate) fn flat_corners(facets: &Facets, face: usize, first: u8) -> [Point<'_>; FLAT] {
     let point = |corner: u32| facets.point(corner);
@@ -232,14 +212,18 @@ pub(crate) fn spacing(bodies: &Bodies, request: &Request) -> Option<Spacing> {
     })
 }
 
+/// The area of all receivers, square metres, the same bits whatever their order and that of their faces.
 fn total_area(bodies: &Bodies, request: &Request) -> f64 {
-    let area = |&object: &usize| match bodies.get(object) {
-        Body::Flat(facets) => facets.total_area(),
-        Body::Analytic(body) => {
-            // What the lattices of its patches cover.
-            let steps = body.charts().iter().map(|chart| chart.steps(body.placement()));
-            steps.map(|[u, v]| u * v).sum::<f64>()
+    let mut total = ExactSum::default();
+    for &object in &request.receivers {
+        match bodies.get(object) {
+            Body::Flat(facets) => (0..facets.len()).for_each(|face| total.add(facets.area(face).value)),
+            Body::Analytic(body) => {
+                // What the lattices of its patches cover.
+                let steps = body.charts().iter().map(|chart| chart.steps(body.placement()));
+                steps.for_each(|[u, v]| total.add(u * v));
+            }
         }
-    };
-    request.receivers.iter().map(area).sum()
+    }
+    total.nearest()
 }

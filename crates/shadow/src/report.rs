@@ -15,8 +15,8 @@ pub enum Verdict {
 }
 
 /// A part of one face: the square [i, i+1] × [j, j+1] / 2^level of the face's parameters, counted from one of its
-/// corners: from the first, but on a triangle from the one opposite the longest side (the first of those, where there
-/// are several). On a triangle the square is cut by the longest side, which leaves half where i + j + 1 = 2^level.
+/// corners: from the first, but on a triangle from the one opposite the longest side (of several the one with the lowest
+/// number in the mesh: [`Facets::base`](umbriel_geometry::Facets::base)). On a triangle the square is cut by the longest side, which leaves half where i + j + 1 = 2^level.
 /// [`Cell::point`] gives points in the face's own (u, v).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Cell {

@@ -13,7 +13,7 @@ use crate::{
     exact::patch_probe,
     fine::lattice::{Lattice, Spacing},
     levels::FaceSize,
-    receivers::{first_corner, flat_corners, spacing},
+    receivers::{flat_corners, spacing},
     report::place_in_face,
     request::Request,
 };
@@ -25,10 +25,14 @@ pub struct SamplePoint {
     pub object: usize,
     /// Face of the object.
     pub face: usize,
-    /// First parameter of the face, counted from its own first corner; within an ulp of the point that is sampled.
+    /// First parameter of the face, counted from its own first corner; within an ulp of one of the point that is sampled.
     pub u: f64,
     /// Second parameter.
     pub v: f64,
+    /// The corner from which the face's lattice is counted: of a triangle that of [`Facets::base`], else 0.
+    pub corner: u8,
+    /// The parameters counted from that corner; these floats are the point that is sampled.
+    pub from_corner: [f64; 2],
 }
 
 /// Calls `visit` with every point that [`bake`](crate::bake) samples for `request`, receiver by receiver, face by face, and on a face in
@@ -43,7 +47,7 @@ pub fn for_each_sample(scene: &Scene, request: &Request, mut visit: impl FnMut(S
         match bodies.get(object) {
             Body::Flat(facets) => for_each_on_flat(facets, spacing, |face, corner, point| {
                 let [u, v] = place_in_face(corner, point);
-                visit(SamplePoint { object, face, u, v });
+                visit(SamplePoint { object, face, u, v, corner, from_corner: point });
             }),
             Body::Analytic(body) => {
                 for (face, chart) in body.charts().iter().enumerate() {
@@ -52,7 +56,7 @@ pub fn for_each_sample(scene: &Scene, request: &Request, mut visit: impl FnMut(S
                     // A patch may fill its square in part only.
                     let points =
                         lattice.points(Quadrant::ROOT).filter(|&[u, v]| patch_probe(body, face, u, v).is_some());
-                    points.for_each(|[u, v]| visit(SamplePoint { object, face, u, v }));
+                    points.for_each(|[u, v]| visit(SamplePoint { object, face, u, v, corner: 0, from_corner: [u, v] }));
                 }
             }
         }
@@ -64,7 +68,7 @@ pub fn for_each_sample(scene: &Scene, request: &Request, mut visit: impl FnMut(S
 pub(crate) fn for_each_on_flat(facets: &Facets, spacing: Spacing, mut visit: impl FnMut(usize, u8, [f64; 2])) {
     for face in (0..facets.len()).filter(|&face| facets.area(face).upper() > 0.0) {
         let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
-        let corner = first_corner(facets, face);
+        let corner = facets.base(face).corner;
         let size = FaceSize::of_flat(&flat_corners(facets, face, corner), is_triangle);
         let points = Lattice::new(size.edges, spacing, is_triangle);
         points.points(Quadrant::ROOT).for_each(|point| visit(face, corner, point));
@@ -108,7 +112,7 @@ mod tests {
         let report = bake(&scene, &request, &Silent).expect("nobody cancels");
         let queries = Queries::new(&scene);
         let (mut samples, mut lit) = ([0; 3], [0; 3]);
-        for_each_sample(&scene, &request, |SamplePoint { object, face, u, v }| {
+        for_each_sample(&scene, &request, |SamplePoint { object, face, u, v, .. }| {
             let place = Place::Surface { object, face, u, v };
             let answer = queries.lit(&place, &scene.lights[0].source).expect("a point of the surface");
             samples[object] += 1;

@@ -144,7 +144,7 @@ fn judge_samples(scene: &Scene, light: LightSource, count: u64) -> Result<u64, S
         next[sample.object] += 1;
         let Some(answers) = &report.lights[0].objects[sample.object].answers else { return };
         judged += 1;
-        let agrees = oracle.admits(&sample, &light, answers.is_lit(index));
+        let agrees = oracle.sample_is_lit(&sample, &light) == answers.is_lit(index);
         if !agrees && wrong.is_none() {
             wrong = Some(format!("{sample:?} lit {}: {scene:?}", answers.is_lit(index)));
         }

@@ -106,7 +106,7 @@ fn judge_samples(name: &str, scene: &Scene, light: LightSource, oracle: &Oracle)
             return;
         }
         judged += 1;
-        let agrees = oracle.admits(&sample, &light, answers.is_lit(index));
+        let agrees = oracle.sample_is_lit(&sample, &light) == answers.is_lit(index);
         assert!(agrees, "{name}: {sample:?} under {light:?} is told lit {}", answers.is_lit(index));
     });
     judged

@@ -70,7 +70,7 @@ fn samples_alone_of_every_curved_body() {
         let request = Request { sampling, ..Request::everything(&whole, Detail::Faces) };
         let report = bake(&whole, &request, &Silent).expect("nobody cancels");
         let (queries, mut lit) = (Queries::new(&whole), vec![0; whole.objects.len()]);
-        for_each_sample(&whole, &request, |SamplePoint { object, face, u, v }| {
+        for_each_sample(&whole, &request, |SamplePoint { object, face, u, v, .. }| {
             let answer = queries.lit(&Place::Surface { object, face, u, v }, &noon());
             lit[object] += u64::from(answer.expect("a point of the surface").lit);
         });

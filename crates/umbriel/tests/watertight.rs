@@ -118,7 +118,7 @@ fn hull_mesh(seed: u64) -> Mesh {
             (point / point.length().max(0.1)).to_array()
         })
         .collect();
-    let triangles = hull(&points);
+    let triangles = hull(&points, false);
     let corner =
         |corner: &[f64; 3]| points.iter().position(|point| point == corner).expect("a point of the hull") as u32;
     let triangles = triangles.iter().map(|triangle| triangle.each_ref().map(corner)).collect();

@@ -192,7 +192,7 @@ impl Contest<'_> {
         embree.trace(peer.setup.rays, self.task.order(), 1)?;
         let queries = Queries::new(self.scene);
         let is_lit = |index: usize| {
-            let SamplePoint { object, face, u, v } = places[index];
+            let SamplePoint { object, face, u, v, .. } = places[index];
             queries.lit(&Place::Surface { object, face, u, v }, &self.scene.lights[*light].source).is_ok_and(|a| a.lit)
         };
         Ok(Some(judge(&own, &embree.answers()?, is_lit)))

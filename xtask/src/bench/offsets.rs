@@ -124,7 +124,7 @@ impl<'a> Block<'a> {
     /// The exact answers.
     fn truth(&self) -> Result<Vec<bool>> {
         let queries = Queries::new(self.scene);
-        let answers = self.samples.par_iter().map(|&SamplePoint { object, face, u, v }| {
+        let answers = self.samples.par_iter().map(|&SamplePoint { object, face, u, v, .. }| {
             let answer = queries.lit(&Place::Surface { object, face, u, v }, &self.light)?;
             Ok(answer.lit)
         });

@@ -16,6 +16,7 @@ use crate::{
     dyadic::Dyadic,
     placement::Placement,
     point::{ExactPoint, Point},
+    predicates::symmetric_sum,
     ring::{Ring, Sign, dot},
     surd::Surd,
 };
@@ -133,7 +134,24 @@ impl Chart {
     /// The world point (u, v) by floats that bound it.
     pub fn bounded_point(&self, placement: &Placement, u: f64, v: f64) -> Point<'static> {
         let local = self.point(u, v);
-        world(placement, local, self.size() * PADDING)
+        let slack = self.size() * PADDING;
+        let vanishes = self.vanishing(local, [u, v]);
+        world(placement, local, DVec3::from_array(vanishes.map(|vanishes| if vanishes { 0.0 } else { slack })))
+    }
+
+    /// Which coordinates of the point (u, v), rounded to `local`, are exactly zero. Those that are a product are zero as a
+    /// product, by a factor that is no more than −1 + 2u or a parameter, so not by rounding; but tiny parameters may
+    /// underflow. Coordinates that are sums may cancel and do not count.
+    fn vanishing(&self, local: DVec3, parameters: [f64; 2]) -> [bool; 3] {
+        // Sizes are above 2^-201, and so are products of one with such a parameter far above the least float.
+        const SAFE: f64 = 1.0 / (1u128 << 100) as f64;
+        let is_safe = parameters.iter().all(|&t| t == 0.0 || t >= SAFE);
+        let is_product = match &self.kind {
+            Kind::Radial { center, .. } => [true, *center == 0.0, true],
+            Kind::Turned { .. } => [true, false, true],
+            Kind::Graph(_) => [false; 3],
+        };
+        [0, 1, 2].map(|axis| is_safe && is_product[axis] && local[axis] == 0.0)
     }
 
     /// Eight points whose hull holds a cell's surface.
@@ -227,25 +245,33 @@ impl Chart {
 }
 
 /// A bound on how much a placement stretches any vector: by Gershgorin's circles on MᵀM, which is sharp for similarities.
+/// The world's axes may change places without changing it.
 fn greatest_stretch(placement: &Placement) -> f64 {
-    let m = placement.map().matrix3;
-    let gram = m.transpose() * m;
-    let circle = |k: usize| gram.col(k).abs().element_sum();
+    let columns = [0, 1, 2].map(|k| placement.map().matrix3.col(k));
+    let circle = |k: usize| columns.iter().map(|column| symmetric_sum(columns[k] * column).abs()).sum::<f64>();
     circle(0).max(circle(1)).max(circle(2)).sqrt()
 }
 
-/// A local point in the world, by floats, when its local coordinates may be off by `slack`.
-pub(crate) fn world(placement: &Placement, local: DVec3, slack: f64) -> Point<'static> {
+/// A local point in the world, by floats, when its local coordinates may be off by `slack`. A coordinate to which nothing adds but the
+/// translation has no slack.
+pub(crate) fn world(placement: &Placement, local: DVec3, slack: DVec3) -> Point<'static> {
     let map = placement.map();
-    let size = map.matrix3.abs() * local.abs() + map.translation.abs();
-    let slack = size * PADDING + map.matrix3.abs() * DVec3::splat(slack);
-    Point { position: map.transform_point3(local), slack, exact: None }
+    let sizes = map.matrix3.abs();
+    let (turned, carried) = (sizes * local.abs(), sizes * slack);
+    let slack = |axis: usize| {
+        if turned[axis] == 0.0 {
+            carried[axis]
+        } else {
+            (turned[axis] + map.translation[axis].abs()) * PADDING + carried[axis]
+        }
+    };
+    Point { position: map.transform_point3(local), slack: DVec3::new(slack(0), slack(1), slack(2)), exact: None }
 }
 
 impl CellHull {
     /// The points in the world.
     pub fn placed(&self, placement: &Placement) -> [Point<'static>; HULL] {
-        self.points.map(|local| world(placement, local, self.slack))
+        self.points.map(|local| world(placement, local, DVec3::splat(self.slack)))
     }
 }
 

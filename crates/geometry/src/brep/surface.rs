@@ -162,7 +162,7 @@ pub(super) fn points<const N: usize>(positions: &[DVec3], vertices: [u32; N]) ->
 }
 
 /// The same loop, begun at its least vertex.
-pub(super) fn canonical_loop(mut corners: Vec<u32>) -> Vec<u32> {
+pub(crate) fn canonical_loop(mut corners: Vec<u32>) -> Vec<u32> {
     if let Some(least) = (0..corners.len()).min_by_key(|&i| corners[i]) {
         corners.rotate_left(least);
     }

@@ -40,7 +40,7 @@ pub(super) fn defects(surface: &Surface) -> Vec<Option<Defect>> {
 fn uses(surface: &Surface) -> Vec<Use> {
     let mut uses = Vec::with_capacity(3 * surface.facets.len());
     for face in 0..surface.facets.len() {
-        let Facet::Triangle([a, b, c]) = surface.facets.ranked(face) else { continue };
+        let Facet::Triangle([a, b, c]) = surface.facets.welded(face) else { continue };
         let directed = [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| from != to);
         uses.extend(directed.map(|(from, to)| Use {
             ends: [from.min(to), from.max(to)],

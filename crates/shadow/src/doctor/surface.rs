@@ -152,7 +152,7 @@ fn slivers(surface: &Surface) -> Option<Defect> {
 /// Triangles with the same three corners as an earlier one, in whichever order.
 fn duplicates(surface: &Surface) -> Option<Defect> {
     let corners = |face: usize| {
-        let mut corners = surface.facets.ranked(face).corners().to_vec();
+        let mut corners = surface.facets.welded(face).corners().to_vec();
         corners.sort_unstable();
         (corners, face)
     };

@@ -14,29 +14,42 @@ pub(crate) struct DirectedEdge {
     high: u32,
     /// From `low` to `high`, or back.
     forward: bool,
-    /// The polygon's next corner: a name for the polygon that does not depend on the order of the faces.
-    apex: u32,
     polygon: u32,
     side: u8,
 }
 
 impl DirectedEdge {
-    /// The edge from the first to the second of three consecutive corners of a facet, side `side` of blocker
-    /// `polygon`; `flipped` when the light sees the corners run clockwise.
-    pub(crate) fn new(object: u32, [from, to, apex]: [u32; 3], flipped: bool, polygon: u32, side: u8) -> Self {
-        Self { object, low: from.min(to), high: from.max(to), forward: (from < to) != flipped, apex, polygon, side }
+    /// The edge between two corners of a facet, side `side` of blocker `polygon`; `flipped` when the light sees the
+    /// corners run clockwise.
+    pub(crate) fn new(object: u32, [from, to]: [u32; 2], flipped: bool, polygon: u32, side: u8) -> Self {
+        Self { object, low: from.min(to), high: from.max(to), forward: (from < to) != flipped, polygon, side }
     }
 }
 
-/// Writes the net multiplicity of every edge to one of the polygons that use it in the prevailing direction.
+/// What a polygon's edge is to the sum of all polygons.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Border {
+    /// How many more polygons lie inside than outside of the edge: 0 inside a sheet, and on all polygons outside.
+    pub(crate) net: u32,
+    /// How many polygons lie inside. They share the border: what proves for one of them that it does not matter proves it for all.
+    pub(crate) users: u32,
+    /// A number for the edge, the same on all of them.
+    pub(crate) edge: u32,
+}
+
+/// Marks the edges whose uses do not cancel on all polygons that use them in the prevailing direction: to choose one of
+/// these would be to ask for an order of theirs.
 pub(crate) fn mark_borders<const N: usize>(polygons: &mut [PolygonBlocker<N>], mut edges: Vec<DirectedEdge>) {
     edges.sort_unstable();
-    for uses in edges.chunk_by(|a, b| (a.object, a.low, a.high) == (b.object, b.low, b.high)) {
+    let uses_of_edges = edges.chunk_by(|a, b| (a.object, a.low, a.high) == (b.object, b.low, b.high));
+    for (edge, uses) in (0..).zip(uses_of_edges) {
         let forward = uses.iter().filter(|usage| usage.forward).count();
         let backward = uses.len() - forward;
-        let prevailing = uses.iter().find(|usage| usage.forward == (forward > backward));
-        if let Some(border) = prevailing.filter(|_| forward != backward) {
-            polygons[border.polygon as usize].border[border.side as usize] = forward.abs_diff(backward) as u32;
+        let border = Border { net: forward.abs_diff(backward) as u32, users: forward.max(backward) as u32, edge };
+        if border.net > 0 {
+            for usage in uses.iter().filter(|usage| usage.forward == (forward > backward)) {
+                polygons[usage.polygon as usize].border[usage.side as usize] = border;
+            }
         }
     }
 }

@@ -10,8 +10,8 @@
 
 use super::{
     analytic_blocker::{AnalyticBlocker, Influence},
-    borders::{DirectedEdge, mark_borders},
-    field::Weights,
+    borders::{Border, DirectedEdge, mark_borders},
+    field::{Field, Weights},
     outline::ParamBox,
     polygon_blocker::{NEARER, PolygonBlocker},
 };
@@ -140,20 +140,7 @@ impl<'a, const N: usize> Blockers<'a, N> {
     /// Whether the winding at some probe survives all borders that cross the cell.
     fn winding_covers(&self, hull: &Hull<N>, entries: &[Entry]) -> bool {
         let polygons = || entries.iter().filter(|entry| !entry.is_body && !self.polygons[entry.index as usize].edge_on);
-        let crossing: Vec<(&PolygonBlocker<N>, usize, u32)> = polygons()
-            .flat_map(|entry| {
-                let polygon = &self.polygons[entry.index as usize];
-                let open = polygon.function_indices().filter(|index| entry.known & (1 << index) == 0);
-                open.filter_map(move |index| {
-                    let lost = if index == NEARER { 1 } else { polygon.border[index] };
-                    let beside = || {
-                        index != NEARER
-                            && hull.parameters.as_ref().is_some_and(|p| p.misses_inside(&polygon.edge_reach(index)))
-                    };
-                    (lost > 0 && !beside()).then_some((polygon, index, lost))
-                })
-            })
-            .collect();
+        let crossing = self.crossing_borders(hull, polygons());
         let survives = |probe: &Weights<N>| {
             let holds = |entry: &&Entry| {
                 let polygon = &self.polygons[entry.index as usize];
@@ -164,14 +151,57 @@ impl<'a, const N: usize> Blockers<'a, N> {
                 })
             };
             let winding = polygons().filter(holds).count() as u64;
-            let may_lose = |(polygon, index, _): &&(&PolygonBlocker<N>, usize, u32)| {
-                let value = polygon.function(*index).at(probe);
+            let may_lose = |crossing: &&Crossing<N>| {
+                let value = crossing.function.at(probe);
                 -value.value <= value.error
             };
-            winding > 0 && winding > crossing.iter().filter(may_lose).map(|&(_, _, lost)| u64::from(lost)).sum()
+            winding > 0 && winding > crossing.iter().filter(may_lose).map(|crossing| u64::from(crossing.lost)).sum()
         };
         survives(&hull.center) || (!crossing.is_empty() && hull.corners.iter().any(survives))
     }
+}
+
+impl<const N: usize> Blockers<'_, N> {
+    /// The borders and cuts that may meet the inside of a cell, each once.
+    fn crossing_borders<'a>(
+        &'a self,
+        hull: &Hull<N>,
+        polygons: impl Iterator<Item = &'a Entry>,
+    ) -> Vec<Crossing<'a, N>> {
+        let (mut crossing, mut shared) = (Vec::new(), Vec::new());
+        for entry in polygons {
+            let polygon = &self.polygons[entry.index as usize];
+            for index in polygon.function_indices().filter(|index| entry.known & (1 << index) == 0) {
+                let function = polygon.function(index);
+                if index == NEARER {
+                    crossing.push(Crossing { function, lost: 1 });
+                    continue;
+                }
+                let Border { net, users, edge } = polygon.border[index];
+                let is_beside =
+                    || hull.parameters.as_ref().is_some_and(|cell| cell.misses_inside(&polygon.edge_reach(index)));
+                if net > 0 && !is_beside() {
+                    let border = Crossing { function, lost: net };
+                    if users == 1 { crossing.push(border) } else { shared.push((edge, users as usize, border)) }
+                }
+            }
+        }
+        // The users of an edge have the same function of it. Those that are missing here are out of the way or settled, and so is the
+        // edge.
+        shared.sort_by_key(|&(edge, ..)| edge);
+        let edges = shared.chunk_by(|a, b| a.0 == b.0).filter(|uses| uses.len() == uses[0].1);
+        crossing.extend(edges.map(|uses| uses[0].2));
+        crossing
+    }
+}
+
+/// A border or a cut that may take polygons away within a cell.
+#[derive(Clone, Copy)]
+struct Crossing<'a, const N: usize> {
+    /// Not negative on the inner side.
+    function: &'a Field<N>,
+    /// How many polygons.
+    lost: u32,
 }
 
 /// A polygon seen edge-on touches a cell only along a line; it never covers.

@@ -26,13 +26,26 @@ impl LightFrame {
     pub(crate) fn all(light: &LightSource) -> Vec<Self> {
         let xyz = light.xyz();
         if light.is_sun() {
-            let axis = xyz.abs().max_position();
-            let along = Approx::exact(xyz[axis]);
-            let slope = [1, 2].map(|k| Approx::exact(xyz[(axis + k) % 3]).divided_by(along));
-            return vec![Self::Sun { axis, sign: xyz[axis].signum(), slope }];
+            return vec![Self::of_sun(xyz, xyz.abs().max_position())];
         }
         let sides = (0..3).flat_map(|axis| [-1.0, 1.0].map(|sign| (axis, sign)));
         sides.map(|(axis, sign)| Self::Frustum { light: xyz, axis, sign }).collect()
+    }
+
+    /// Further frames of a sun that comes as much along other axes as along the one that [`LightFrame::all`] takes.
+    pub(crate) fn ties(light: &LightSource) -> Vec<Self> {
+        let xyz = light.xyz();
+        let first = xyz.abs().max_position();
+        let is_tie = |&axis: &usize| axis != first && xyz[axis].abs() == xyz[first].abs();
+        let is_sun = light.is_sun();
+        (0..3).filter(|_| is_sun).filter(is_tie).map(|axis| Self::of_sun(xyz, axis)).collect()
+    }
+
+    /// Of a sun in this direction, sheared onto the plane across an axis.
+    fn of_sun(xyz: DVec3, axis: usize) -> Self {
+        let along = Approx::exact(xyz[axis]);
+        let slope = [1, 2].map(|k| Approx::exact(xyz[(axis + k) % 3]).divided_by(along));
+        Self::Sun { axis, sign: xyz[axis].signum(), slope }
     }
 
     /// The light-space box of the convex hull of `points`; `None` when the frame sees nothing of it.

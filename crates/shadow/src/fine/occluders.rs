@@ -7,7 +7,7 @@
 use std::sync::OnceLock;
 
 use umbriel_bvh::BoxTree;
-use umbriel_geometry::{Aabb, Facet, Facets, LightSource, Point, Sign};
+use umbriel_geometry::{Aabb, Facets, LightSource, Point, Sign};
 
 use super::{
     analytic_blocker::AnalyticBlocker,
@@ -19,6 +19,9 @@ use super::{
     receiver::Receiver,
 };
 use crate::bodies::{Bodies, Body};
+
+/// Shares of a body's facets are counted in parts of this size: whole numbers have the same sum in any order.
+const SHARES: f64 = 1024.0;
 
 /// What may block a receiver, by name.
 #[derive(Clone, Debug, Default)]
@@ -34,9 +37,12 @@ pub(crate) struct Occluders<'a> {
     pub(crate) bodies: &'a Bodies<'a>,
     pub(crate) light: &'a LightSource,
     frames: Vec<LightFrame>,
+    /// Further frames of a sun that comes equally along several axes: what one of them shows to be out of the way is, so
+    /// that no axis is the first.
+    ties: Vec<LightFrame>,
     turns: Vec<OnceLock<Vec<Sign>>>,
     silhouettes: Vec<OnceLock<Silhouette>>,
-    /// For each object the light-space box of its box in each frame that sees it.
+    /// For each object the light-space box of its box in each frame that sees it; the ties last.
     views: Vec<OnceLock<Vec<Option<Aabb>>>>,
     indices: Vec<OnceLock<ObjectIndex>>,
 }
@@ -55,6 +61,7 @@ impl<'a> Occluders<'a> {
             bodies,
             light,
             frames: LightFrame::all(light),
+            ties: LightFrame::ties(light),
             turns: (0..count).map(|_| OnceLock::new()).collect(),
             silhouettes: (0..count).map(|_| OnceLock::new()).collect(),
             views: (0..count).map(|_| OnceLock::new()).collect(),
@@ -88,28 +95,34 @@ impl<'a> Occluders<'a> {
         self.turns(object)[0]
     }
 
-    /// About how many facets of `objects` [`Occluders::candidates`] would find, from boxes alone.
+    /// About how many facets of `objects` [`Occluders::candidates`] would find, from boxes alone; the same whatever the
+    /// order of the axes and of the objects.
     pub(crate) fn expected_facets(&self, objects: &[u32], points: &[Point]) -> f64 {
+        let views = self.frames.iter().chain(&self.ties).enumerate();
+        let expected = views.map(|(number, frame)| {
+            let face = frame.bounds(points);
+            face.map_or(0, |face| objects.iter().map(|&object| self.expected_of(object, number, &face)).sum())
+        });
+        // Each frame of a lamp shows other facets, each of a sun all of them.
+        let whole = if self.light.is_sun() { expected.max().unwrap_or(0) } else { expected.sum::<u64>() };
+        whole as f64 / SHARES
+    }
+
+    /// How many facets of an object are expected over a face in a frame, times [`SHARES`].
+    fn expected_of(&self, object: u32, frame: usize, face: &Aabb) -> u64 {
+        let Body::Flat(facets) = self.bodies.get(object as usize) else { return 0 };
+        let views = self.views[object as usize].get_or_init(|| {
+            let corners = box_corners(&self.bodies.boxes[object as usize]);
+            self.frames.iter().chain(&self.ties).map(|frame| frame.bounds(&corners)).collect()
+        });
+        let Some(body) = &views[frame] else { return 0 };
         let area = |bounds: &Aabb| bounds.size().x * bounds.size().y;
-        let mut expected = 0.0;
-        for (frame, view) in self.frames.iter().enumerate() {
-            let Some(face) = view.bounds(points) else { continue };
-            for &object in objects {
-                let Body::Flat(facets) = self.bodies.get(object as usize) else { continue };
-                let views = self.views[object as usize].get_or_init(|| {
-                    let corners = box_corners(&self.bodies.boxes[object as usize]);
-                    self.frames.iter().map(|frame| frame.bounds(&corners)).collect()
-                });
-                let Some(body) = &views[frame] else { continue };
-                // Depths are left out: what is nearer than all of the face shadows it, too.
-                let (min, max) = (body.min.max(face.min), body.max.min(face.max));
-                let common = Aabb { min: min.with_z(0.0), max: max.with_z(0.0) };
-                let whole = area(body);
-                let share = if whole > 0.0 { area(&common) / whole } else { 1.0 };
-                expected += if common.is_empty() { 0.0 } else { share * facets.len() as f64 };
-            }
-        }
-        expected
+        // Depths are left out: what is nearer than all of the face shadows it, too.
+        let (min, max) = (body.min.max(face.min), body.max.min(face.max));
+        let common = Aabb { min: min.with_z(0.0), max: max.with_z(0.0) };
+        let whole = area(body);
+        let share = if whole > 0.0 { area(&common) / whole } else { 1.0 };
+        if common.is_empty() { 0 } else { (share * SHARES).round() as u64 * facets.len() as u64 }
     }
 
     /// What among `objects` may block some point of the hull of `points`.
@@ -134,7 +147,25 @@ impl<'a> Occluders<'a> {
         found.facets.dedup();
         found.bodies.sort_unstable();
         found.bodies.dedup();
+        for frame in &self.ties {
+            self.drop_beside(frame, points, &mut found);
+        }
         found
+    }
+
+    /// Leaves out what a frame shows to be out of the way of a hull.
+    fn drop_beside(&self, frame: &LightFrame, points: &[Point], found: &mut Candidates) {
+        let Some(mut query) = frame.bounds(points) else { return };
+        query.min.z = f64::NEG_INFINITY;
+        let meets = |points: &[Point]| frame.bounds(points).is_some_and(|bounds| bounds.meets(&query));
+        found.facets.retain(|id| match self.bodies.get(id.object as usize) {
+            Body::Flat(facets) => {
+                let (points, count) = corners_of(facets, id.facet as usize);
+                meets(&points[..count])
+            }
+            Body::Analytic(_) => true,
+        });
+        found.bodies.retain(|&object| meets(&box_corners(&self.bodies.boxes[object as usize])));
     }
 
     /// The candidates measured against a receiver; those that cannot block it after all are left out.
@@ -143,17 +174,21 @@ impl<'a> Occluders<'a> {
         let mut edges = Vec::new();
         for &id in &candidates.facets {
             let Body::Flat(facets) = self.bodies.get(id.object as usize) else { continue };
-            let facet = facets.facet(id.facet as usize);
-            let mut corners = [facets.point(facet.corners()[0]); 4];
-            let numbers = facet.corners();
+            // From the base on, so that it makes no difference which corner the facet begins with.
+            let numbers = facets.from_base(id.facet as usize).corners();
             let count = numbers.len();
-            for (point, &corner) in corners.iter_mut().zip(numbers.iter()) {
-                *point = facets.point(corner);
+            let mut corners = [(facets.point(numbers[0]), 0); 4];
+            for (corner, &number) in corners.iter_mut().zip(numbers.iter()) {
+                *corner = (facets.point(number), facets.first_at(number));
             }
             let turn = self.turn(id);
             let Some(blocker) = PolygonBlocker::new(id, &corners[..count], turn, receiver) else { continue };
             if !blocker.edge_on {
-                push_edges(&mut edges, id, (facets.ranks(), &facet), turn == Sign::Negative, polygons.len() as u32);
+                let polygon = polygons.len() as u32;
+                for side in 0..count {
+                    let ends = [side, (side + 1) % count].map(|corner| corners[corner].1);
+                    edges.push(DirectedEdge::new(id.object, ends, turn == Sign::Negative, polygon, side as u8));
+                }
             }
             polygons.push(blocker);
         }
@@ -175,12 +210,9 @@ impl<'a> Occluders<'a> {
         let trees = self.frames.iter().map(|frame| {
             let mut boxes = Vec::new();
             let mut items = Vec::new();
-            for (facet, corners) in facets.iter().map(|facet| facet.corners()).enumerate() {
-                let mut points = [facets.point(corners[0]); 4];
-                for (point, &corner) in points.iter_mut().zip(corners.iter()) {
-                    *point = facets.point(corner);
-                }
-                if let Some(bounds) = frame.bounds(&points[..corners.len()]) {
+            for facet in 0..facets.len() {
+                let (points, count) = corners_of(facets, facet);
+                if let Some(bounds) = frame.bounds(&points[..count]) {
                     boxes.push(bounds);
                     items.push(facet as u32);
                 }
@@ -201,25 +233,21 @@ impl<'a> Occluders<'a> {
     }
 }
 
+/// The corners of a facet, and how many there are.
+fn corners_of(facets: &Facets, facet: usize) -> ([Point<'_>; 4], usize) {
+    let numbers = facets.facet(facet).corners();
+    let mut points = [facets.point(numbers[0]); 4];
+    for (point, &corner) in points.iter_mut().zip(numbers.iter()) {
+        *point = facets.point(corner);
+    }
+    (points, numbers.len())
+}
+
 fn box_corners(bounds: &Aabb) -> [Point<'static>; 8] {
     std::array::from_fn(|i| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
         Point::exact([pick(0), pick(1), pick(2)].into())
     })
-}
-
-fn push_edges(
-    edges: &mut Vec<DirectedEdge>,
-    id: FacetId,
-    (ranks, facet): (&[u32], &Facet),
-    flipped: bool,
-    polygon: u32,
-) {
-    let corners = facet.corners();
-    for side in 0..corners.len() {
-        let [from, to, apex] = [0, 1, 2].map(|step| ranks[corners[(side + step) % corners.len()] as usize]);
-        edges.push(DirectedEdge::new(id.object, [from, to, apex], flipped, polygon, side as u8));
-    }
 }
 
 #[cfg(test)]

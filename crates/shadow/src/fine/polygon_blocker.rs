@@ -8,6 +8,7 @@
 use umbriel_geometry::{Approx, Point, Sign};
 
 use super::{
+    borders::Border,
     field::{Field, Weights},
     outline::{Outline, ParamBox},
     receiver::Receiver,
@@ -32,15 +33,23 @@ pub(crate) struct PolygonBlocker<const N: usize> {
     side_count: usize,
     /// The light lies in the polygon's plane: it blocks no area, but no cell that it touches is proved lit.
     pub(crate) edge_on: bool,
-    /// For each edge, how many more polygons lie inside than outside of it: 0 inside a sheet.
-    pub(crate) border: [u32; 4],
+    /// What each edge is to the sum of all polygons.
+    pub(crate) border: [Border; 4],
     outline: Outline,
 }
 
 impl<const N: usize> PolygonBlocker<N> {
-    /// `None` when the polygon cannot block any point of the receiver. `light_side` is the side of the polygon's plane
-    /// on which the light lies.
-    pub(crate) fn new(id: FacetId, corners: &[Point], light_side: Sign, receiver: &Receiver<N>) -> Option<Self> {
+    /// Of corners with a number for each position; `None` when the polygon cannot block any point of the receiver.
+    /// `light_side` is the side of the polygon's plane on which the light lies.
+    pub(crate) fn new(
+        id: FacetId,
+        numbered: &[(Point, u32)],
+        light_side: Sign,
+        receiver: &Receiver<N>,
+    ) -> Option<Self> {
+        let mut points = [numbered[0].0; 4];
+        points.iter_mut().zip(numbered).for_each(|(point, corner)| *point = corner.0);
+        let corners = &points[..numbered.len()];
         let sign = if light_side == Sign::Negative { -1.0 } else { 1.0 };
         let edge_on = light_side == Sign::Zero;
         let nearer = Field::new(receiver.sides_of_plane(corners, -sign));
@@ -49,9 +58,11 @@ impl<const N: usize> PolygonBlocker<N> {
             return None;
         }
         let mut functions = [nearer; 5];
-        for (i, from) in corners.iter().enumerate() {
-            let to = &corners[(i + 1) % corners.len()];
-            let side = Field::new(receiver.sides_of_shadow_plane([from, to], sign));
+        for (i, (from, low)) in numbered.iter().enumerate() {
+            let (to, high) = &numbered[(i + 1) % numbered.len()];
+            // From the lower number to the higher: all polygons at an edge have one function of it, to the last bit.
+            let (ends, sign) = if low < high { ([from, to], sign) } else { ([to, from], -sign) };
+            let side = Field::new(receiver.sides_of_shadow_plane(ends, sign));
             let misses = if edge_on { has_one_sign(&side) } else { everywhere(&side, |v| v < 0.0) };
             if misses {
                 return None;
@@ -66,7 +77,7 @@ impl<const N: usize> PolygonBlocker<N> {
                 Outline::new(&functions[..side_count]).unwrap_or_else(|| Outline::of_images(corners, receiver))
             }
         };
-        Some(Self { id, functions, side_count, edge_on, border: [0; 4], outline })
+        Some(Self { id, functions, side_count, edge_on, border: [Border::default(); 4], outline })
     }
 
     /// Function `index`: a side's, or [`NEARER`].

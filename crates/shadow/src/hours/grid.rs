@@ -15,7 +15,7 @@ use umbriel_octree::{Face, Quadrant};
 use crate::{
     bodies::{Bodies, Body},
     levels::{FaceSize, of_face},
-    receivers::{first_corner, flat_corners},
+    receivers::flat_corners,
     report::{Cell, Verdict},
     request::Detail,
 };
@@ -70,7 +70,7 @@ impl HourGrid {
         };
         let of_facet = |facets: &umbriel_geometry::Facets, face: usize| {
             let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
-            let corner = first_corner(facets, face);
+            let corner = facets.base(face).corner;
             let size = FaceSize::of_flat(&flat_corners(facets, face, corner), is_triangle);
             let domain = if is_triangle { Face::Triangle } else { Face::Square };
             FaceLeaves { face: face as u32, corner, domain, finest: finest(&size), end: 0 }

@@ -27,7 +27,7 @@ pub(super) struct Cover {
 #[derive(Default)]
 pub(super) struct Outline {
     faces: Vec<Polygon>,
-    /// By ranks of the ends: how often it is used one way more than the other, the ends' points, and whether it is a border in any case.
+    /// By the first points at the ends: how often it is used one way more than the other, the ends' points, and whether it is a border in any case.
     edges: BTreeMap<(u32, u32), (i32, [u32; 2], bool)>,
     reach: f64,
     has_unbounded: bool,
@@ -44,14 +44,14 @@ impl Outline {
         self.reach = images.iter().map(|&(_, shift)| shift).fold(self.reach, f64::max);
         let mut image = Polygon(images.into_iter().map(|(point, _)| point).collect());
         let area = image.area();
-        let (numbers, ranks) = (facets.facet(face).corners(), facets.ranked(face).corners());
+        let (numbers, firsts) = (facets.facet(face).corners(), facets.welded(face).corners());
         for k in 0..numbers.len() {
             let next = (k + 1) % numbers.len();
-            let forward = ranks[k] < ranks[next];
+            let forward = firsts[k] < firsts[next];
             let (key, ends) = if forward {
-                ((ranks[k], ranks[next]), [numbers[k], numbers[next]])
+                ((firsts[k], firsts[next]), [numbers[k], numbers[next]])
             } else {
-                ((ranks[next], ranks[k]), [numbers[next], numbers[k]])
+                ((firsts[next], firsts[k]), [numbers[next], numbers[k]])
             };
             let edge = self.edges.entry(key).or_insert((0, ends, false));
             // Seen edge-on, a face has no turn: its edges are borders.

@@ -12,7 +12,7 @@ use crate::{
     fine::flat::{FLAT, flat_probe},
     levels::FaceSize,
     query::Queries,
-    receivers::{first_corner, flat_corners},
+    receivers::flat_corners,
 };
 
 /// A face and how it is divided.
@@ -36,7 +36,7 @@ impl<'a> FaceShape<'a> {
             Body::Flat(facets) => {
                 let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
                 let outline = if is_triangle { Face::Triangle } else { Face::Square };
-                let first = first_corner(facets, face);
+                let first = facets.base(face).corner;
                 let corners = flat_corners(facets, face, first);
                 Self::Flat { facets, outline, first, corners, area: facets.area(face) }
             }

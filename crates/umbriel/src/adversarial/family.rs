@@ -5,7 +5,7 @@
 //! are such that the usual constructions (normals, crossings, slopes) lose all their digits.
 
 use glam::{DAffine3, DMat3, DVec3};
-use umbriel_geometry::{Analytic, LightSource, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Convex, Cuboid, LightSource, Placement, Rectangle};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
 use super::{Random, any_point, mesh, standing};
@@ -23,11 +23,15 @@ pub enum Family {
     Needles,
     /// Curved bodies that touch the receiver, each other, or a plane through the light.
     Contact,
+    /// Closed bodies with flat faces that have faces, edges or corners in common, stand in each other and in the receiver, some with a
+    /// corner moved; the light is in planes of theirs.
+    Blocks,
 }
 
 impl Family {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Scales, Self::Parallel, Self::Slivers, Self::Needles, Self::Contact];
+    pub const ALL: [Self; 6] =
+        [Self::Scales, Self::Parallel, Self::Slivers, Self::Needles, Self::Contact, Self::Blocks];
 }
 
 /// A scene without lights, and its light. Object 0 is the receiver that the others stand over.
@@ -47,6 +51,7 @@ pub fn family(family: Family, random: &mut Random) -> FamilyTrial {
         Family::Slivers => slivers(random),
         Family::Needles => needles(random),
         Family::Contact => contact(random),
+        Family::Blocks => blocks(random),
     };
     FamilyTrial { scene: Scene { objects, ..Scene::default() }, light }
 }
@@ -182,6 +187,54 @@ fn contact(random: &mut Random) -> (Vec<Object>, LightSource) {
         1 => offset + beside + DVec3::Y * (2.0 * size),
         2 => offset + beside + DVec3::Z * 3.0,
         _ => top + any_point(random) + DVec3::Y * 4.0,
+    };
+    let place = if random.below(2) == 0 { place } else { random.beside_point(place) };
+    (objects, light_at(place, offset, random))
+}
+
+/// A point of the lattice with steps of a half over the receiver, at its height or a little above or below.
+fn lattice_point(random: &mut Random) -> DVec3 {
+    let mut step = |count: u64, first: f64| first + 0.5 * random.below(count) as f64;
+    DVec3::new(step(8, -2.0), step(3, -0.5), step(8, -2.0))
+}
+
+/// A box between lattice points: its triangles, the hull of its corners, or the hull of four of them.
+fn block(offset: DVec3, random: &mut Random) -> (Vec<DVec3>, Shape) {
+    let low = offset + lattice_point(random);
+    let size = DVec3::from_array([(); 3].map(|()| random.pick(&[0.5, 0.5, 1.0, 2.0])));
+    let corner = |k: usize| low + size * DVec3::from_array([0, 1, 2].map(|axis| (k >> axis & 1) as f64));
+    let mut corners: Vec<DVec3> = (0..8).map(corner).collect();
+    if random.below(3) == 0 {
+        let moved = random.below(8) as usize;
+        corners[moved] = random.beside_point(corners[moved]);
+    }
+    let hull = |corners: &[DVec3]| Convex::new(corners.iter().map(DVec3::to_array).collect()).ok();
+    let some = match random.below(4) {
+        0 => hull(&corners),
+        // Four corners no two of which share an edge span a tetrahedron.
+        1 => hull(&[0, 3, 5, 6].map(|k| corners[k])),
+        _ => None,
+    };
+    let triangles: Vec<[u32; 3]> = Cuboid::FACES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let shape = some.map_or_else(|| mesh(&corners, &triangles), |convex| Shape::Convex(convex.into()));
+    (corners, shape)
+}
+
+fn blocks(random: &mut Random) -> (Vec<Object>, LightSource) {
+    let offset = DVec3::new(1.0, 0.5, -2.0) * random.pick(&[0.0, 0.0, 1e3, 1e6]);
+    let mut objects = vec![floor(offset, 4.0, random)];
+    let mut corners = Vec::new();
+    for number in 0..1 + random.below(4) {
+        let (own, shape) = block(offset, random);
+        objects.push(standing(format!("{number}"), shape, Sides::Auto));
+        corners.extend(own);
+    }
+    let corner = corners[random.below(corners.len() as u64) as usize];
+    let place = match random.below(4) {
+        0 => corner,
+        1 => corner + lattice_point(random) + DVec3::Y,
+        2 => offset + lattice_point(random) * 2.0 + DVec3::Y * 2.0,
+        _ => corner + any_point(random),
     };
     let place = if random.below(2) == 0 { place } else { random.beside_point(place) };
     (objects, light_at(place, offset, random))

@@ -38,6 +38,12 @@ impl Flat {
         Place::new(combination(&self.corners[0], &self.corners[1], &self.corners[last], u, v))
     }
 
+    /// The point (u, v) counted from another corner.
+    pub(crate) fn point_from(&self, corner: usize, u: f64, v: f64) -> Place {
+        let at = |step: usize| &self.corners[(corner + step) % self.corners.len()];
+        Place::new(combination(at(0), at(1), at(self.corners.len() - 1), u, v))
+    }
+
     /// Whether the light is strictly on the lit side.
     pub(crate) fn faces(&self, light: &Lamp) -> bool {
         let side = light.side(&self.normal, &self.corners[0]);
@@ -218,12 +224,12 @@ impl Frame {
         Cuboid::FACES.iter().map(|face| Flat::new(face.map(corner).to_vec(), self.mirrored, one_sided)).collect()
     }
 
-    /// The hull of the placed and rounded points; it looks outward whatever the placement mirrors.
+    /// The hull of the placed and rounded points.
     fn convex(&self, points: &[glam::DVec3], one_sided: bool) -> Vec<Flat> {
         let place = |position: &glam::DVec3| self.image(position.to_array()).map(|c| c.to_nearest() + 0.0);
         let placed: Vec<[f64; 3]> = points.iter().map(place).collect();
-        let flat = |corners: [[f64; 3]; 3]| Flat::new(corners.map(vector).to_vec(), false, one_sided);
-        hull(&placed).into_iter().map(flat).collect()
+        let flat = |corners: [[f64; 3]; 3]| Flat::new(corners.map(vector).to_vec(), self.mirrored, one_sided);
+        hull(&placed, self.mirrored).into_iter().map(flat).collect()
     }
 
     fn mesh(&self, mesh: &Mesh, one_sided: &dyn Fn(bool) -> bool) -> Vec<Flat> {

@@ -2,12 +2,15 @@
 
 use super::number::{Binary, Vector, cross, dot, is_zero, minus, vector};
 
-/// The hull's faces as fans of triangles, wound outward; empty for points in one plane. Vertices are ordered by their
-/// coordinates, a face starts at its first vertex, faces are in the order of their vertices.
-pub(crate) fn hull(points: &[[f64; 3]]) -> Vec<[[f64; 3]; 3]> {
-    let mut vertices = points.to_vec();
-    vertices.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
-    vertices.dedup();
+/// The hull's faces as fans of triangles, wound outward (inward if `mirrored`); empty for points in one plane. Vertices are
+/// in the order of the points, a face starts at its first vertex, faces are in the order of their vertices.
+pub(crate) fn hull(points: &[[f64; 3]], mirrored: bool) -> Vec<[[f64; 3]; 3]> {
+    let mut vertices: Vec<[f64; 3]> = Vec::new();
+    for point in points {
+        if !vertices.contains(point) {
+            vertices.push(*point);
+        }
+    }
     let exact: Vec<Vector> = vertices.iter().map(|&vertex| vector(vertex)).collect();
     let mut faces: Vec<Vec<usize>> = Vec::new();
     let count = vertices.len();
@@ -19,7 +22,14 @@ pub(crate) fn hull(points: &[[f64; 3]]) -> Vec<[[f64; 3]; 3]> {
             faces.push(face);
         }
     }
-    // Extreme points only: number them in order, so that loops compare as the body's do.
+    for face in &mut faces {
+        if mirrored {
+            face.reverse();
+        }
+        let first = (0..face.len()).min_by_key(|&k| face[k]).expect("a face has corners");
+        face.rotate_left(first);
+    }
+    // Extreme points only, in their order, so that loops compare as the body's do.
     faces.sort();
     let corner = |number: usize| vertices[number];
     let fan = |face: &Vec<usize>| {
@@ -30,7 +40,7 @@ pub(crate) fn hull(points: &[[f64; 3]]) -> Vec<[[f64; 3]; 3]> {
     faces.iter().flat_map(fan).collect()
 }
 
-/// The loop of the face in the plane of three points, from its least vertex on, if all points are on one side.
+/// The loop of the face in the plane of three points, if all points are on one side.
 fn face_through(points: &[Vector], [i, j, k]: [usize; 3]) -> Option<Vec<usize>> {
     let mut normal = cross(&minus(&points[j], &points[i]), &minus(&points[k], &points[i]));
     if is_zero(&normal) {
@@ -47,7 +57,7 @@ fn face_through(points: &[Vector], [i, j, k]: [usize; 3]) -> Option<Vec<usize>> 
     Some(loop_of(points, &members, &normal))
 }
 
-/// Gift wrapping in a plane, counter-clockwise about the normal, from the least point, which is extreme.
+/// Gift wrapping in a plane, counter-clockwise about the normal, from the point with the least coordinates, which is extreme.
 fn loop_of(points: &[Vector], members: &[usize], normal: &Vector) -> Vec<usize> {
     let turn = |a: usize, b: usize, c: usize| -> Binary {
         dot(normal, &cross(&minus(&points[b], &points[a]), &minus(&points[c], &points[a])))
@@ -56,7 +66,11 @@ fn loop_of(points: &[Vector], members: &[usize], normal: &Vector) -> Vec<usize> 
         let (near, far) = (minus(&points[b], &points[a]), minus(&points[c], &points[a]));
         (&dot(&far, &far) - &dot(&near, &near)).sign() > 0
     };
-    let first = members[0];
+    let is_before = |a: usize, b: usize| {
+        let order = (0..3).map(|k| (&points[a][k] - &points[b][k]).sign()).find(|&sign| sign != 0);
+        order == Some(-1)
+    };
+    let first = members.iter().copied().reduce(|a, b| if is_before(b, a) { b } else { a }).expect("members");
     let mut border = vec![first];
     loop {
         let from = border[border.len() - 1];

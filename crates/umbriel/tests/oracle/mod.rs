@@ -57,12 +57,12 @@ impl Oracle {
         Self { bodies, triangles }
     }
 
-    /// Whether an answer to a sample is right. Its parameters are told within an ulp: where a border runs through that, both
-    /// answers are.
-    pub(crate) fn admits(&self, sample: &SamplePoint, light: &LightSource, is_lit: bool) -> bool {
-        let &SamplePoint { object, face, u, v } = sample;
-        let around = |x: f64| [x, x.next_down(), x.next_up()];
-        around(u).into_iter().any(|u| around(v).into_iter().any(|v| self.lit(object, face, [u, v], light) == is_lit))
+    /// Whether a sample is lit: the point at the floats of its lattice, which are counted from one of the face's corners.
+    pub(crate) fn sample_is_lit(&self, sample: &SamplePoint, light: &LightSource) -> bool {
+        let &SamplePoint { object, face, corner, from_corner: [u, v], .. } = sample;
+        let Body::Flats(flats) = &self.bodies[object] else { return self.lit(object, face, [u, v], light) };
+        let (flat, lamp) = (&flats[face], Lamp::new(light));
+        flat.faces(&lamp) && self.is_open(&flat.point_from(usize::from(corner), u, v), &lamp)
     }
 
     /// Whether the point (u, v) of a face is lit.

@@ -158,21 +158,21 @@ fn a_quadric_is_closed_where_its_box_cuts_it() {
 fn hulls_have_the_faces_that_they_should() {
     let corners: Vec<[f64; 3]> = (0..8).map(|k| std::array::from_fn(|axis| f64::from(k >> axis & 1))).collect();
     let spare = [[0.5, 0.5, 0.0], [0.5, 0.0, 0.0], [0.5, 0.5, 0.5], [0.0, 0.0, 0.0]];
-    let cube = hull(&[&corners[..], &spare[..]].concat());
+    let cube = hull(&[&corners[..], &spare[..]].concat(), false);
     assert_eq!(cube.len(), 12, "six faces of two triangles each");
     let outward = |[a, b, c]: &[[f64; 3]; 3]| {
         let [a, b, c] = [*a, *b, *c].map(DVec3::from_array);
         (b - a).cross(c - a).dot(a - DVec3::splat(0.5)) > 0.0
     };
     assert!(cube.iter().all(outward));
-    assert_eq!(cube[0], [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 1.0]]);
-    assert_eq!(hull(&corners[..4]), Vec::<[[f64; 3]; 3]>::new(), "a square has no inside");
+    assert_eq!(cube[0], [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0]], "from points 0, 1 and 5");
+    assert_eq!(hull(&corners[..4], false), Vec::<[[f64; 3]; 3]>::new(), "a square has no inside");
     let mut dice = Dice::new("hulls", 0);
     for _ in 0..300 {
         let points: Vec<[f64; 3]> = (0..4 + dice.below(8)).map(|_| dice.grid_point(2, 1.0)).collect();
         let Ok(convex) = Convex::new(points.clone()) else { continue };
         let facets = Facets::of_convex(&convex, &Placement::IDENTITY).expect("a body");
-        let ours = hull(&points);
+        let ours = hull(&points, false);
         assert_eq!(ours.len(), facets.len(), "{points:?}");
         for (number, triangle) in ours.iter().enumerate() {
             let corners = facets.facet(number).corners();

@@ -6,7 +6,7 @@
 
 use umbriel_geometry::{
     Facets,
-    edge_uses::{EdgeUse, EdgeUses, weld},
+    edge_uses::{EdgeUse, EdgeUses},
 };
 
 /// A body with more facets has no table.
@@ -41,12 +41,10 @@ pub(crate) struct EdgeTable {
 impl EdgeTable {
     /// The edges of `facets`, of which there are fewer than [`MAX_FACETS`].
     pub(crate) fn of(facets: &Facets) -> Self {
-        // The corners of parallelograms are distinct points even where their floats agree.
-        let ids = if facets.triangles().is_some() { weld(facets.positions()) } else { None };
-        let id = |point: u32| ids.as_ref().map_or(point, |ids| ids[point as usize]);
         let edges = (0..facets.len() as u32).flat_map(|face| {
             let corners = facets.facet(face as usize).corners();
-            (0..corners.len()).map(move |k| [id(corners[k]), id(corners[(k + 1) % corners.len()]), face])
+            (0..corners.len())
+                .map(move |k| [facets.first_at(corners[k]), facets.first_at(corners[(k + 1) % corners.len()]), face])
         });
         let uses = EdgeUses::of(facets.positions().len(), edges);
         let mut table = Self { shared: Vec::with_capacity(uses.len() / 2), others: Vec::new() };

@@ -2,15 +2,13 @@
 
 use rayon::prelude::*;
 use umbriel_geometry::{
-    Facet, Facets,
+    Base, Facet, Facets,
     simd::{Kernel, Simd, dispatch},
 };
 
 use super::lit_bits::LitBits;
 use crate::{
     fine::lattice::{Lattice, Spacing},
-    levels::FaceSize,
-    receivers::{edges_of_triangle, flat_corners},
     report::SampleAnswers,
     sums::AreaSums,
 };
@@ -140,15 +138,9 @@ impl Kernel for Part<'_> {
             if area.upper() <= 0.0 {
                 continue;
             }
-            let (corner, edges, is_triangle) = match facets.facet(face) {
-                Facet::Triangle([a, b, c]) => {
-                    let at = |corner: u32| facets.positions()[corner as usize];
-                    let (corner, edges) = edges_of_triangle([at(a), at(b), at(c)]);
-                    (corner, edges, true)
-                }
-                Facet::Parallelogram(_) => (0, FaceSize::of_flat(&flat_corners(facets, face, 0), false).edges, false),
-            };
-            let lattice = Lattice::new(edges, spacing, is_triangle);
+            let Base { corner, sides } = facets.base(face);
+            let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
+            let lattice = Lattice::new(sides, spacing, is_triangle);
             let counts = lattice.counts();
             *packed = Packed { counts, place: totals.bytes << 3 | u64::from(is_triangle) << 2 | u64::from(corner) };
             totals.bytes += u64::from(counts[0]) * u64::from(counts[1].div_ceil(8));
