@@ -161,13 +161,17 @@ impl Body {
 
     /// The hull of placed points is a mesh of the world.
     fn convex(object: &Object) -> Self {
+        // A mirroring placement turns the loops round: the image through the origin has its fronts outside again.
+        let scale = if object.placement.is_mirrored() { -1.0 } else { 1.0 };
         let mesh = object.facets().and_then(|facets| {
             let triangles = facets.triangles()?.to_vec();
-            Mesh::new(facets.positions().iter().map(|position| position.to_array()).collect(), triangles).ok()
+            let positions = facets.positions().iter().map(|&position| (position * scale).to_array());
+            Mesh::new(positions.collect(), triangles).ok()
         });
         let shape =
             mesh.map_or(LocalShape::Unknown, |mesh| LocalShape::Mesh(Arc::new(TriangleBvh::build(mesh.into()))));
-        Self { shape, to_local: DAffine3::IDENTITY, bounds: object.bounds(), prepared: None }
+        let to_local = DAffine3::from_scale(DVec3::splat(scale));
+        Self { shape, to_local, bounds: object.bounds(), prepared: None }
     }
 
     fn nearest(&self, ray: &Ray, t_max: f64) -> Option<LocalHit> {
@@ -333,5 +337,20 @@ mod tests {
             let up = caster.nearest(&Ray::new(DVec3::new(0.0, 2.0, 0.0) * scale, DVec3::Y)).expect("from inside");
             assert_eq!((up.object, up.face, up.distance), (1, 3, scale));
         }
+    }
+
+    #[test]
+    fn hulls_look_outward_mirrored_or_not() {
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let hull = Shape::Convex(Arc::new(umbriel_geometry::Convex::new(corners.to_vec()).expect("a corner of space")));
+        let hit = |map: DAffine3| {
+            let caster = RayCaster::new(&scene(vec![object("hull", hull.clone(), map)]));
+            caster.nearest(&Ray::new(DVec3::new(0.125, 0.25, -3.0), DVec3::Z)).expect("its foot")
+        };
+        let plain = hit(DAffine3::IDENTITY);
+        let mirrored = DAffine3::from_cols_array(&[0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]);
+        let other = hit(mirrored);
+        assert_eq!((plain.normal, other.normal), (DVec3::NEG_Z, DVec3::NEG_Z));
+        assert_eq!((plain.face, plain.distance), (other.face, other.distance));
     }
 }
