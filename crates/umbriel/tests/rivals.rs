@@ -26,7 +26,7 @@ fn some_points(scene: &Scene, polygons: &Polygons, count: u64, dice: &mut Dice) 
         if has_triangles(&body.shape) && u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
         }
-        let sample = SamplePoint { object, face, u, v };
+        let sample = SamplePoint { object, face, u, v, corner: 0, from_corner: [u, v] };
         points.extend(polygons.point(&sample).map(|point| (sample, point)));
     }
     points
@@ -67,7 +67,7 @@ fn wrong_answers(rival: &dyn Rival, is_taken: impl Fn(&str) -> bool) -> (u64, u6
             let given: Vec<RivalPoint> = points.iter().map(|(_, point)| *point).collect();
             let answer = rival.answer(&polygons, &light, &given).expect("an answer");
             for ((sample, _), lit) in points.iter().zip(answer.lit) {
-                let SamplePoint { object, face, u, v } = *sample;
+                let SamplePoint { object, face, u, v, .. } = *sample;
                 asked += 1;
                 if oracle.lit(object, face, [u, v], &light) != lit {
                     wrong += 1;
@@ -136,7 +136,7 @@ fn wrong_share(scene: &Scene, rival: &dyn Rival, count: u64, divisions: u32) -> 
     let answer = rival.answer(&polygons, &light, &points).expect("an answer");
     let queries = Queries::new(scene);
     let is_wrong = |(sample, lit): &(&SamplePoint, bool)| {
-        let SamplePoint { object, face, u, v } = **sample;
+        let SamplePoint { object, face, u, v, .. } = **sample;
         queries.lit(&Place::Surface { object, face, u, v }, &light).expect("a point").lit != *lit
     };
     samples.iter().zip(answer.lit).filter(is_wrong).count() as f64 / samples.len() as f64

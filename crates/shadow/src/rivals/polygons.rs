@@ -61,7 +61,7 @@ pub struct Polygons<'a> {
     mesh: Arc<Mesh>,
     owners: Vec<Owner>,
     /// Per corner of `mesh`: equal within an object where positions are.
-    ranks: Vec<u32>,
+    firsts: Vec<u32>,
 }
 
 impl<'a> Polygons<'a> {
@@ -81,14 +81,13 @@ impl<'a> Polygons<'a> {
             })
             .collect();
         let bounds = facets.iter().map(Facets::bounds).collect();
-        let (mut positions, mut triangles, mut owners, mut ranks) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut positions, mut triangles, mut owners, mut firsts) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (object, facets) in facets.iter().enumerate() {
-            // Ranks of an object count from 0, and are no more than its positions.
             let first = positions.len() as u32;
             let cut = triangles_of(facets);
             let outward = outward_signs(facets, &cut);
             positions.extend(facets.positions().iter().map(DVec3::to_array));
-            ranks.extend(facets.ranks().iter().map(|own| own + first));
+            firsts.extend((0..facets.positions().len() as u32).map(|point| facets.first_at(point) + first));
             triangles.extend(cut.iter().map(|(corners, _)| corners.map(|corner| corner + first)));
             owners.extend(cut.iter().zip(outward).map(|(&(_, face), outward)| Owner {
                 object: object as u32,
@@ -97,7 +96,7 @@ impl<'a> Polygons<'a> {
             }));
         }
         let mesh = Arc::new(Mesh::new(positions, triangles).expect("placed faces have accepted corners"));
-        Self { scene, facets, curved, bounds, mesh, owners, ranks }
+        Self { scene, facets, curved, bounds, mesh, owners, firsts }
     }
 
     /// How many triangles.
@@ -141,9 +140,9 @@ impl<'a> Polygons<'a> {
         self.owners[triangle]
     }
 
-    /// The ranks of a triangle's corners: equal for equal positions within an object, different between objects.
-    pub(crate) fn ranked(&self, triangle: usize) -> [u32; 3] {
-        self.mesh.triangles()[triangle].map(|corner| self.ranks[corner as usize])
+    /// The first points at a triangle's corners: equal for equal positions within an object, different between objects.
+    pub(crate) fn welded(&self, triangle: usize) -> [u32; 3] {
+        self.mesh.triangles()[triangle].map(|corner| self.firsts[corner as usize])
     }
 
     pub(crate) fn corners(&self, triangle: usize) -> [DVec3; 3] {
@@ -161,7 +160,7 @@ impl<'a> Polygons<'a> {
     /// # Panics
     /// If there is no such object or face.
     pub fn point(&self, sample: &SamplePoint) -> Option<RivalPoint> {
-        let &SamplePoint { object, face, u, v } = sample;
+        let &SamplePoint { object, face, u, v, .. } = sample;
         let (position, normal, is_closed, size) = match &self.curved[object] {
             None => {
                 let facets = &self.facets[object];

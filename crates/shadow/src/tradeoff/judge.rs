@@ -60,7 +60,7 @@ impl Judge {
         let known = samples.into_iter().filter_map(|sample| Some((sample, polygons.point(&sample)?)));
         let (samples, points): (Vec<SamplePoint>, Vec<RivalPoint>) = known.unzip();
         let queries = Queries::new(scene);
-        let is_lit = |&SamplePoint { object, face, u, v }: &SamplePoint| {
+        let is_lit = |&SamplePoint { object, face, u, v, .. }: &SamplePoint| {
             queries.lit(&Place::Surface { object, face, u, v }, light).is_ok_and(|answer| answer.lit)
         };
         let lit: Vec<bool> = samples.par_iter().map(is_lit).collect();

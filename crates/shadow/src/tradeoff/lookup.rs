@@ -8,7 +8,7 @@ use crate::{
     bodies::{Bodies, Body},
     fine::lattice::{Lattice, Spacing},
     levels::FaceSize,
-    receivers::{first_corner, flat_corners},
+    receivers::flat_corners,
     report::LightReport,
 };
 
@@ -135,7 +135,7 @@ impl SampleLookup {
 
 fn flat_lattice(facets: &Facets, face: usize, spacing: Spacing) -> (u8, Lattice) {
     let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
-    let corner = first_corner(facets, face);
+    let corner = facets.base(face).corner;
     let size = FaceSize::of_flat(&flat_corners(facets, face, corner), is_triangle);
     (corner, Lattice::new(size.edges, spacing, is_triangle))
 }

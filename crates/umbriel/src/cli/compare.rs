@@ -79,7 +79,14 @@ fn compare(
     let (mut pixels, mut samples, mut shades) = (Vec::new(), Vec::new(), Vec::new());
     for (pixel, hit) in caster.picture(view).into_iter().enumerate() {
         let Some(hit) = hit else { continue };
-        let sample = SamplePoint { object: hit.object, face: hit.face, u: hit.u, v: hit.v };
+        let sample = SamplePoint {
+            object: hit.object,
+            face: hit.face,
+            u: hit.u,
+            v: hit.v,
+            corner: 0,
+            from_corner: [hit.u, hit.v],
+        };
         if polygons.point(&sample).is_some() {
             let [x, y] = [pixel as u32 % view.width, pixel as u32 / view.width].map(|at| f64::from(at) + 0.5);
             let direction = view.ray(x, y).direction.normalize_or_zero();

@@ -78,17 +78,17 @@ fn cap(polygons: &Polygons, light: &LightSource, triangle: usize) -> Option<(u32
 
 fn edges(polygons: &Polygons, (triangle, is_reversed): (u32, bool)) -> [Edge; 3] {
     let mut corners = polygons.mesh().triangles()[triangle as usize];
-    let mut ranks = polygons.ranked(triangle as usize);
+    let mut firsts = polygons.welded(triangle as usize);
     if is_reversed {
         corners.swap(1, 2);
-        ranks.swap(1, 2);
+        firsts.swap(1, 2);
     }
     let object = polygons.owner(triangle as usize).object;
     std::array::from_fn(|k| {
         let (from, to) = (k, (k + 1) % 3);
-        let is_up = ranks[from] < ranks[to];
+        let is_up = firsts[from] < firsts[to];
         let [low, high] = if is_up { [from, to] } else { [to, from] };
-        let key = u64::from(ranks[low]) << 32 | u64::from(ranks[high]);
+        let key = u64::from(firsts[low]) << 32 | u64::from(firsts[high]);
         Edge { key, way: if is_up { 1 } else { -1 }, object, ends: [corners[low], corners[high]] }
     })
 }
