@@ -12,6 +12,7 @@ mod layers;
 mod projection;
 mod regress;
 mod soak;
+mod soft;
 mod tidy;
 mod workspace;
 
@@ -43,6 +44,8 @@ enum Task {
     Projection(projection::Options),
     /// Measure what the choice between BVH, octree and projection goes by
     Calibrate,
+    /// Measure the ways to shade soft shadows on the robot: times and errors
+    Soft(soft::Options),
     /// Let the judges look at millions of adversarial cases; hours, unless --minutes says otherwise
     Soak(soak::Options),
     /// Let libFuzzer look for bytes that break a parser, a small scene or an octree
@@ -67,6 +70,7 @@ fn main() -> ExitCode {
         Task::Bench(options) => bench::run(&options),
         Task::Projection(options) => projection::run(&options),
         Task::Calibrate => projection::calibrate(),
+        Task::Soft(options) => soft::run(&options),
         Task::Soak(options) => soak::run(&options),
         Task::Fuzz(options) => fuzz::run(&options),
         Task::Offsets => bench::offsets(),

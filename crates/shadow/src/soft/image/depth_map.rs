@@ -69,7 +69,12 @@ pub struct DepthMap {
     pub space: LightSpace,
     depths: Vec<f32>,
     nearest: f32,
+    /// The smallest depth of each square of [`SQUARE`] texels an edge, by rows.
+    squares: Vec<f32>,
 }
+
+/// Texels along the edge of a square whose smallest depth is known.
+const SQUARE: usize = 16;
 
 impl DepthMap {
     /// What the light sees of flat faces.
@@ -82,7 +87,8 @@ impl DepthMap {
             triangles.iter().for_each(|triangle| triangle.draw(rows, first, size));
         });
         let nearest = depths.iter().copied().fold(f32::INFINITY, f32::min);
-        Self { space, depths, nearest }
+        let squares = least_of_squares(&depths, size);
+        Self { space, depths, nearest, squares }
     }
 
     /// Texels along an edge.
@@ -93,6 +99,14 @@ impl DepthMap {
     /// The smallest depth; infinite for an empty map.
     pub fn nearest(&self) -> f32 {
         self.nearest
+    }
+
+    /// No texel of the window is nearer: O(texels / 256).
+    pub fn nearest_in(&self, [columns, rows]: &[std::ops::Range<usize>; 2]) -> f32 {
+        let width = self.space.size.div_ceil(SQUARE);
+        let squares = |texels: &std::ops::Range<usize>| texels.start / SQUARE..texels.end.div_ceil(SQUARE);
+        let lines = squares(rows).map(|row| &self.squares[row * width..][squares(columns)]);
+        lines.flatten().copied().fold(f32::INFINITY, f32::min)
     }
 
     /// A row of depths.
@@ -111,6 +125,18 @@ impl DepthMap {
         };
         Some([range(middle.x)?, range(middle.y)?])
     }
+}
+
+fn least_of_squares(depths: &[f32], size: usize) -> Vec<f32> {
+    let least = |texels: &[f32]| texels.iter().copied().fold(f32::INFINITY, f32::min);
+    let bands = depths.par_chunks(size * SQUARE).map(|band| {
+        let mut squares = vec![f32::INFINITY; size.div_ceil(SQUARE)];
+        for row in band.chunks(size) {
+            squares.iter_mut().zip(row.chunks(SQUARE)).for_each(|(square, texels)| *square = square.min(least(texels)));
+        }
+        squares
+    });
+    bands.collect::<Vec<_>>().concat()
 }
 
 /// A triangle on the map: corners in texels, and its 1/z as an affine function of them.

@@ -8,7 +8,8 @@
 //! - **Boxes** (Duan, "A fast soft shadows algorithm for dynamic scene in MMOG", Computer Knowledge and Technology 2009(15)): the blocker's depth is
 //!   interpolated between two points of the outlines of its boxes, and nothing is done outside of the outlines, grown by the widest penumbra.
 //!
-//! All share one PCF, whose inner loop runs along rows without a branch, so the compiler makes vectors of it. On the map a light of width W seen past a blocker at
+//! All share one PCF and the smallest depths of squares of texels: a window with nothing nearer than the point is lit at once, and no estimate of a
+//! blocker is nearer than they say (as by the hierarchical map of Yang et al.). PCF's inner loop runs along rows without a branch, so the compiler makes vectors of it. On the map a light of width W seen past a blocker at
 //! z_b from a point at z has the slope W·(1/z_b − 1/z): the kernel of all four. Pixels in parallel.
 
 use glam::{DVec2, DVec3};
@@ -166,7 +167,11 @@ impl SoftShader {
         }
         let radius = 0.5 * self.slope_of_light(nearest, depth) / self.map.space.texel();
         let Some(window) = self.map.window(place, radius) else { return 1.0 };
-        match search(window, self.limit(depth)) {
+        let (limit, nearest) = (self.limit(depth), self.map.nearest_in(&window));
+        if nearest >= limit {
+            return 1.0;
+        }
+        match search(window, limit).map(|blocker| blocker.max(f64::from(nearest))) {
             None => 1.0,
             Some(blocker) => self.filter(place, depth, 0.5 * self.slope_of_light(blocker, depth)),
         }
@@ -179,8 +184,12 @@ impl SoftShader {
 
     /// PCF over a window of this radius, a slope.
     fn filter(&self, place: DVec2, depth: f64, radius: f64) -> f32 {
-        let Some([columns, rows]) = self.map.window(place, radius / self.map.space.texel()) else { return 1.0 };
+        let Some(window) = self.map.window(place, radius / self.map.space.texel()) else { return 1.0 };
         let limit = self.limit(depth);
+        if self.map.nearest_in(&window) >= limit {
+            return 1.0;
+        }
+        let [columns, rows] = window;
         let count = columns.len() * rows.len();
         let hidden: u32 = rows
             .map(|row| self.map.row(row)[columns.clone()].iter().map(|&depth| u32::from(depth < limit)).sum::<u32>())
