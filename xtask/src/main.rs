@@ -14,6 +14,7 @@ mod regress;
 mod soak;
 mod soft;
 mod tidy;
+mod tradeoff;
 mod workspace;
 
 use std::process::ExitCode;
@@ -46,6 +47,8 @@ enum Task {
     Calibrate,
     /// Measure the ways to shade soft shadows on the robot: times and errors
     Soft(soft::Options),
+    /// Measure what time and memory buy, with bounds, with samples and with the rivals; charts go to docs
+    Tradeoff(tradeoff::Options),
     /// Let the judges look at millions of adversarial cases; hours, unless --minutes says otherwise
     Soak(soak::Options),
     /// Let libFuzzer look for bytes that break a parser, a small scene or an octree
@@ -71,6 +74,7 @@ fn main() -> ExitCode {
         Task::Projection(options) => projection::run(&options),
         Task::Calibrate => projection::calibrate(),
         Task::Soft(options) => soft::run(&options),
+        Task::Tradeoff(options) => tradeoff::run(&options),
         Task::Soak(options) => soak::run(&options),
         Task::Fuzz(options) => fuzz::run(&options),
         Task::Offsets => bench::offsets(),
