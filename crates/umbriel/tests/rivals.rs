@@ -195,3 +195,15 @@ fn curved_bodies_are_cut_into_triangles() {
         assert!(shares[0] > 0.0 && shares[1] < 0.4 * shares[0] && shares[2] < 0.4 * shares[1], "{shares:?}");
     }
 }
+
+/// The triangles that stand for a body do not shadow points of the body itself.
+#[test]
+fn a_ball_has_its_own_light() {
+    let scene = lit_by(
+        scene(vec![object("ball", sphere(1.0), at(0.0, 1.5, 0.0))]),
+        LightSource::point([3.0, 2.0, 1.0]).expect("a lamp"),
+    );
+    for rival in [&PointRays as &dyn Rival, &ShadowVolume::default()] {
+        assert_eq!(wrong_share(&scene, rival, 20_000, 4), 0.0, "{}", rival.name());
+    }
+}

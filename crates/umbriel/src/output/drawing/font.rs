@@ -7,8 +7,9 @@ pub(super) const ADVANCE: i64 = 6;
 pub(super) const HEIGHT: i64 = 7;
 
 /// Rows of five pixels from the top, the leftmost the highest bit. In the order of characters.
-const LETTERS: [(char, &[u8]); 48] = [
+const LETTERS: [(char, &[u8]); 49] = [
     ('%', &[0b11001, 0b11001, 0b00010, 0b00100, 0b01000, 0b10011, 0b10011]),
+    ('\'', &[0b00100, 0b00100, 0b01000, 0b00000, 0b00000, 0b00000, 0b00000]),
     ('(', &[0b00010, 0b00100, 0b01000, 0b01000, 0b01000, 0b00100, 0b00010]),
     (')', &[0b01000, 0b00100, 0b00010, 0b00010, 0b00010, 0b00100, 0b01000]),
     ('+', &[0b00000, 0b00100, 0b00100, 0b11111, 0b00100, 0b00100, 0b00000]),
