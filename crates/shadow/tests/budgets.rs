@@ -1,5 +1,7 @@
 //! Limits as detail: a time, a share, the memory of cells; and that every answer on the way is valid.
 
+#![allow(clippy::print_stdout, reason = "figures are part of what these tests tell")]
+
 use std::{
     sync::Arc,
     time::{Duration, Instant},

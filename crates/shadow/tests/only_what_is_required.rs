@@ -1,5 +1,7 @@
 //! Only what the question requires is built: counters and sizes that say so.
 
+#![allow(clippy::print_stdout, reason = "figures are part of what these tests tell")]
+
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};

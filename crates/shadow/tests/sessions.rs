@@ -1,5 +1,7 @@
 //! Scenes that change: what a session answers is what a bake from scratch answers, bit for bit, and little is redone.
 
+#![allow(clippy::print_stdout, reason = "figures are part of what these tests tell")]
+
 use std::{sync::Arc, time::Instant};
 
 use glam::{DAffine3, DQuat, DVec3};
