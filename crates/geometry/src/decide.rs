@@ -35,6 +35,27 @@ pub trait Decide: Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output =
             },
         })
     }
+
+    /// The sign of α + β·√d + γ·√e, d and e ≥ 0, if it is known.
+    fn decide_with_roots(alpha: Self, [beta, d]: [Self; 2], [gamma, e]: [Self; 2]) -> Option<Sign> {
+        let first = Self::decide_with_root(alpha.clone(), beta.clone(), d.clone())?;
+        let last = gamma.decide()?.times(e.decide()?);
+        Some(match (first, last) {
+            (first, Sign::Zero) => first,
+            (Sign::Zero, last) => last,
+            (first, last) if first == last => first,
+            // Opposite signs: the larger square wins, (α + β·√d)² − γ²·e = (α² + β²·d − γ²·e) + 2αβ·√d.
+            _ => {
+                let product = alpha.clone() * beta.clone();
+                let squares = alpha.clone() * alpha + beta.clone() * beta * d.clone() - gamma.clone() * gamma * e;
+                match Self::decide_with_root(squares, product.clone() + product, d)? {
+                    Sign::Positive => first,
+                    Sign::Negative => last,
+                    Sign::Zero => Sign::Zero,
+                }
+            }
+        })
+    }
 }
 
 impl<R: Ring> Decide for R {
@@ -62,5 +83,9 @@ impl Decide for Approx {
 
     fn decide_with_root(alpha: Self, beta: Self, d: Self) -> Option<Sign> {
         (alpha + beta * d.square_root()).sign()
+    }
+
+    fn decide_with_roots(alpha: Self, [beta, d]: [Self; 2], [gamma, e]: [Self; 2]) -> Option<Sign> {
+        (alpha + beta * d.square_root() + gamma * e.square_root()).sign()
     }
 }

@@ -44,6 +44,7 @@ pub use brep::{
     Brep, BrepDefect, Convex, ConvexMeshDefect, Cuboid, Flatness, HalfEdge, HalfSpace, HalfSpaceDefect, HullDefect,
     Silhouette,
 };
+pub use decide::Decide;
 pub use dyadic::Dyadic;
 pub use facets::{Base, Corners, Facet, Facets, length_squared};
 pub use light::{LightDefect, LightSource};

@@ -2,11 +2,15 @@
 //!
 //! - [`View`]: a camera with a picture's size; the rays through its pixels; a default that frames a scene.
 //! - [`RayCaster`]: the object, face and (u, v) that a ray meets first, and so the picture of a view (ray casting).
+//! - [`hidden_surface`]: the face in each pixel by depth buffer, scan line, Warnock, ray casting or depth sort: all the same.
+//! - [`line_drawing`]: edges with hidden parts left out or dashed, shadows hatched (Roberts).
 //! - [`Acceleration`]: how its rays find the triangles of a mesh; by itself the way that a [`CostModel`] says is quickest.
 //!
 //! The layer is useful alone: no files, nothing about shadows.
 
 mod acceleration;
+pub mod hidden_surface;
+pub mod line_drawing;
 mod local;
 mod ray_casting;
 mod view;

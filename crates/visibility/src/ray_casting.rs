@@ -217,7 +217,7 @@ fn mesh_hit(bvh: &TriangleBvh, prepared: Option<&Prepared>, ray: &Ray, t_max: f6
 
 /// Takes back what rounding carried out of u, v ≥ 0, u + v ≤ 1. Where the sum is too large the larger parameter is at
 /// least 1/2, and 1 less that is exact (Sterbenz), so the result lies in the closed triangle exactly.
-fn into_triangle(u: f64, v: f64) -> (f64, f64) {
+pub(crate) fn into_triangle(u: f64, v: f64) -> (f64, f64) {
     let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
     if u > v { (u, v.min(1.0 - u)) } else { (u.min(1.0 - v), v) }
 }

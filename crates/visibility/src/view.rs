@@ -82,7 +82,7 @@ impl View {
     /// The ray through a point of the picture, in pixels. Its direction has unit length in perspective and parallel
     /// views alike, so distances along it are metres.
     pub fn ray(&self, x: f64, y: f64) -> Ray {
-        let basis = Basis::looking_along(self.camera.target - self.camera.eye, self.camera.up);
+        let basis = self.basis();
         let (width, height) = (f64::from(self.width), f64::from(self.height));
         // Heights of the picture from its middle, up and to the right.
         let (right, up) = ((x - 0.5 * width) / height, (0.5 * height - y) / height);
@@ -110,24 +110,30 @@ pub(crate) enum Beam {
 }
 
 impl View {
+    /// The axes that [`View::ray`] goes by.
+    pub(crate) fn basis(&self) -> Basis {
+        Basis::looking_along(self.camera.target - self.camera.eye, self.camera.up)
+    }
+
     /// All its rays: their origin or direction has the very bits that [`View::ray`] gives it.
     pub(crate) fn beam(&self) -> Beam {
         let middle = self.ray(0.5 * f64::from(self.width), 0.5 * f64::from(self.height));
         let Projection::Perspective { vertical_degrees } = self.camera.projection else {
             return Beam::Parallel { direction: middle.direction };
         };
-        let basis = Basis::looking_along(self.camera.target - self.camera.eye, self.camera.up);
+        let basis = self.basis();
         let half = (0.5 * vertical_degrees).to_radians().tan();
         let right = half * f64::from(self.width) / f64::from(self.height) * basis.right;
         Beam::Perspective { eye: middle.origin, forward: basis.forward, right, up: half * basis.up }
     }
 }
 
-/// The eye's axes, orthonormal.
-struct Basis {
-    right: DVec3,
-    up: DVec3,
-    forward: DVec3,
+/// The eye's axes, orthonormal but for rounding.
+#[derive(Debug)]
+pub(crate) struct Basis {
+    pub(crate) right: DVec3,
+    pub(crate) up: DVec3,
+    pub(crate) forward: DVec3,
 }
 
 impl Basis {
@@ -138,7 +144,7 @@ impl Basis {
         Self { right, up: right.cross(forward), forward }
     }
 
-    fn local(&self, vector: DVec3) -> DVec3 {
+    pub(crate) fn local(&self, vector: DVec3) -> DVec3 {
         DVec3::new(self.right.dot(vector), self.up.dot(vector), self.forward.dot(vector))
     }
 }

@@ -8,6 +8,7 @@
 mod area;
 mod bounds;
 mod chart;
+mod crossing;
 mod forms;
 mod graph;
 mod jet;
@@ -24,9 +25,11 @@ use crate::{aabb::Aabb, number::accept, placement::Placement};
 
 pub use area::PatchArea;
 pub use chart::{CellHull, Chart, HULL, Occupied};
+pub use crossing::Crossing;
 pub use forms::{Forms, LocalPoint, QuadricForm};
 pub use layout::{Part, Piece, Surface, Trim};
 pub use placed::PlacedAnalytic;
+pub use polynomial::Root;
 pub use ray::SurfaceHit;
 
 /// A body given by formulas, in local coordinates (metres): centred at the origin, axis +y.

@@ -242,9 +242,9 @@ fn trim_value<T: Decide>(forms: &Forms<T>, trim: Trim, x: &LocalPoint<T>, y: &Lo
 }
 
 /// A segment x + s·(light − w·x), pulled back.
-struct Segment<T> {
-    start: LocalPoint<T>,
-    along: LocalPoint<T>,
+pub(super) struct Segment<T> {
+    pub(super) start: LocalPoint<T>,
+    pub(super) along: LocalPoint<T>,
 }
 
 impl<T: Decide> Segment<T> {
@@ -253,14 +253,14 @@ impl<T: Decide> Segment<T> {
         Self { start: forms.pull_back(x.0, x.1), along: forms.pull_back(&way, &T::number(0.0)) }
     }
 
-    fn along_surface(&self, forms: &Forms<T>, surface: Surface) -> Polynomial<T> {
+    pub(super) fn along_surface(&self, forms: &Forms<T>, surface: Surface) -> Polynomial<T> {
         match surface {
             Surface::Quadric(index) => self.along_quadric(forms, index),
             Surface::Plane(index) => self.along_plane(forms, index),
         }
     }
 
-    fn along_trim(&self, forms: &Forms<T>, trim: Trim) -> Polynomial<T> {
+    pub(super) fn along_trim(&self, forms: &Forms<T>, trim: Trim) -> Polynomial<T> {
         match trim {
             Trim::Inside(index) => self.along_quadric(forms, index).negated(),
             Trim::Above(index) => self.along_plane(forms, index),

@@ -4,7 +4,7 @@
 //! needs sums, products and signs only. So one code serves the filter ([`crate::Approx`], where a sign may be unknown) and exact
 //! numbers.
 
-use crate::{decide::Decide, ring::Sign};
+use crate::{approx::Approx, decide::Decide, dyadic::Dyadic, ring::Sign};
 
 /// Which way a segment goes on: to a point light at s = 1, or for ever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,9 +23,9 @@ pub(crate) struct Polynomial<T> {
     pub(crate) quadratic: T,
 }
 
-/// The number (p + q·√d)/e, d ≥ 0, e > 0.
+/// The number (p + q·√d)/e, d ≥ 0, e > 0: where a line meets a surface of degree one or two.
 #[derive(Clone, Debug)]
-struct Root<T> {
+pub struct Root<T> {
     p: T,
     q: T,
     d: T,
@@ -35,6 +35,38 @@ struct Root<T> {
 impl<T: Decide> Root<T> {
     fn rational(p: T, e: T) -> Self {
         Self { p, q: T::number(0.0), d: T::number(0.0), e }
+    }
+
+    /// A quotient; `None` where the divisor is zero, or its sign is not known.
+    pub fn quotient(dividend: T, divisor: T) -> Option<Self> {
+        match divisor.decide()? {
+            Sign::Zero => None,
+            Sign::Positive => Some(Self::rational(dividend, divisor)),
+            Sign::Negative => Some(Self::rational(-dividend, -divisor)),
+        }
+    }
+
+    /// The sign of the number, if it is known.
+    pub fn sign(&self) -> Option<Sign> {
+        T::decide_with_root(self.p.clone(), self.q.clone(), self.d.clone())
+    }
+
+    /// The sign of this number less another one, if it is known.
+    pub fn sign_of_difference(&self, other: &Self) -> Option<Sign> {
+        let alpha = self.p.clone() * other.e.clone() - other.p.clone() * self.e.clone();
+        let (beta, gamma) = (self.q.clone() * other.e.clone(), -(other.q.clone() * self.e.clone()));
+        T::decide_with_roots(alpha, [beta, self.d.clone()], [gamma, other.d.clone()])
+    }
+
+    /// The number in floats, by the nearest floats to its parts: rounded, for pictures.
+    pub fn rounded(&self, to_float: impl Fn(&T) -> f64) -> f64 {
+        let [p, q, d, e] = [&self.p, &self.q, &self.d, &self.e].map(to_float);
+        (p + q * d.max(0.0).sqrt()) / e
+    }
+
+    /// The number over other numbers.
+    pub(crate) fn map<V>(&self, convert: impl Fn(&T) -> V) -> Root<V> {
+        Root { p: convert(&self.p), q: convert(&self.q), d: convert(&self.d), e: convert(&self.e) }
     }
 
     /// Whether it lies strictly on the way.
@@ -48,6 +80,20 @@ impl<T: Decide> Root<T> {
     }
 }
 
+impl Root<Approx> {
+    /// The number itself, with its bound.
+    pub fn value(&self) -> Approx {
+        (self.p + self.q * self.d.square_root()).divided_by(self.e)
+    }
+}
+
+impl Root<Dyadic> {
+    /// The number by floats with bounds.
+    pub fn to_approx(&self) -> Root<Approx> {
+        self.map(Dyadic::to_approx)
+    }
+}
+
 impl<T: Decide> Polynomial<T> {
     /// The polynomial with the other sign.
     pub(crate) fn negated(self) -> Self {
@@ -55,7 +101,7 @@ impl<T: Decide> Polynomial<T> {
     }
 
     /// The sign at a root, if it is known.
-    fn sign_at(&self, root: &Root<T>) -> Option<Sign> {
+    pub(crate) fn sign_at(&self, root: &Root<T>) -> Option<Sign> {
         let Root { p, q, d, e } = root.clone();
         let (c, b, a) = (self.constant.clone(), self.linear.clone(), self.quadratic.clone());
         // e²·value = a·(p² + q²·d) + b·p·e + c·e² + (2·a·p·q + b·q·e)·√d.
@@ -76,7 +122,7 @@ impl<T: Decide> Polynomial<T> {
     }
 
     /// The roots other than zero; `None` where signs are not known, or where every number is a root.
-    fn roots(&self) -> Option<Vec<Root<T>>> {
+    pub(crate) fn roots(&self) -> Option<Vec<Root<T>>> {
         let (c, b, a) = (&self.constant, &self.linear, &self.quadratic);
         let turned = |value: T, sign: Sign| if sign == Sign::Negative { -value } else { value };
         let starts_at_zero = c.decide() == Some(Sign::Zero);
@@ -103,7 +149,7 @@ impl<T: Decide> Polynomial<T> {
     }
 
     /// Whether every number is a root; `None` where it is not known.
-    fn vanishes(&self) -> Option<bool> {
+    pub(crate) fn vanishes(&self) -> Option<bool> {
         let signs = [&self.quadratic, &self.linear, &self.constant].map(T::decide);
         if signs.iter().any(|&sign| sign.is_some_and(|sign| sign != Sign::Zero)) {
             return Some(false);
@@ -157,6 +203,6 @@ pub(crate) fn any_known(conditions: impl Iterator<Item = Option<bool>>) -> Optio
 }
 
 /// Whether all are true: known when one is known not to be, or all are known.
-fn all_known(conditions: impl Iterator<Item = Option<bool>>) -> Option<bool> {
+pub(crate) fn all_known(conditions: impl Iterator<Item = Option<bool>>) -> Option<bool> {
     any_known(conditions.map(|condition| condition.map(|value| !value))).map(|value| !value)
 }

@@ -43,7 +43,7 @@ impl PlacedAnalytic {
         let point = start + direction * distance;
         let (face, [u, v]) = self.locate(part.surface, point)?;
         let distance = middle + distance;
-        distance.is_finite().then(|| SurfaceHit { distance, face, u, v, normal: self.local_normal(part, point) })
+        distance.is_finite().then(|| SurfaceHit { distance, face, u, v, normal: self.outward_at(part.surface, point) })
     }
 
     fn homogeneous(&self, local: DVec3, weight: f64) -> LocalPoint<f64> {
@@ -81,9 +81,10 @@ impl PlacedAnalytic {
         })
     }
 
-    fn local_normal(&self, part: &Part, point: DVec3) -> DVec3 {
+    /// A vector along the outer normal at a point of a surface, rounded; local coordinates, not of unit length.
+    pub fn outward_at(&self, surface: Surface, point: DVec3) -> DVec3 {
         let forms: &Forms<f64> = self.float_forms();
-        match part.surface {
+        match surface {
             Surface::Quadric(index) => forms.quadrics()[index].half_gradient(&self.homogeneous(point, 1.0)).into(),
             Surface::Plane(index) => {
                 let [x, y, z, _] = forms.planes()[index];

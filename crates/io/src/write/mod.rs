@@ -7,10 +7,12 @@ mod atomic;
 mod csv;
 mod glb;
 mod png;
+mod svg;
 mod vtu;
 
 pub use atomic::{Staged, WriteError, check_target};
 pub use csv::{PointColumns, PointRow, PointTable, PointsError, Table, read_points, write_rows};
 pub use glb::{ColoredMesh, write_glb};
 pub use png::{GrayPicture, Picture, write_gray_png, write_png};
+pub use svg::{LineArt, LineLayer, write_svg};
 pub use vtu::{GridArray, GridValues, PolygonGrid, write_vtu};

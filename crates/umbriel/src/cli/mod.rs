@@ -7,6 +7,7 @@ mod doctor;
 mod failure;
 mod glob;
 mod info;
+mod lines;
 mod memory;
 mod plan;
 mod query;
@@ -14,6 +15,7 @@ mod render;
 mod soft;
 mod soft_pictures;
 mod suns;
+mod surfaces;
 mod tradeoff;
 
 use std::{

@@ -11,12 +11,13 @@ use crate::{
     cli::{
         Failure,
         args::RenderArgs,
+        lines,
         plan::{self, CellUse},
-        suns,
+        suns, surfaces,
     },
     output::{
         self, Format, hours_picture,
-        picture::{SUBPIXELS, Studio, Undecided},
+        picture::{Studio, Undecided},
         viewpoint,
     },
     progress::{Bar, Interrupt},
@@ -26,25 +27,37 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     if let Some(table) = &args.suns.suns {
         return run_hours(args, table);
     }
+    if args.lines {
+        return lines::run(args);
+    }
     let files = output::targets(&args.output, &[Format::Png], &[&args.scene.scene])?;
     let mut loaded = plan::load(&args.scene)?;
     output::check_unread(&files, &loaded.file.files)?;
     let interrupt = &Interrupt::install();
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
+    loaded.file.scene.camera = args.camera.or(loaded.file.scene.camera);
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
     let mut caster = RayCaster::new(scene);
     let [width, height] = args.size;
     let view = viewpoint::choose(scene, &caster, &lights, width, height);
     interrupt.check()?;
-    prepare(&mut caster, &view, args);
+    if args.method.is_none() {
+        prepare(&mut caster, &view, args);
+    }
     let undecided = args.undecided.map_or(Undecided::Decide, Undecided::Show);
-    let receivers = worth_baking(scene, &caster.coverage(&view), undecided);
+    let receivers = worth_baking(scene, &caster.coverage(&view), undecided, args.aa);
     let bar = Bar::new(interrupt, args.scene.quiet);
     let request = Request { detail, sampling: None, lights, receivers, keep_cells: true, method: CellMethod::Auto };
     let report = umbriel_shadow::bake(scene, &request, &bar)?;
-    let picture = Studio::new(scene, &caster, &report, undecided).picture(&view, &bar)?;
+    let studio = Studio::new(scene, &caster, &report, undecided);
+    let picture = match args.method {
+        None => studio.picture(&view, args.aa, &bar)?,
+        Some(method) => {
+            surfaces::Canvas { scene, studio: &studio, view, subpixels: args.aa, bar: &bar }.draw(method)?
+        }
+    };
     write(&picture, &files, &bar)
 }
 
@@ -57,6 +70,7 @@ fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
     let interrupt = &Interrupt::install();
     let lights: Vec<_> = suns::place(&rows, &mut loaded.file, table)?.into_iter().flatten().collect();
     let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
+    loaded.file.scene.camera = args.camera.or(loaded.file.scene.camera);
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
     let mut caster = RayCaster::new(scene);
@@ -70,14 +84,14 @@ fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
     let request =
         Request { detail, sampling: None, lights: Vec::new(), receivers, keep_cells: true, method: CellMethod::Auto };
     let report = bake_hours(scene, &request, &lights, &bar).map_err(|error| suns::failure(error, table))?;
-    let picture = hours_picture::picture(scene, &caster, &report, &view, &bar)?;
+    let picture = hours_picture::picture(scene, &caster, &report, &view, args.aa, &bar)?;
     write(&picture, &files, &bar)
 }
 
 /// Makes the caster ready for the picture's rays, and says how.
 fn prepare(caster: &mut RayCaster, view: &View, args: &RenderArgs) {
     let acceleration = args.acceleration.of_rays();
-    let choices = caster.prepare(view, SUBPIXELS * SUBPIXELS, acceleration, &CostModel::MEASURED);
+    let choices = caster.prepare(view, args.aa * args.aa, acceleration, &CostModel::MEASURED);
     if !args.scene.quiet {
         let ways =
             [(Acceleration::Bvh, "BVH"), (Acceleration::Octree, "octree"), (Acceleration::Projection, "projection")];
@@ -118,10 +132,10 @@ fn write(picture: &Picture, files: &[output::Target], bar: &Bar) -> Result<(), F
 /// The objects whose cells the picture needs: those seen and, unless their undecided cells are to be shown, not of more
 /// faces than pixels. A bake places every face that may cast a shadow, so none is worth it in a scene of more faces than
 /// the picture has points. Everything else is answered point by point, which looks only at what its rays come near.
-fn worth_baking(scene: &Scene, coverage: &[u64], undecided: Undecided) -> Vec<usize> {
+fn worth_baking(scene: &Scene, coverage: &[u64], undecided: Undecided, subpixels: u32) -> Vec<usize> {
     let shown = undecided != Undecided::Decide;
     let faces = |object: usize| scene.objects[object].face_count() as u64;
-    let points = coverage.iter().sum::<u64>() * u64::from(SUBPIXELS * SUBPIXELS);
+    let points = coverage.iter().sum::<u64>() * u64::from(subpixels * subpixels);
     let few = (0..scene.objects.len()).map(faces).sum::<u64>() <= points;
     let worth = |&object: &usize| {
         let pixels = coverage[object];

@@ -33,6 +33,7 @@ pub(crate) fn picture(
     caster: &RayCaster,
     report: &HoursReport,
     view: &View,
+    subpixels: u32,
     progress: &dyn Progress,
 ) -> Result<Picture, Cancelled> {
     let mut maps: Vec<CellMap<f64>> = Vec::new();
@@ -45,7 +46,7 @@ pub(crate) fn picture(
         let cosine = hit.normal.dot(ray.direction).abs() / ray.direction.length();
         color * (EVEN + (1.0 - EVEN) * cosine)
     };
-    take(caster, view, progress, &surface)
+    take(caster, view, subpixels, progress, &surface)
 }
 
 /// The colour of a share (0 to 1), linear light.

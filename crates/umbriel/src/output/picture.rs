@@ -13,7 +13,7 @@ use umbriel_visibility::{Ray, RayCaster, SurfaceHit, View};
 
 use crate::output::cells::CellMap;
 
-/// Rays a pixel along each of its edges.
+/// Rays a pixel along each of its edges, unless asked for otherwise.
 pub(crate) const SUBPIXELS: u32 = 2;
 
 /// Light of the lamps together, and of the sky at its zenith and below the horizon: linear, a white surface that faces
@@ -76,11 +76,12 @@ impl<'a> Studio<'a> {
     }
 
     /// Takes the picture.
-    pub(crate) fn picture(&self, view: &View, progress: &dyn Progress) -> Result<Picture, Cancelled> {
-        take(self.caster, view, progress, &|hit, ray| self.surface(hit, ray))
+    pub(crate) fn picture(&self, view: &View, subpixels: u32, progress: &dyn Progress) -> Result<Picture, Cancelled> {
+        take(self.caster, view, subpixels, progress, &|hit, ray| self.surface(hit, ray))
     }
 
-    fn surface(&self, hit: &SurfaceHit, ray: &Ray) -> DVec3 {
+    /// The light that comes from a point of a surface, linear.
+    pub(crate) fn surface(&self, hit: &SurfaceHit, ray: &Ray) -> DVec3 {
         let point = ray.origin + hit.distance * ray.direction;
         let seen_from_front = hit.normal.dot(ray.direction) < 0.0;
         let facing = if seen_from_front { hit.normal } else { -hit.normal };
@@ -121,6 +122,7 @@ impl<'a> Studio<'a> {
 pub(crate) fn take(
     caster: &RayCaster,
     view: &View,
+    subpixels: u32,
     progress: &dyn Progress,
     surface: &(dyn Fn(&SurfaceHit, &Ray) -> DVec3 + Sync),
 ) -> Result<Picture, Cancelled> {
@@ -129,7 +131,8 @@ pub(crate) fn take(
         if progress.is_cancelled() {
             return Err(Cancelled);
         }
-        let pixels: Vec<[u8; 3]> = (0..view.width).map(|x| to_srgb(pixel(caster, view, [x, y], surface))).collect();
+        let color = |ray: &Ray| caster.nearest(ray).map(|hit| surface(&hit, ray));
+        let pixels = (0..view.width).map(|x| to_srgb(pixel(view, subpixels, [x, y], &color))).collect::<Vec<[u8; 3]>>();
         let rows = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         progress.advance("picture", rows, u64::from(view.height));
         Ok(pixels)
@@ -139,18 +142,19 @@ pub(crate) fn take(
 }
 
 /// The mean over the pixel's rays, linear light.
-fn pixel(caster: &RayCaster, view: &View, [x, y]: [u32; 2], surface: &dyn Fn(&SurfaceHit, &Ray) -> DVec3) -> DVec3 {
-    let at = |pixel: u32, part: u32| f64::from(pixel) + (f64::from(part) + 0.5) / f64::from(SUBPIXELS);
-    let parts = (0..SUBPIXELS).flat_map(|i| (0..SUBPIXELS).map(move |j| (i, j)));
+fn pixel(view: &View, subpixels: u32, [x, y]: [u32; 2], color: &dyn Fn(&Ray) -> Option<DVec3>) -> DVec3 {
+    let at = |pixel: u32, part: u32| f64::from(pixel) + (f64::from(part) + 0.5) / f64::from(subpixels);
+    let parts = (0..subpixels).flat_map(|i| (0..subpixels).map(move |j| (i, j)));
     let colors = parts.map(|(i, j)| {
         let (x, y) = (at(x, i), at(y, j));
-        let ray = view.ray(x, y);
-        match caster.nearest(&ray) {
-            Some(hit) => surface(&hit, &ray),
-            None => BACKGROUND[0].lerp(BACKGROUND[1], y / f64::from(view.height)),
-        }
+        color(&view.ray(x, y)).unwrap_or_else(|| background(y / f64::from(view.height)))
     });
-    colors.sum::<DVec3>() / f64::from(SUBPIXELS * SUBPIXELS)
+    colors.sum::<DVec3>() / f64::from(subpixels * subpixels)
+}
+
+/// The background at a share of the picture's height, from above; linear light.
+pub(crate) fn background(share: f64) -> DVec3 {
+    BACKGROUND[0].lerp(BACKGROUND[1], share)
 }
 
 /// The unit vector from a point towards a light.
@@ -160,7 +164,7 @@ fn towards(source: &LightSource, point: DVec3) -> DVec3 {
 }
 
 /// The transfer curve of sRGB (IEC 61966-2-1).
-fn to_srgb(linear: DVec3) -> [u8; 3] {
+pub(crate) fn to_srgb(linear: DVec3) -> [u8; 3] {
     linear.to_array().map(|value| {
         let value = value.clamp(0.0, 1.0);
         let curved = if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };

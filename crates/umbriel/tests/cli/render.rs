@@ -49,3 +49,29 @@ fn the_camera_of_the_scene_is_used() {
     }
     assert_ne!(workspace.read("own.png"), workspace.read("noon.png"));
 }
+
+#[test]
+fn all_methods_of_hidden_surfaces_draw_the_same_picture() {
+    let workspace = Workspace::noon();
+    let drawn = "render noon.toml --size 48x32 --aa 3 --boundary-depth 4 --camera -3,4,9,0,0,0,50";
+    for method in ["depth", "scanline", "warnock", "raycast", "octree", "sort"] {
+        let run = workspace.run(&format!("{drawn} --method {method} -o {method}.png")).succeeds();
+        assert!(run.stdout().contains("144 x 96 samples"), "{}", run.stdout());
+        assert_eq!(workspace.read("depth.png"), workspace.read(&format!("{method}.png")), "{method}");
+    }
+    let all = workspace.run(&format!("{drawn} --method all -o all.png")).succeeds();
+    assert_eq!(all.stdout().lines().filter(|line| line.ends_with(" 0")).count(), 6, "{}", all.stdout());
+    assert_eq!(workspace.read("all.png")[16..24], [0, 0, 0, 144, 0, 0, 0, 64], "three columns, two rows");
+}
+
+#[test]
+fn edges_are_drawn_as_svg() {
+    let workspace = Workspace::noon();
+    workspace.run("render noon.toml --lines -o seen.svg --size 90x60").succeeds();
+    workspace.run("render noon.toml --lines --dashed -o dashed.svg --size 90x60").succeeds();
+    let text = |name: &str| String::from_utf8(workspace.read(name)).expect("text");
+    let (seen, dashed) = (text("seen.svg"), text("dashed.svg"));
+    assert!(seen.contains("id=\"visible\"") && !seen.contains("id=\"hidden\""), "{seen}");
+    assert!(dashed.starts_with("<svg ") && dashed.contains("viewBox=\"0 0 90 60\""), "{dashed}");
+    workspace.run("render noon.toml --lines -o seen.png").fails(2, &[".svg"]);
+}

@@ -1,0 +1,56 @@
+//! All methods of hidden surfaces on all fixtures: no pixel differs. `cargo xtask pictures` does the same with large pictures.
+
+use std::path::{Path, PathBuf};
+
+use umbriel::{
+    io::{LoadOptions, load},
+    scene::{Camera, Projection, Scene},
+    visibility::{
+        View,
+        hidden_surface::{DepthBuffer, DepthSort, HiddenSurface, RayCasting, RayTree, ScanLine, Shot, Warnock, draw},
+    },
+};
+
+fn fixtures() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
+    let files = folder.read_dir().expect("the fixtures").map(|entry| entry.expect("a file").path());
+    let is_scene = |path: &PathBuf| {
+        path.extension().is_some_and(|kind| ["toml", "obj", "gltf", "glb"].iter().any(|known| kind == *known))
+    };
+    files.filter(is_scene).collect()
+}
+
+/// Two perspectives, and one along an axis in parallel, where edges run through many pixel centres.
+fn views(scene: &Scene) -> [View; 3] {
+    let (width, height) = (72, 54);
+    let from = |turn, elevation| View::around(scene, turn, elevation, width, height);
+    let level = from(0.0, 0.0);
+    let projection = Projection::Orthographic { height: 0.5 * (level.camera.eye - level.camera.target).length() };
+    [from(30.0, 35.0), from(-130.0, 8.0), View { camera: Camera { projection, ..level.camera }, ..level }]
+}
+
+#[test]
+fn all_methods_show_the_same_faces_of_all_fixtures() {
+    let mut covered = 0;
+    for path in fixtures() {
+        let scene = load(&path, &LoadOptions::default()).expect("a fixture").scene;
+        for view in views(&scene) {
+            let shot = Shot::new(&scene, &view).expect("a shot");
+            let methods: [Box<dyn HiddenSurface>; 6] = [
+                Box::new(RayCasting::new(&shot, RayTree::Boxes)),
+                Box::new(RayCasting::new(&shot, RayTree::Octree)),
+                Box::new(DepthBuffer::default()),
+                Box::new(ScanLine::default()),
+                Box::new(Warnock::default()),
+                Box::new(DepthSort::default()),
+            ];
+            let pictures =
+                methods.iter().map(|method| (method.name(), draw(method.as_ref(), &shot).0)).collect::<Vec<_>>();
+            covered += pictures[0].1.covered();
+            for (name, picture) in &pictures[1..] {
+                assert_eq!(picture.differences(&pictures[0].1), 0, "{name}, {}, {view:?}", path.display());
+            }
+        }
+    }
+    assert!(covered > 10_000, "the cameras look past the scenes");
+}

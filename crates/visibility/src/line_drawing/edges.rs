@@ -1,0 +1,50 @@
+//! Which edges of a body are drawn: borders, outlines, creases.
+
+use umbriel_geometry::{Facets, LightSource, Sign};
+
+use super::{Line, normal};
+
+/// An edge as a face uses it, by the ranks of its ends in ascending order.
+struct Use {
+    ranks: [u32; 2],
+    corners: [u32; 2],
+    face: usize,
+    runs_upward: bool,
+}
+
+/// The edges of a body that are drawn. `limit` is the cosine of the least bend of a crease.
+pub(super) fn edges<'a>(facets: &'a Facets, eye: &LightSource, limit: f64) -> Vec<Line<'a>> {
+    let mut uses: Vec<Use> = (0..facets.len()).flat_map(|face| uses_of(facets, face)).collect();
+    uses.sort_by_key(|one| (one.ranks, one.face));
+    let groups = uses.chunk_by(|a, b| a.ranks == b.ranks);
+    let drawn = groups.filter(|group| is_drawn(facets, group, eye, limit));
+    let line = |group: &[Use]| Line { ends: group[0].corners.map(|corner| facets.point(corner)), on: [None; 2] };
+    drawn.map(line).collect()
+}
+
+fn uses_of(facets: &Facets, face: usize) -> Vec<Use> {
+    let (numbers, ranks) = (facets.facet(face).corners(), facets.ranks());
+    let edge = |k: usize| {
+        let ends = [numbers[k], numbers[(k + 1) % numbers.len()]];
+        let [from, to] = ends.map(|corner| ranks[corner as usize]);
+        let runs_upward = from < to;
+        let corners = if runs_upward { ends } else { [ends[1], ends[0]] };
+        Use { ranks: [from.min(to), from.max(to)], corners, face, runs_upward }
+    };
+    (0..numbers.len()).map(edge).filter(|edge| edge.ranks[0] != edge.ranks[1]).collect()
+}
+
+/// Edges of one face, or of more than two, are borders; one of two faces is an outline if the eye sees different sides of these, or a
+/// crease.
+fn is_drawn(facets: &Facets, group: &[Use], eye: &LightSource, limit: f64) -> bool {
+    let [a, b] = group else { return true };
+    // Faces that use the edge the same way have opposite windings.
+    let is_turned = a.runs_upward == b.runs_upward;
+    let sides = [a, b].map(|one| facets.turn(one.face, eye));
+    let other = if is_turned { sides[1].flipped() } else { sides[1] };
+    if sides[0] != other && sides.iter().any(|&side| side != Sign::Zero) {
+        return true;
+    }
+    let cosine = normal(facets, a.face).dot(normal(facets, b.face));
+    (if is_turned { -cosine } else { cosine }) < limit
+}
