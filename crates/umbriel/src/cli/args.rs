@@ -3,12 +3,12 @@
 use std::{path::PathBuf, time::Duration};
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
-use glam::DVec3;
 use umbriel_io::duration_of_hours;
-use umbriel_scene::{Camera, Projection};
-use umbriel_visibility::Acceleration;
 
-use crate::output::{csv::Rows, glb::Coloring, picture::SUBPIXELS};
+use crate::{
+    cli::render_args::RenderArgs,
+    output::{csv::Rows, glb::Coloring},
+};
 
 /// Shadows in object space with a known error.
 ///
@@ -188,88 +188,6 @@ pub(crate) struct QueryArgs {
 }
 
 #[derive(Debug, ClapArgs)]
-pub(crate) struct RenderArgs {
-    #[command(flatten)]
-    pub(crate) scene: SceneArgs,
-    #[command(flatten)]
-    pub(crate) lights: LightArgs,
-    #[command(flatten)]
-    pub(crate) suns: SunsArgs,
-    #[command(flatten)]
-    pub(crate) detail: DetailArgs,
-    /// Width and height of the picture in pixels
-    #[arg(long, value_name = "WxH", default_value = "1200x800", value_parser = size)]
-    pub(crate) size: [u32; 2],
-    /// Show undecided cells in this colour instead of deciding their pixels exactly
-    #[arg(long, value_name = "RRGGBB", num_args = 0..=1, require_equals = true, default_missing_value = "ff8c1a", value_parser = color, conflicts_with = "suns")]
-    pub(crate) undecided: Option<[u8; 3]>,
-    /// How the face in each pixel is found, by exact decisions: all methods give the same picture, and tell what they did
-    /// [default: rounded rays, quicker with many shadows]
-    #[arg(long, value_enum, value_name = "METHOD", conflicts_with_all = ["suns", "acceleration"])]
-    pub(crate) method: Option<SurfaceMethod>,
-    /// Draw edges instead of surfaces, hidden parts left out, shadows hatched: to a .svg file
-    #[arg(long, conflicts_with_all = ["suns", "acceleration", "method", "undecided"])]
-    pub(crate) lines: bool,
-    /// Dash hidden parts instead of leaving them out; with --lines
-    #[arg(long, requires = "lines")]
-    pub(crate) dashed: bool,
-    /// Where the eye is and what it looks at, metres, and if you like the vertical field of view in degrees
-    #[arg(long, value_name = "X,Y,Z,X,Y,Z[,DEG]", allow_hyphen_values = true, value_parser = camera)]
-    pub(crate) camera: Option<Camera>,
-    /// Samples along each edge of a pixel, 1 to 16, to smooth edges
-    #[arg(long, value_name = "N", default_value_t = SUBPIXELS, value_parser = clap::value_parser!(u32).range(1..=16))]
-    pub(crate) aa: u32,
-    /// How the picture's rays find the triangles of a mesh; the picture is the same
-    #[arg(long, value_enum, value_name = "HOW", default_value = "auto")]
-    pub(crate) acceleration: AccelerationChoice,
-    /// Write the picture to a .png file, lines to a .svg file (repeatable)
-    #[arg(short, long = "output", value_name = "FILE", required = true)]
-    pub(crate) output: Vec<PathBuf>,
-}
-
-/// A method of hidden surfaces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SurfaceMethod {
-    /// Depth buffer, by tiles
-    Depth,
-    /// Scan line, by intervals
-    Scanline,
-    /// Area subdivision
-    Warnock,
-    /// Ray casting through a tree of boxes
-    Raycast,
-    /// Ray casting through an octree
-    Octree,
-    /// Depth sort with splitting
-    Sort,
-    /// All of them, side by side
-    All,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum AccelerationChoice {
-    /// What should be quickest, mesh by mesh
-    Auto,
-    /// A bounding volume hierarchy
-    Bvh,
-    /// An octree, from its root down
-    Octree,
-    /// Maps of an octree, projected from the camera
-    Projection,
-}
-
-impl AccelerationChoice {
-    pub(crate) fn of_rays(self) -> Acceleration {
-        match self {
-            Self::Auto => Acceleration::Auto,
-            Self::Bvh => Acceleration::Bvh,
-            Self::Octree => Acceleration::Octree,
-            Self::Projection => Acceleration::Projection,
-        }
-    }
-}
-
-#[derive(Debug, ClapArgs)]
 pub(crate) struct SoftArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
@@ -435,7 +353,7 @@ fn depth() -> impl clap::builder::TypedValueParser<Value = u8> {
     clap::value_parser!(u8).range(0..=21)
 }
 
-fn finite(text: &str) -> Result<f64, String> {
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
     text.trim().parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| "not a finite number".to_owned())
 }
 
@@ -495,32 +413,10 @@ fn angles(text: &str) -> Result<[f64; 2], String> {
     if above { Ok(angles) } else { Err("the elevation is not between -90 and 90 degrees".to_owned()) }
 }
 
-/// Vertical field of view where none is given, degrees.
-const FIELD_OF_VIEW: f64 = 40.0;
-
-/// Eye, target and field of view.
-fn camera(text: &str) -> Result<Camera, String> {
-    let numbers = text.split(',').map(finite).collect::<Result<Vec<f64>, String>>()?;
-    let (place, vertical_degrees) = match numbers[..] {
-        [a, b, c, d, e, f] => ([a, b, c, d, e, f], FIELD_OF_VIEW),
-        [a, b, c, d, e, f, degrees] => ([a, b, c, d, e, f], degrees),
-        _ => return Err(format!("{} numbers where 6 or 7 are needed", numbers.len())),
-    };
-    let [a, b, c, d, e, f] = place;
-    let (eye, target) = (DVec3::new(a, b, c), DVec3::new(d, e, f));
-    if eye == target {
-        return Err("the eye looks at itself".to_owned());
-    }
-    if !(vertical_degrees > 0.0 && vertical_degrees < 180.0) {
-        return Err("the field of view is not between 0 and 180 degrees".to_owned());
-    }
-    Ok(Camera { eye, target, up: DVec3::Y, projection: Projection::Perspective { vertical_degrees } })
-}
-
 /// Largest edge of a picture, pixels.
 const LARGEST_EDGE: u32 = 16_384;
 
-fn size(text: &str) -> Result<[u32; 2], String> {
+pub(crate) fn size(text: &str) -> Result<[u32; 2], String> {
     let edge = |part: &str| part.parse().ok().filter(|edge| (1..=LARGEST_EDGE).contains(edge));
     text.split_once('x')
         .and_then(|(width, height)| Some([edge(width)?, edge(height)?]))
@@ -531,7 +427,7 @@ fn map_edge(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|edge| (16..=8192).contains(edge)).ok_or_else(|| "not between 16 and 8192".to_owned())
 }
 
-fn color(text: &str) -> Result<[u8; 3], String> {
+pub(crate) fn color(text: &str) -> Result<[u8; 3], String> {
     let digits = text.trim_start_matches('#');
     let value = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6 && !digits.starts_with('+'));
     let [_, red, green, blue] = value.ok_or("not a colour like ff8c1a: six hexadecimal digits")?.to_be_bytes();
@@ -605,8 +501,6 @@ mod tests {
     fn sizes_and_colours() {
         assert_eq!(size("640x480"), Ok([640, 480]));
         assert!(["640", "0x3", "3x-1", "20000x1", "3x4x5"].iter().all(|wrong| size(wrong).is_err()));
-        assert!(camera("1,2,3,4,5,6,50").is_ok() && camera("-1,2,3,4,5,6").is_ok());
-        assert!(["1,2,3,1,2,3", "1,2,3,4,5", "1,2,3,4,5,6,180"].iter().all(|wrong| camera(wrong).is_err()));
         assert_eq!(color("#0a0B0c"), Ok([10, 11, 12]));
         assert!(["12345", "orange", "+12345"].iter().all(|wrong| color(wrong).is_err()));
         let plain = Args::try_parse_from(["umbriel", "render", "a.obj", "-o", "a.png", "--undecided"]).expect("parsed");

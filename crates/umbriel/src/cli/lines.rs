@@ -10,11 +10,7 @@ use umbriel_visibility::{
 };
 
 use crate::{
-    cli::{
-        Failure,
-        args::{LightArgs, RenderArgs},
-        plan,
-    },
+    cli::{Failure, args::LightArgs, plan, render_args::RenderArgs},
     output::{self, Format, viewpoint},
     progress::Interrupt,
 };

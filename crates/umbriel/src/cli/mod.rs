@@ -12,6 +12,7 @@ mod memory;
 mod plan;
 mod query;
 mod render;
+mod render_args;
 mod soft;
 mod soft_pictures;
 mod suns;

@@ -9,10 +9,9 @@ use umbriel_visibility::{Acceleration, Choice, CostModel, RayCaster, View};
 
 use crate::{
     cli::{
-        Failure,
-        args::RenderArgs,
-        lines,
+        Failure, lines,
         plan::{self, CellUse},
+        render_args::RenderArgs,
         suns, surfaces,
     },
     output::{

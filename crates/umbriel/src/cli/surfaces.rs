@@ -19,7 +19,7 @@ use umbriel_visibility::{
 };
 
 use crate::{
-    cli::{Failure, args::SurfaceMethod},
+    cli::{Failure, render_args::SurfaceMethod},
     output::{
         self,
         picture::{Studio, background, to_srgb},
