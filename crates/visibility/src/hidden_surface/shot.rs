@@ -193,7 +193,7 @@ impl Scope<'_> {
         }
         let corners = |face: usize| {
             let numbers = facets.facet(face).corners();
-            (0..numbers.len()).map(move |k| facets.ranks()[numbers[k] as usize] as usize)
+            (0..numbers.len()).map(move |k| facets.first_at(numbers[k]) as usize)
         };
         let mut highest_front: Vec<Option<usize>> = vec![None; facets.positions().len()];
         for face in (0..facets.len()).filter(|&face| sides[face] == Sign::Positive) {

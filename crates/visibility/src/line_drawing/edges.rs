@@ -4,9 +4,9 @@ use umbriel_geometry::{Facets, LightSource, Sign};
 
 use super::{Line, normal};
 
-/// An edge as a face uses it, by the ranks of its ends in ascending order.
+/// An edge as a face uses it, by the first points at its ends, in ascending order.
 struct Use {
-    ranks: [u32; 2],
+    points: [u32; 2],
     corners: [u32; 2],
     face: usize,
     runs_upward: bool,
@@ -15,23 +15,23 @@ struct Use {
 /// The edges of a body that are drawn. `limit` is the cosine of the least bend of a crease.
 pub(super) fn edges<'a>(facets: &'a Facets, eye: &LightSource, limit: f64) -> Vec<Line<'a>> {
     let mut uses: Vec<Use> = (0..facets.len()).flat_map(|face| uses_of(facets, face)).collect();
-    uses.sort_by_key(|one| (one.ranks, one.face));
-    let groups = uses.chunk_by(|a, b| a.ranks == b.ranks);
+    uses.sort_by_key(|one| (one.points, one.face));
+    let groups = uses.chunk_by(|a, b| a.points == b.points);
     let drawn = groups.filter(|group| is_drawn(facets, group, eye, limit));
     let line = |group: &[Use]| Line { ends: group[0].corners.map(|corner| facets.point(corner)), on: [None; 2] };
     drawn.map(line).collect()
 }
 
 fn uses_of(facets: &Facets, face: usize) -> Vec<Use> {
-    let (numbers, ranks) = (facets.facet(face).corners(), facets.ranks());
+    let numbers = facets.facet(face).corners();
     let edge = |k: usize| {
         let ends = [numbers[k], numbers[(k + 1) % numbers.len()]];
-        let [from, to] = ends.map(|corner| ranks[corner as usize]);
+        let [from, to] = ends.map(|corner| facets.first_at(corner));
         let runs_upward = from < to;
         let corners = if runs_upward { ends } else { [ends[1], ends[0]] };
-        Use { ranks: [from.min(to), from.max(to)], corners, face, runs_upward }
+        Use { points: [from.min(to), from.max(to)], corners, face, runs_upward }
     };
-    (0..numbers.len()).map(edge).filter(|edge| edge.ranks[0] != edge.ranks[1]).collect()
+    (0..numbers.len()).map(edge).filter(|edge| edge.points[0] != edge.points[1]).collect()
 }
 
 /// Edges of one face, or of more than two, are borders; one of two faces is an outline if the eye sees different sides of these, or a
