@@ -9,6 +9,7 @@ mod downstream;
 mod fixtures;
 mod fuzz;
 mod layers;
+mod pictures;
 mod projection;
 mod regress;
 mod soak;
@@ -43,6 +44,8 @@ enum Task {
     Bench(bench::Options),
     /// Measure rays looked up in projected octrees against ordinary traversal and the BVH
     Projection(projection::Options),
+    /// Draw all fixtures and real models by all methods of hidden surfaces; no pixel may differ
+    Pictures(pictures::Options),
     /// Measure what the choice between BVH, octree and projection goes by
     Calibrate,
     /// Measure the ways to shade soft shadows on the robot: times and errors
@@ -72,6 +75,7 @@ fn main() -> ExitCode {
         Task::Regress { bless: Some(reason) } => regress::bless(&reason),
         Task::Bench(options) => bench::run(&options),
         Task::Projection(options) => projection::run(&options),
+        Task::Pictures(options) => pictures::run(&options),
         Task::Calibrate => projection::calibrate(),
         Task::Soft(options) => soft::run(&options),
         Task::Tradeoff(options) => tradeoff::run(&options),
