@@ -17,6 +17,7 @@ pub mod analytic;
 mod approx;
 pub mod blocking;
 mod brep;
+pub mod cut_out;
 mod decide;
 pub mod decisions;
 mod dyadic;

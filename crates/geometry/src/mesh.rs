@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::{
     aabb::Aabb,
+    cut_out::{CutOutDefect, CutOutPart, CutOuts, FaceCutOut, Opacity},
     number::{NumberDefect, accept_point},
 };
 
@@ -43,6 +44,7 @@ pub enum MeshDefect {
 pub struct Mesh {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    cut_outs: Option<CutOuts>,
 }
 
 impl Mesh {
@@ -64,7 +66,35 @@ impl Mesh {
                 return Err(MeshDefect::Index { triangle, index, vertices });
             }
         }
-        Ok(Self { positions, triangles })
+        Ok(Self { positions, triangles, cut_outs: None })
+    }
+
+    /// The same mesh with holes where `parts` say so. Cost: some looks at the map for each triangle of a part.
+    ///
+    /// # Errors
+    /// [`CutOutDefect`].
+    pub fn with_cut_outs(self, parts: Vec<CutOutPart>) -> Result<Self, CutOutDefect> {
+        let cut_outs = CutOuts::new(parts, &self.triangles)?;
+        Ok(Self { cut_outs, ..self })
+    }
+
+    /// Whether any triangle has holes.
+    pub fn has_holes(&self) -> bool {
+        self.cut_outs.is_some()
+    }
+
+    /// Whether a triangle has holes.
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    #[inline]
+    pub fn opacity(&self, triangle: usize) -> Opacity {
+        self.cut_outs.as_ref().map_or(Opacity::Opaque, |cut_outs| cut_outs.opacity(triangle))
+    }
+
+    /// How a triangle is cut out; `None` for one without a cut-out.
+    pub fn cut_out(&self, triangle: usize) -> Option<FaceCutOut<'_>> {
+        self.cut_outs.as_ref()?.face(triangle, self)
     }
 
     /// Vertex positions, local coordinates, metres.

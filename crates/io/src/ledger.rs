@@ -6,8 +6,9 @@
 
 use std::{
     cell::RefCell,
-    collections::BTreeSet,
-    fs, io,
+    collections::BTreeMap,
+    fs,
+    io::{self, Read},
     path::{Path, PathBuf},
 };
 
@@ -22,6 +23,8 @@ pub(crate) enum Quantity {
     Parts,
     /// Triangles, counted once for every object that places them.
     PlacedTriangles,
+    /// Texels of pictures, decoded.
+    Texels,
 }
 
 impl Quantity {
@@ -31,16 +34,19 @@ impl Quantity {
             Self::Elements => 1 << 24,
             Self::Parts => 1 << 18,
             Self::PlacedTriangles => 1 << 23,
+            Self::Texels => 1 << 25,
         }
     }
 
     /// How much so many bytes of files add. Models are placed some times on average; elements stand for bytes; and no object
-    /// is written in four (the shortest of an OBJ, each in a family of its own, take seven a part).
+    /// is written in four (the shortest of an OBJ, each in a family of its own, take seven a part). Pictures of leaves are packed to a quarter
+    /// of a byte a texel at best.
     fn for_bytes(self, bytes: u64) -> u64 {
         match self {
             Self::Elements => bytes,
             Self::Parts => bytes / 4,
             Self::PlacedTriangles => 8 * bytes,
+            Self::Texels => 4 * bytes,
         }
     }
 
@@ -49,6 +55,7 @@ impl Quantity {
             Self::Elements => "decoded elements of accessors",
             Self::Parts => "objects, families and lights",
             Self::PlacedTriangles => "placed triangles",
+            Self::Texels => "texels of pictures",
         }
     }
 }
@@ -61,25 +68,41 @@ pub(crate) struct Ledger {
 
 #[derive(Debug, Default)]
 struct Account {
-    files: BTreeSet<PathBuf>,
+    /// How many bytes of each were read.
+    files: BTreeMap<PathBuf, u64>,
     bytes: u64,
     elements: u64,
+    texels: u64,
 }
 
 impl Ledger {
     /// The bytes of a regular file.
     pub(crate) fn read(&self, file: &Located) -> Result<Vec<u8>, LoadProblem> {
+        self.read_most(file, usize::MAX).map(|(bytes, _)| bytes)
+    }
+
+    /// At most so many bytes of a regular file, and whether these are all.
+    pub(crate) fn read_most(&self, file: &Located, most: usize) -> Result<(Vec<u8>, bool), LoadProblem> {
         let unreadable = |source| LoadProblem::Unreadable { path: file.shown.clone(), source };
         // A pipe or a device may never end.
-        if !fs::metadata(&file.real).map_err(unreadable)?.is_file() {
+        let metadata = fs::metadata(&file.real).map_err(unreadable)?;
+        if !metadata.is_file() {
             return Err(unreadable(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file")));
         }
-        let bytes = fs::read(&file.real).map_err(unreadable)?;
+        let most = most as u64;
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(usize::try_from(metadata.len().min(most)).unwrap_or(usize::MAX)).map_err(|_| {
+            unreadable(io::Error::new(io::ErrorKind::OutOfMemory, "it is larger than the memory that is left"))
+        })?;
+        let content = fs::File::open(&file.real).map_err(unreadable)?;
+        content.take(most).read_to_end(&mut bytes).map_err(unreadable)?;
+        let is_whole = bytes.len() as u64 >= metadata.len();
         let mut account = self.account.borrow_mut();
-        if account.files.insert(file.real.clone()) {
-            account.bytes += bytes.len() as u64;
-        }
-        Ok(bytes)
+        let counted = account.files.entry(file.real.clone()).or_default();
+        let more = (bytes.len() as u64).saturating_sub(*counted);
+        *counted += more;
+        account.bytes += more;
+        Ok((bytes, is_whole))
     }
 
     /// Counts the bytes of a file that was read elsewhere.
@@ -108,9 +131,17 @@ impl Ledger {
         self.check(Quantity::Elements, elements)
     }
 
+    /// Adds to the texels that were decoded, before they are.
+    pub(crate) fn picture(&self, texels: u64) -> Result<(), LoadProblem> {
+        let all = self.account.borrow().texels.saturating_add(texels);
+        self.check(Quantity::Texels, all)?;
+        self.account.borrow_mut().texels = all;
+        Ok(())
+    }
+
     /// All files that were read.
     pub(crate) fn files(&self) -> Vec<PathBuf> {
-        self.account.borrow().files.iter().cloned().collect()
+        self.account.borrow().files.keys().cloned().collect()
     }
 }
 

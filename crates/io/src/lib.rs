@@ -10,7 +10,7 @@
 //!
 //! What is written out in a file is read, however much it is; what a file multiplies is limited. A scene may hold 2^23
 //! triangles (counted for every instance) and eight for every byte of its files, 2^18 objects, families and lights and one for
-//! every four bytes, and 2^24 decoded elements of accessors and one for every byte.
+//! every four bytes, 2^24 decoded elements of accessors and one for every byte, and 2^25 texels of cut-outs and four for every byte.
 
 mod error;
 mod findings;
@@ -24,6 +24,7 @@ mod names;
 pub mod npy;
 mod obj;
 mod options;
+mod picture;
 mod ply;
 mod scene_file;
 mod stl;
@@ -40,7 +41,7 @@ pub use error::{LoadError, LoadProblem};
 pub use findings::surface_findings;
 pub use lightmap::LightmapLayout;
 pub use load::{load, load_bytes};
-pub use options::{DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
+pub use options::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
 pub use sun::sun_from_angles;
 pub use suns::{SunPlace, SunRow, SunsError, duration_of_hours, read_suns};
 

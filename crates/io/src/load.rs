@@ -11,7 +11,7 @@ use crate::{
     ledger::as_named,
     model::Model,
     obj,
-    options::{DetailSetting, LoadOptions, LoadedScene, UpAxis},
+    options::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, UpAxis},
     ply, scene_file, stl,
 };
 
@@ -44,7 +44,7 @@ fn read(path: &Path, bytes: &[u8], folder: Folder, options: &LoadOptions) -> Res
     let (model, stated) = match Format::of(path) {
         Some(Format::SceneFile) => scene_file::read(path, bytes, &folder, options)?,
         Some(Format::Mesh(format)) => {
-            let reading = Reading { up_is_stated: options.up.is_some(), lightmap_set: options.lightmap_set };
+            let reading = Reading::new(options, options.up);
             let model = read_mesh(path, format, bytes, &folder, &reading)?;
             (model, Stated::default())
         }
@@ -108,6 +108,16 @@ pub(crate) struct Reading {
     pub(crate) up_is_stated: bool,
     /// See [`LoadOptions::lightmap_set`].
     pub(crate) lightmap_set: Option<u32>,
+    pub(crate) blend: Blend,
+    pub(crate) colliders: Colliders,
+}
+
+impl Reading {
+    /// As the user says; `up` is which axis is known to point up.
+    pub(crate) fn new(options: &LoadOptions, up: Option<UpAxis>) -> Self {
+        let &LoadOptions { lightmap_set, blend, colliders, .. } = options;
+        Self { up_is_stated: up.is_some(), lightmap_set, blend, colliders }
+    }
 }
 
 /// The content of a mesh file.
@@ -122,7 +132,7 @@ pub(crate) fn read_mesh(
     let folder = folder.of_file(path);
     let model = match format {
         MeshFormat::Obj => obj::read(bytes, &stem, &folder, reading),
-        MeshFormat::Gltf => gltf::read(bytes, &folder, reading.lightmap_set),
+        MeshFormat::Gltf => gltf::read(bytes, &folder, reading),
         MeshFormat::Stl => stl::read(bytes, &stem, reading),
         MeshFormat::Ply => ply::read(bytes, &stem, reading),
     };

@@ -58,6 +58,17 @@ impl Findings {
         }
     }
 
+    /// So many more, for a reason that a user can look up; each reason is told once.
+    pub(crate) fn add_with(&mut self, kind: FindingKind, subject: &str, count: usize, reason: &str) {
+        if count > 0 {
+            let found = self.entry(kind, subject);
+            found.count += count;
+            if found.places.len() < Finding::PLACES && !found.places.iter().any(|place| place == reason) {
+                found.places.push(reason.to_owned());
+            }
+        }
+    }
+
     /// One more, at a place that a user can look up.
     pub(crate) fn add_at(&mut self, kind: FindingKind, subject: &str, place: impl std::fmt::Display) {
         let found = self.entry(kind, subject);

@@ -40,9 +40,33 @@ pub struct LoadOptions {
     pub outside: Outside,
     /// Which sides can be lit, for objects whose own entry does not say; `None` as the file says, else `Auto`.
     pub sides: Option<Sides>,
+    /// What glTF's BLEND materials do to light.
+    pub blend: Blend,
+    /// Which nodes of a glTF are taken as the shapes of their colliders.
+    pub colliders: Colliders,
     /// Which set of texture coordinates lays out light maps: 1 for glTF's `TEXCOORD_1`. The only set that an OBJ has
     /// (`vt`) stands for any. `None` reads no texture coordinates.
     pub lightmap_set: Option<u32>,
+}
+
+/// What BLEND materials do to light: they are a matter of degrees, and shadows here are not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Blend {
+    /// They block as if they were opaque.
+    #[default]
+    Block,
+    /// They block nothing. As receivers they stay what they are.
+    Ignore,
+}
+
+/// Which nodes are taken as the shapes of their colliders, bodies given by formulas.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colliders {
+    /// Those without a mesh.
+    #[default]
+    WithoutMesh,
+    /// All that have one, in place of their meshes.
+    InPlace,
 }
 
 /// Whether files outside the folder of the scene may be read.

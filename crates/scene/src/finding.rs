@@ -16,6 +16,8 @@ pub enum FindingKind {
     MaskAsOpaque,
     /// A BLEND material taken as opaque.
     BlendAsOpaque,
+    /// A BLEND material that blocks nothing, as the user wants.
+    BlendIgnored,
     /// A spot light taken as a point light.
     SpotAsPoint,
     /// An area light (a sphere, a rectangle, a sun with a diameter) taken as its centre.
@@ -30,6 +32,8 @@ pub enum FindingKind {
     BrokenRule,
     /// A shape that has no body here: a plane without an end, a capsule with two radii, one made from a mesh.
     UnreadShape,
+    /// A MASK material without a texture, or with one that is not there or not read: its alpha counts as one.
+    MissingTexture,
     /// A material library that is not there.
     MissingMaterials,
     /// An OBJ whose extents look z-up.
@@ -52,6 +56,7 @@ impl FindingKind {
             Self::DuplicateFaces => "duplicate_faces",
             Self::MaskAsOpaque => "mask_as_opaque",
             Self::BlendAsOpaque => "blend_as_opaque",
+            Self::BlendIgnored => "blend_ignored",
             Self::SpotAsPoint => "spot_as_point",
             Self::AreaLightAsPoint => "area_light_as_point",
             Self::UnknownExtension => "unknown_extension",
@@ -59,6 +64,7 @@ impl FindingKind {
             Self::Deformation => "deformation",
             Self::BrokenRule => "broken_rule",
             Self::UnreadShape => "unread_shape",
+            Self::MissingTexture => "missing_texture",
             Self::MissingMaterials => "missing_materials",
             Self::LooksZUp => "looks_z_up",
             Self::NonPlanarPolygons => "non_planar_polygons",

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use umbriel_geometry::{Aabb, Facets, PlacedAnalytic};
-use umbriel_scene::{Object, Scene};
+use umbriel_scene::{Object, Scene, Shape};
 
 use crate::fine::EdgeTable;
 
@@ -48,6 +48,11 @@ impl<'a> Bodies<'a> {
                 None => Body::Flat(object.facets().unwrap_or_default()),
             }
         })
+    }
+
+    /// Whether an object has holes, so that what stands in the way is not all that blocks.
+    pub(crate) fn has_holes(&self, object: usize) -> bool {
+        matches!(&self.scene.objects[object].shape, Shape::Mesh(mesh) if mesh.has_holes())
     }
 
     /// Which of an object's flat faces share edges; the same for all lights.

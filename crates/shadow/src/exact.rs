@@ -3,7 +3,7 @@
 use umbriel_geometry::{
     LightSource, PlacedAnalytic, Ring, Sign, Surd,
     analytic::{Occupied, Surface},
-    blocking::{Probe, polygon_blocks},
+    blocking::Probe,
 };
 
 use crate::bodies::{Bodies, Body};
@@ -31,14 +31,7 @@ pub(crate) fn face_blocks<R: Ring>(
 ) -> bool {
     match bodies.get(object) {
         Body::Flat(_) if own == (Own::Face { object, face }) => false,
-        Body::Flat(facets) => {
-            let mut corners = [facets.point(0); 4];
-            let numbers = facets.facet(face).corners();
-            for (point, &corner) in corners.iter_mut().zip(numbers.iter()) {
-                *point = facets.point(corner);
-            }
-            polygon_blocks(&corners[..numbers.len()], x, light)
-        }
+        Body::Flat(facets) => facets.blocks(face, x, light),
         Body::Analytic(_) if own == (Own::Harmless { object }) => false,
         Body::Analytic(body) => {
             let surface = match own {

@@ -75,15 +75,17 @@ impl<'a> FlatReceiver<'a> {
         if method == CellMethod::Quadtree || level > raster::MOST_LEVEL {
             return false;
         }
-        let (mut facets, mut analytic) = (0, Vec::new());
+        let (mut facets, mut others) = (0, Vec::new());
         for &object in self.objects() {
             match self.all.bodies.get(object as usize) {
-                Body::Flat(body) => facets += body.len(),
-                Body::Analytic(_) => analytic.push(object),
+                Body::Flat(body) if !body.has_holes() => facets += body.len(),
+                Body::Flat(_) | Body::Analytic(_) => others.push(object),
             }
         }
         let occluders = &self.all.occluders;
-        if facets >= raster::MAX_FACETS || !occluders.candidates(&analytic, &self.corners).bodies.is_empty() {
+        let others = occluders.candidates(&others, &self.corners);
+        let meets_others = !others.bodies.is_empty() || others.facets.iter().any(|&id| id != self.id);
+        if facets >= raster::MAX_FACETS || meets_others {
             return false;
         }
         let expected = || occluders.expected_facets(self.objects(), &self.corners);
@@ -92,13 +94,13 @@ impl<'a> FlatReceiver<'a> {
 
     fn rasterise(&self) -> Result<Tally<Units>, GiveUp> {
         let flat = self.objects().iter().filter_map(|&object| match self.all.bodies.get(object as usize) {
-            Body::Flat(facets) => Some(Occluder {
+            Body::Flat(facets) if !facets.has_holes() => Some(Occluder {
                 facets,
                 bounds: &self.all.bodies.boxes[object as usize],
                 turns: self.all.occluders.turns(object),
                 silhouette: self.all.occluders.silhouette(object, facets),
             }),
-            Body::Analytic(_) => None,
+            Body::Flat(_) | Body::Analytic(_) => None,
         });
         let occluders: Vec<Occluder> = flat.collect();
         let raster = Raster {
@@ -115,11 +117,11 @@ impl<'a> FlatReceiver<'a> {
     fn point_is_blocked(&self, u: f64, v: f64) -> bool {
         let probe = flat::flat_probe(&self.corners, u, v);
         let candidates = self.all.occluders.candidates(self.objects(), &[probe.bounds]);
-        let mut facets = candidates.facets.iter().filter(|&&id| id != self.id);
-        facets.any(|id| {
-            let face = (id.object as usize, id.facet as usize);
-            face_blocks(self.all.bodies, face, &probe, Own::Nothing, self.all.light)
-        })
+        let facets = candidates.facets.iter().filter(|&&id| id != self.id);
+        let facets = facets.map(|id| (id.object as usize, id.facet as usize));
+        let bodies = candidates.bodies.iter().map(|&object| (object as usize, 0));
+        let mut faces = facets.chain(bodies);
+        faces.any(|face| face_blocks(self.all.bodies, face, &probe, Own::Nothing, self.all.light))
     }
 
     /// By a quadtree that passes the blockers in question down.
@@ -148,6 +150,7 @@ impl<'a> FlatReceiver<'a> {
             levels: self.levels,
             lattice: self.lattice,
             blocks_exactly: &blocks_exactly,
+            is_blocked: &|u, v| self.point_is_blocked(u, v),
             is_cancelled: self.is_cancelled,
         };
         face.run()

@@ -1,6 +1,6 @@
 //! Samples without cells: flat receivers all at once ([`scan`](crate::fine::scan)).
 //!
-//! Receivers that a curved body may shadow, and curved receivers, are left to [`Receivers`](crate::receivers::Receivers).
+//! Receivers that a curved body or one with holes may shadow, and these themselves, are left to [`Receivers`](crate::receivers::Receivers).
 //! Samples prove nothing about the surface between them: the lit area is bounded by nothing and by all.
 
 use umbriel_bvh::Influences;
@@ -30,7 +30,7 @@ impl<'a> Samples<'a> {
     /// Chooses the receivers; nothing is decided yet.
     pub(crate) fn new(stage: &'a Stage<'a>, light: &'a LightSource, influences: &'a Influences) -> Self {
         let bodies = &stage.bodies;
-        let is_flat = |object: usize| matches!(bodies.get(object), Body::Flat(_));
+        let is_flat = |object: usize| matches!(bodies.get(object), Body::Flat(facets) if !facets.has_holes());
         let mut blocks = vec![false; bodies.boxes.len()];
         let taken = stage.request.receivers.iter().map(|&object| {
             let occluders = influences.occluders_of(object as u32);

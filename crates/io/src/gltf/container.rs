@@ -57,8 +57,8 @@ pub(super) struct Buffers<'a> {
     binary: Option<&'a [u8]>,
     folder: &'a Folder,
     loaded: Vec<OnceCell<Bytes<'a>>>,
-    /// Files by their resolved paths: several buffers may name one.
-    files: RefCell<HashMap<PathBuf, Rc<Vec<u8>>>>,
+    /// The beginnings of files by their resolved paths, and whether that is all of them: several buffers may name one.
+    files: RefCell<HashMap<PathBuf, (Rc<Vec<u8>>, bool)>>,
 }
 
 /// The bytes behind a buffer.
@@ -114,9 +114,14 @@ impl<'a> Buffers<'a> {
                 _ => Err(LoadProblem::element(place, "it has no uri, and there is no binary chunk for it")),
             };
         };
+        self.resource(uri, &place, declared.byte_length).map(Bytes::Own)
+    }
+
+    /// The bytes behind a URI, a data URI or a file in the scene's folder: all of them, or `needed` at least.
+    pub(super) fn resource(&self, uri: &str, place: &str, needed: usize) -> Result<Rc<Vec<u8>>, LoadProblem> {
         if let Some(data) = uri.strip_prefix("data:") {
             let bytes = decode_data(data).map_err(|message| LoadProblem::element(place, message))?;
-            return Ok(Bytes::Own(Rc::new(bytes)));
+            return Ok(Rc::new(bytes));
         }
         if has_scheme(uri) {
             return Err(LoadProblem::element(
@@ -125,15 +130,16 @@ impl<'a> Buffers<'a> {
             ));
         }
         let path = percent_encoding::percent_decode_str(uri).decode_utf8();
-        let path = path.map_err(|_| LoadProblem::element(&place, "its uri is not UTF-8 once percent-decoded"))?;
-        let file = self.folder.resolve(&path, &place)?;
+        let path = path.map_err(|_| LoadProblem::element(place, "its uri is not UTF-8 once percent-decoded"))?;
+        let file = self.folder.resolve(&path, place)?;
         let mut files = self.files.borrow_mut();
-        if let Some(bytes) = files.get(&file.real) {
-            return Ok(Bytes::Own(Rc::clone(bytes)));
+        if let Some((bytes, _)) = files.get(&file.real).filter(|(bytes, is_whole)| *is_whole || bytes.len() >= needed) {
+            return Ok(Rc::clone(bytes));
         }
-        let bytes = Rc::new(self.ledger().read(&file)?);
-        files.insert(file.real, Rc::clone(&bytes));
-        Ok(Bytes::Own(bytes))
+        let (bytes, is_whole) = self.ledger().read_most(&file, needed)?;
+        let bytes = Rc::new(bytes);
+        files.insert(file.real, (Rc::clone(&bytes), is_whole));
+        Ok(bytes)
     }
 }
 

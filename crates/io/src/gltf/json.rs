@@ -30,6 +30,8 @@ pub(super) struct Document {
     #[serde(default)]
     pub(super) textures: Vec<Texture>,
     #[serde(default)]
+    pub(super) samplers: Vec<Sampler>,
+    #[serde(default)]
     pub(super) images: Vec<Image>,
     #[serde(default)]
     pub(super) cameras: Vec<Eye>,
@@ -238,7 +240,9 @@ pub(super) struct DracoPrimitive {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Material {
+    pub(super) name: Option<String>,
     pub(super) alpha_mode: Option<String>,
+    pub(super) alpha_cutoff: Option<f64>,
     #[serde(default)]
     pub(super) pbr_metallic_roughness: BaseColor,
 }
@@ -246,22 +250,61 @@ pub(super) struct Material {
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct BaseColor {
+    pub(super) base_color_factor: Option<[f64; 4]>,
     pub(super) base_color_texture: Option<TextureReference>,
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
 pub(super) struct TextureReference {
     pub(super) index: usize,
+    #[serde(default)]
+    pub(super) tex_coord: u32,
+    #[serde(default)]
+    pub(super) extensions: TextureReferenceExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct TextureReferenceExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<TextureTransform>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+pub(super) struct TextureTransform {
+    pub(super) offset: [f64; 2],
+    pub(super) rotation: f64,
+    pub(super) scale: [f64; 2],
+    pub(super) tex_coord: Option<u32>,
+}
+
+impl Default for TextureTransform {
+    fn default() -> Self {
+        Self { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2], tex_coord: None }
+    }
 }
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Texture {
     pub(super) source: Option<usize>,
+    pub(super) sampler: Option<usize>,
+}
+
+/// Codes of OpenGL.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Sampler {
+    pub(super) mag_filter: Option<u32>,
+    pub(super) min_filter: Option<u32>,
+    pub(super) wrap_s: Option<u32>,
+    pub(super) wrap_t: Option<u32>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Image {
+    pub(super) uri: Option<String>,
     pub(super) buffer_view: Option<usize>,
 }
 

@@ -2,28 +2,35 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use umbriel_geometry::Mesh;
+use umbriel_geometry::{
+    Mesh,
+    cut_out::{CutOut, CutOutPart, Filter, MOST_PLACE, TexturePoint, Wrap},
+};
 use umbriel_scene::FindingKind;
 
 use super::{
     accessor::Accessors,
-    json::{Document, MeshPrimitives, Primitive, element, existing},
+    json::{Document, Material, MeshPrimitives, Primitive, element, existing},
     primitive::{Geometry, Primitives},
+    textures::{MaskMaterial, Textures},
 };
 use crate::{
     error::LoadProblem,
     lightmap::{LightmapLayout, NOWHERE},
+    load::Reading,
     model::Findings,
+    options::Blend,
 };
 
 /// A mesh, and what of it was taken otherwise than the file says.
 #[derive(Clone, Debug)]
 pub(super) struct LoadedMesh {
     pub(super) mesh: Arc<Mesh>,
-    /// Triangles with a MASK material.
+    /// Triangles with a MASK material that are taken as opaque all the same.
     pub(super) masked: usize,
-    /// Triangles with a BLEND material.
+    /// Triangles with a BLEND material, and what that is told as.
     pub(super) blended: usize,
+    pub(super) blend: FindingKind,
     /// Primitives of points or lines, or without positions.
     pub(super) not_triangles: usize,
     /// Whether it has morph targets.
@@ -39,6 +46,7 @@ struct Parts {
     triangles: Vec<[u32; 3]>,
     /// As many as triangles, or none where light maps are not wanted.
     lightmap: Vec<[[f64; 2]; 3]>,
+    cut_outs: Vec<CutOutPart>,
 }
 
 /// Which mesh, and the bits of the weights that a node gives its morph targets.
@@ -49,15 +57,17 @@ type Key = (usize, Option<Vec<u64>>);
 pub(super) struct Meshes<'a> {
     document: &'a Document,
     primitives: Primitives<'a>,
-    wants_lightmaps: bool,
+    textures: Textures<'a>,
+    reading: Reading,
     loaded: HashMap<Key, LoadedMesh>,
 }
 
 impl<'a> Meshes<'a> {
-    pub(super) fn new(document: &'a Document, accessors: &'a Accessors<'a>, lightmap_set: Option<u32>) -> Self {
+    pub(super) fn new(document: &'a Document, accessors: &'a Accessors<'a>, reading: &Reading) -> Self {
         let quantized = document.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
-        let primitives = Primitives::new(accessors, quantized, lightmap_set);
-        Self { document, primitives, wants_lightmaps: lightmap_set.is_some(), loaded: HashMap::new() }
+        let primitives = Primitives::new(accessors, quantized, reading.lightmap_set);
+        let textures = Textures::new(document, accessors);
+        Self { document, primitives, textures, reading: *reading, loaded: HashMap::new() }
     }
 
     /// The mesh of that index, morphed by the weights of a node, else by its own; the same one every time.
@@ -92,7 +102,7 @@ impl<'a> Meshes<'a> {
         weights
     }
 
-    fn read(&mut self, index: usize, declared: &MeshPrimitives, weights: &[f64]) -> Result<LoadedMesh, LoadProblem> {
+    fn read(&mut self, index: usize, declared: &'a MeshPrimitives, weights: &[f64]) -> Result<LoadedMesh, LoadProblem> {
         let place = format!("mesh {index}");
         let mut parts = Parts::default();
         let (mut masked, mut blended, mut not_triangles) = (0, 0, 0);
@@ -104,34 +114,89 @@ impl<'a> Meshes<'a> {
                 not_triangles += 1;
                 continue;
             }
-            let geometry = self.primitives.read(primitive, weights, &place)?;
-            match self.alpha_mode(primitive).map_err(refused)? {
-                "OPAQUE" => {}
-                "MASK" => masked += geometry.faces.len(),
-                "BLEND" => blended += geometry.faces.len(),
+            let material = self.material(primitive).map_err(refused)?;
+            let mode = material.and_then(|material| material.alpha_mode.as_deref()).unwrap_or("OPAQUE");
+            let mask = match (mode, material) {
+                ("MASK", Some(material)) => Some(self.textures.mask(material)?),
+                _ => None,
+            };
+            let geometry = self.primitives.read(primitive, weights, mask.as_ref(), &place)?;
+            let faces = geometry.faces.len();
+            match mode {
+                "OPAQUE" | "MASK" => {}
+                "BLEND" => blended += faces,
                 _ => {
                     let subject = format!("{place}: the alphaMode of its material is none of glTF's, taken as OPAQUE");
                     self.primitives.findings.add(FindingKind::BrokenRule, &subject, 1);
                 }
             }
-            parts.append(&geometry, self.wants_lightmaps).map_err(refused)?;
+            let cut_out = match mask {
+                Some(mask) => self.cut_out(primitive.material.unwrap_or_default(), mask, &geometry),
+                None if mode == "BLEND" && self.reading.blend == Blend::Ignore => Some(nothing(&geometry)),
+                None => None,
+            };
+            masked += if mode == "MASK" && cut_out.is_none() { faces } else { 0 };
+            parts.append(&geometry, cut_out, self.reading.lightmap_set.is_some()).map_err(refused)?;
         }
-        let lightmap = LightmapLayout::of(parts.lightmap).map(Arc::new);
-        let mesh =
-            Mesh::new(parts.positions, parts.triangles).map_err(|defect| LoadProblem::element(&place, defect))?;
         let morphs = declared.primitives.iter().any(|primitive| !primitive.targets.is_empty());
-        Ok(LoadedMesh { mesh: Arc::new(mesh), masked, blended, not_triangles, morphs, lightmap })
+        let blend = match self.reading.blend {
+            Blend::Block => FindingKind::BlendAsOpaque,
+            Blend::Ignore => FindingKind::BlendIgnored,
+        };
+        let (mesh, lightmap) = parts.finish(&place)?;
+        Ok(LoadedMesh { mesh, masked, blended, blend, not_triangles, morphs, lightmap })
     }
 
-    fn alpha_mode(&self, primitive: &Primitive) -> Result<&'a str, String> {
-        let Some(material) = primitive.material else { return Ok("OPAQUE") };
-        Ok(element(&self.document.materials, material, "material")?.alpha_mode.as_deref().unwrap_or("OPAQUE"))
+    fn material(&self, primitive: &Primitive) -> Result<Option<&'a Material>, String> {
+        primitive.material.map(|material| element(&self.document.materials, material, "material")).transpose()
     }
+
+    /// How the vertices of a primitive are cut out; `None` if they are taken as opaque.
+    fn cut_out(&mut self, number: usize, mask: MaskMaterial, geometry: &Geometry) -> Option<VertexCutOut> {
+        let name = self.document.materials[number].name.as_deref().filter(|name| !name.is_empty());
+        let subject = name.map_or_else(|| format!("material{number}"), str::to_owned);
+        let faces = geometry.faces.len();
+        if let Some(reason) = &mask.missing {
+            self.primitives.findings.add_with(FindingKind::MissingTexture, &subject, faces, reason);
+        } else if mask.cut_out.map.is_some() && geometry.mask.places.is_none() {
+            let reason = "the primitive has no such texture coordinates";
+            self.primitives.findings.add_with(FindingKind::MissingTexture, &subject, faces, reason);
+        }
+        let map = mask.cut_out.map.clone().filter(|_| geometry.mask.places.is_some());
+        let place = |vertex: usize| match (&geometry.mask.places, mask.reference) {
+            (Some(places), Some(reference)) => reference.moved(places[vertex]),
+            _ => [0.0; 2],
+        };
+        let alpha = |vertex: usize| geometry.mask.alphas.as_ref().map_or(1.0, |alphas| alphas[vertex]);
+        let vertices = (0..geometry.vertices.len())
+            .map(|vertex| TexturePoint { place: place(vertex), alpha: alpha(vertex) })
+            .collect();
+        let cut_out = VertexCutOut { cut_out: CutOut { map, ..mask.cut_out }, vertices };
+        let is_near = |vertex: &TexturePoint| vertex.place.iter().all(|coordinate| coordinate.abs() <= MOST_PLACE);
+        cut_out.vertices.iter().all(is_near).then_some(cut_out)
+    }
+}
+
+/// How a primitive is cut out, vertex by vertex.
+struct VertexCutOut {
+    cut_out: CutOut,
+    vertices: Vec<TexturePoint>,
+}
+
+/// A cut-out that leaves nothing.
+fn nothing(geometry: &Geometry) -> VertexCutOut {
+    let cut_out = CutOut { map: None, filter: Filter::Nearest, wrap: [Wrap::Repeat; 2], factor: 0.0, cutoff: 1.0 };
+    VertexCutOut { cut_out, vertices: vec![TexturePoint { place: [0.0; 2], alpha: 1.0 }; geometry.vertices.len()] }
 }
 
 impl Parts {
     /// Adds the triangles of a primitive and the vertices that they use.
-    fn append(&mut self, geometry: &Geometry, wants_lightmap: bool) -> Result<(), String> {
+    fn append(
+        &mut self,
+        geometry: &Geometry,
+        cut_out: Option<VertexCutOut>,
+        wants_lightmap: bool,
+    ) -> Result<(), String> {
         let mut used = geometry.faces.as_flattened().to_vec();
         used.sort_unstable();
         used.dedup();
@@ -146,7 +211,21 @@ impl Parts {
             self.lightmap.extend(geometry.faces.iter().map(corners));
         }
         let place_of = |vertex: u32| (base + used.partition_point(|&other| other < vertex)) as u32;
+        let first = self.triangles.len() as u32;
         self.triangles.extend(geometry.faces.iter().map(|face| face.map(place_of)));
+        if let Some(VertexCutOut { cut_out, vertices }) = cut_out {
+            let vertices = used.iter().map(|&vertex| vertices[vertex as usize]).collect();
+            let faces = first..self.triangles.len() as u32;
+            self.cut_outs.push(CutOutPart { faces, cut_out, first_vertex: base as u32, vertices });
+        }
         Ok(())
+    }
+
+    fn finish(self, place: &str) -> Result<(Arc<Mesh>, Option<Arc<LightmapLayout>>), LoadProblem> {
+        let refused = |defect: &dyn std::fmt::Display| LoadProblem::element(place, defect);
+        let lightmap = LightmapLayout::of(self.lightmap).map(Arc::new);
+        let mesh = Mesh::new(self.positions, self.triangles).map_err(|defect| refused(&defect))?;
+        let mesh = mesh.with_cut_outs(self.cut_outs).map_err(|defect| refused(&defect))?;
+        Ok((Arc::new(mesh), lightmap))
     }
 }

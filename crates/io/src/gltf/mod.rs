@@ -2,7 +2,7 @@
 //!
 //! Read by own types instead of the `gltf` crate: that one keeps matrices in 32 bits, refuses required extensions it
 //! does not know, accepts node cycles and indices out of range, and panics on some malformed files. What is used is
-//! checked here; what is not (textures, animations, shading) is skipped.
+//! checked here; what is not (animations, shading) is skipped.
 //!
 //! - An object is a node with a mesh, named after the node; with EXT_mesh_gpu_instancing one object an instance,
 //!   `name#0`, `name#1`, ... All primitives of a glTF mesh are one [`Mesh`](umbriel_geometry::Mesh), shared by all nodes
@@ -14,7 +14,9 @@
 //! - Sparse accessors, accessors without a buffer view, KHR_mesh_quantization and all three ways of compression
 //!   (EXT_meshopt_compression, KHR_meshopt_compression, KHR_draco_mesh_compression) are read.
 //! - Morph targets are added by the weights of the node, else of the mesh. Skins are taken at their bind pose.
-//! - A node without a mesh whose collider (KHR_physics_rigid_bodies) has a shape of KHR_implicit_shapes is that body.
+//! - A node without a mesh whose collider (KHR_physics_rigid_bodies) has a shape of KHR_implicit_shapes is that body; with
+//!   [`Colliders::InPlace`](crate::Colliders) a node with a mesh, too.
+//! - Triangles of MASK materials are cut out by alpha ([`textures`]).
 
 mod accessor;
 mod container;
@@ -27,13 +29,14 @@ mod nodes;
 mod primitive;
 mod shapes;
 mod skins;
+mod textures;
 mod validate;
 mod views;
 
 use serde_json::Value;
 use umbriel_scene::FindingKind;
 
-use crate::{error::LoadProblem, folder::Folder, model::Model};
+use crate::{error::LoadProblem, folder::Folder, load::Reading, model::Model};
 use accessor::Accessors;
 use container::Buffers;
 use json::Document;
@@ -41,7 +44,7 @@ use mesh::Meshes;
 use views::Views;
 
 /// Extensions that are read.
-const READ: [&str; 9] = [
+const READ: [&str; 10] = [
     "KHR_lights_punctual",
     "EXT_mesh_gpu_instancing",
     "KHR_mesh_quantization",
@@ -51,6 +54,7 @@ const READ: [&str; 9] = [
     "KHR_implicit_shapes",
     "KHR_collision_shapes",
     "KHR_physics_rigid_bodies",
+    "KHR_texture_transform",
 ];
 /// Beginnings of the names of extensions that change nothing but shading, pictures, motions and remarks.
 const WITHOUT_EFFECT: [&str; 10] = [
@@ -65,8 +69,8 @@ const WITHOUT_EFFECT: [&str; 10] = [
     "EXT_instance_features",
     "EXT_structural_metadata",
 ];
-/// Reads a glTF file; `lightmap_set` says which texture coordinates lay out light maps, if any are wanted.
-pub(crate) fn read(bytes: &[u8], folder: &Folder, lightmap_set: Option<u32>) -> Result<Model, LoadProblem> {
+/// Reads a glTF file.
+pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<Model, LoadProblem> {
     let (text, binary) = container::split(bytes)?;
     let document = parse(text)?;
     check_version(&document)?;
@@ -74,8 +78,8 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, lightmap_set: Option<u32>) -> 
     let accessors =
         Accessors::new(&document, Views::new(&document.buffer_views, Buffers::new(&document.buffers, binary, folder)));
     let hierarchy = hierarchy::Hierarchy::new(&document)?;
-    let meshes = Meshes::new(&document, &accessors, lightmap_set);
-    let mut model = nodes::read(&document, &hierarchy, &accessors, meshes)?;
+    let meshes = Meshes::new(&document, &accessors, reading);
+    let mut model = nodes::read(&document, &hierarchy, &accessors, meshes, reading.colliders)?;
     model.findings.absorb(validate::check(&document)?, str::to_owned);
     for name in document.extensions_used.iter().filter(|name| !is_known(name)) {
         model.findings.add(FindingKind::UnknownExtension, name, 1);

@@ -18,6 +18,7 @@ use crate::{
     error::LoadProblem,
     ledger::Quantity,
     model::{Model, ModelObject, camera},
+    options::Colliders,
     transform::from_parts,
 };
 
@@ -27,6 +28,7 @@ pub(super) fn read(
     hierarchy: &Hierarchy,
     accessors: &Accessors,
     mut meshes: Meshes,
+    colliders: Colliders,
 ) -> Result<Model, LoadProblem> {
     let mut model = Model::default();
     let mut objects_of = Vec::with_capacity(hierarchy.placed.len());
@@ -34,7 +36,13 @@ pub(super) fn read(
         let node = &document.nodes[placed.node];
         let refused = |message: String| LoadProblem::element(place(placed.node, node), message);
         let first = model.objects.len();
-        if let Some(mesh) = node.mesh {
+        let shape = match (node.mesh, colliders) {
+            (Some(_), Colliders::WithoutMesh) => None,
+            _ => shapes::declared(document, node).map_err(refused)?,
+        };
+        if let Some(shape) = shape {
+            add_body(&mut model, placed, node, shape);
+        } else if let Some(mesh) = node.mesh {
             let name = name_of(placed.node, node);
             let told = |problem| within(problem, &place(placed.node, node));
             let maps = instances(node, accessors).map_err(told)?;
@@ -46,8 +54,6 @@ pub(super) fn read(
             tell(&mut model, &name, node, mesh);
             add_objects(&mut model, &name, map, maps, mesh);
             model.check_size(accessors.ledger())?;
-        } else if let Some(shape) = shapes::declared(document, node).map_err(refused)? {
-            add_body(&mut model, placed, node, shape);
         }
         objects_of.push(first..model.objects.len());
         if let Some(reference) = &node.extensions.light {
@@ -81,7 +87,7 @@ fn tell(model: &mut Model, name: &str, node: &Node, mesh: &LoadedMesh) {
     let deforms = node.skin.is_some() || mesh.morphs;
     for (kind, count) in [
         (FindingKind::MaskAsOpaque, mesh.masked),
-        (FindingKind::BlendAsOpaque, mesh.blended),
+        (mesh.blend, mesh.blended),
         (FindingKind::NotTriangles, mesh.not_triangles),
         (FindingKind::Deformation, usize::from(deforms)),
     ] {

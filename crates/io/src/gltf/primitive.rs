@@ -8,7 +8,8 @@ use umbriel_scene::FindingKind;
 use super::{
     accessor::{Accessors, Component, within},
     draco,
-    json::{DracoPrimitive, Primitive},
+    json::{DracoPrimitive, Primitive, TextureReference},
+    textures::MaskMaterial,
 };
 use crate::{error::LoadProblem, model::Findings};
 
@@ -24,6 +25,17 @@ pub(super) struct Geometry {
     pub(super) faces: Vec<[u32; 3]>,
     /// The texture coordinates that lay out light maps, one pair a vertex, if they are wanted and there.
     pub(super) texture: Option<Vec<[f64; 2]>>,
+    /// What cuts it out, if something does.
+    pub(super) mask: MaskVertices,
+}
+
+/// What the vertices of a primitive say about its cut-out; nothing where that is not there or not wanted.
+#[derive(Default)]
+pub(super) struct MaskVertices {
+    /// Texture coordinates.
+    pub(super) places: Option<Vec<[f64; 2]>>,
+    /// Alphas of vertex colours, 0 to 1.
+    pub(super) alphas: Option<Vec<f64>>,
 }
 
 /// Where the content of a primitive comes from.
@@ -52,11 +64,13 @@ impl<'a> Primitives<'a> {
         Self { accessors, quantized, lightmap_set, positions: HashMap::new(), findings: Findings::default() }
     }
 
-    /// Reads a primitive of triangles. `place` is what messages call it; `weights` are those of its morph targets.
+    /// Reads a primitive of triangles. `place` is what messages call it; `weights` are those of its morph targets; `mask` cuts it
+    /// out.
     pub(super) fn read(
         &mut self,
         primitive: &Primitive,
         weights: &[f64],
+        mask: Option<&MaskMaterial>,
         place: &str,
     ) -> Result<Geometry, LoadProblem> {
         let refused = |message: String| LoadProblem::element(place, message);
@@ -77,9 +91,13 @@ impl<'a> Primitives<'a> {
         if mode == 4 && !corners.len().is_multiple_of(3) {
             self.findings.add(FindingKind::BrokenRule, &format!("{place}: corners are left over"), 1);
         }
-        let texture = self.texture(&source, vertices.len())?;
+        let texture = match self.lightmap_set {
+            Some(set) => self.texture(&source, vertices.len(), set)?,
+            None => None,
+        };
+        let mask = mask.map(|mask| self.mask(&source, vertices.len(), mask)).transpose()?.unwrap_or_default();
         let vertices = self.morphed(vertices, primitive, weights, place)?;
-        Ok(Geometry { vertices, faces, texture })
+        Ok(Geometry { vertices, faces, texture, mask })
     }
 
     fn decompress(&self, draco: &DracoPrimitive) -> Result<draco::Decoded, LoadProblem> {
@@ -169,22 +187,55 @@ impl<'a> Primitives<'a> {
         }
     }
 
-    /// The texture coordinates that lay out light maps, one pair a vertex, if the primitive has them.
-    fn texture(&mut self, source: &Source, vertices: usize) -> Result<Option<Vec<[f64; 2]>>, LoadProblem> {
-        let Some(set) = self.lightmap_set else { return Ok(None) };
-        let name = format!("TEXCOORD_{set}");
-        let Some(&accessor) = source.primitive.attributes.get(&name) else { return Ok(None) };
-        let refused = |message: String| LoadProblem::element(format!("{}, {name}", source.place), message);
-        let pairs = match self.compressed::<2>(source, &name, accessor)? {
-            Some(pairs) => pairs,
-            None => self.accessors.vectors::<2>(accessor).map_err(|problem| within(problem, source.place))?,
+    /// A set of texture coordinates, one pair a vertex, if the primitive has it.
+    fn texture(&mut self, source: &Source, count: usize, set: u32) -> Result<Option<Vec<[f64; 2]>>, LoadProblem> {
+        self.attribute::<2>(source, count, &format!("TEXCOORD_{set}"))
+    }
+
+    /// What cuts out the vertices of a primitive.
+    fn mask(&mut self, source: &Source, count: usize, mask: &MaskMaterial) -> Result<MaskVertices, LoadProblem> {
+        let set = mask.reference.filter(|_| mask.cut_out.map.is_some()).map(TextureReference::set);
+        let places = match set {
+            Some(set) => self.texture(source, count, set)?,
+            None => None,
         };
-        if pairs.len() != vertices {
-            return Err(refused(format!("{} pairs for {vertices} vertices", pairs.len())));
+        Ok(MaskVertices { places, alphas: self.alphas(source, count)? })
+    }
+
+    /// The alphas of the vertices' colours, if these have any.
+    fn alphas(&mut self, source: &Source, count: usize) -> Result<Option<Vec<f64>>, LoadProblem> {
+        let Some(&accessor) = source.primitive.attributes.get("COLOR_0") else { return Ok(None) };
+        let (declared, _) = self.accessors.declared(accessor).map_err(|problem| within(problem, source.place))?;
+        if declared.kind != "VEC4" {
+            return Ok(None);
         }
-        match pairs.iter().position(|pair| !pair.iter().all(|coordinate| coordinate.is_finite())) {
+        let colors = self.attribute::<4>(source, count, "COLOR_0")?.unwrap_or_default();
+        let alphas: Vec<f64> = colors.iter().map(|color| color[3]).collect();
+        let beyond = alphas.iter().filter(|alpha| !(0.0..=1.0).contains(*alpha)).count();
+        let subject = format!("{}: alphas of COLOR_0 below 0 or above 1", source.place);
+        self.findings.add(FindingKind::BrokenRule, &subject, beyond);
+        Ok(Some(alphas.into_iter().map(|alpha| alpha.clamp(0.0, 1.0)).collect()))
+    }
+
+    /// An attribute of finite numbers, one vector a vertex, if the primitive has it.
+    fn attribute<const N: usize>(
+        &mut self,
+        source: &Source,
+        count: usize,
+        name: &str,
+    ) -> Result<Option<Vec<[f64; N]>>, LoadProblem> {
+        let Some(&accessor) = source.primitive.attributes.get(name) else { return Ok(None) };
+        let refused = |message: String| LoadProblem::element(format!("{}, {name}", source.place), message);
+        let vectors = match self.compressed::<N>(source, name, accessor)? {
+            Some(vectors) => vectors,
+            None => self.accessors.vectors::<N>(accessor).map_err(|problem| within(problem, source.place))?,
+        };
+        if vectors.len() != count {
+            return Err(refused(format!("{} elements for {count} vertices", vectors.len())));
+        }
+        match vectors.iter().position(|vector| !vector.iter().all(|coordinate| coordinate.is_finite())) {
             Some(vertex) => Err(refused(format!("vertex {vertex} has a coordinate that is not finite"))),
-            None => Ok(Some(pairs)),
+            None => Ok(Some(vectors)),
         }
     }
 

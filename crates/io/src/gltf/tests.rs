@@ -9,6 +9,7 @@ use crate::{model::ModelObject, options::Outside};
 
 mod bodies;
 mod compressed;
+mod masks;
 mod rules;
 
 /// Bytes of a buffer, with the views and accessors that describe them.
@@ -49,8 +50,12 @@ fn folder() -> Folder {
     Folder::of_scene(Path::new("nowhere/scene.gltf"), Outside::Refused)
 }
 
+fn parse(input: (Value, Data)) -> Result<Model, LoadProblem> {
+    parse_with(input, &reading())
+}
+
 /// As text with a data URI.
-fn parse((mut document, data): (Value, Data)) -> Result<Model, LoadProblem> {
+fn parse_with((mut document, data): (Value, Data), reading: &Reading) -> Result<Model, LoadProblem> {
     let encoded = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
     let uri = format!("data:application/octet-stream;base64,{encoded}");
     let fill = |document: &mut Value, key: &str, value: Value| {
@@ -61,7 +66,11 @@ fn parse((mut document, data): (Value, Data)) -> Result<Model, LoadProblem> {
     fill(&mut document, "buffers", json!([{ "uri": uri, "byteLength": data.bytes.len() }]));
     fill(&mut document, "bufferViews", data.views.into());
     fill(&mut document, "accessors", data.accessors.into());
-    read(document.to_string().as_bytes(), &folder(), Some(1))
+    read(document.to_string().as_bytes(), &folder(), reading)
+}
+
+fn reading() -> Reading {
+    Reading { lightmap_set: Some(1), ..Reading::default() }
 }
 
 fn model(input: (Value, Data)) -> Model {
@@ -216,7 +225,6 @@ fn all_primitives_are_one_mesh() {
     }));
     assert_eq!(mesh(&model.objects[0]).triangles(), [[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
     let expected = [
-        (FindingKind::MaskAsOpaque, "node0".to_owned(), 1),
         (FindingKind::BlendAsOpaque, "node0".to_owned(), 1),
         (FindingKind::NotTriangles, "node0".to_owned(), 1),
         (FindingKind::Deformation, "node0".to_owned(), 1),
@@ -225,6 +233,7 @@ fn all_primitives_are_one_mesh() {
             "mesh 0: its primitives and weights differ in their number of morph targets".to_owned(),
             1,
         ),
+        (FindingKind::MissingTexture, "material0".to_owned(), 1),
     ];
     assert_eq!(found(model), expected);
 }
@@ -445,15 +454,15 @@ fn binary_files_and_their_faults() {
     document["bufferViews"] = data.views.into();
     document["accessors"] = data.accessors.into();
     let whole = glb(&document, &data.bytes);
-    let model = read(&whole, &folder(), Some(1)).unwrap_or_else(|problem| panic!("{problem}"));
+    let model = read(&whole, &folder(), &reading()).unwrap_or_else(|problem| panic!("{problem}"));
     assert_eq!(mesh(&model.objects[0]).triangles(), [[0, 1, 2]]);
     for length in 0..whole.len() {
-        assert!(read(&whole[..length], &folder(), Some(1)).is_err(), "cut off after {length} bytes");
+        assert!(read(&whole[..length], &folder(), &reading()).is_err(), "cut off after {length} bytes");
     }
     let with = |at: usize, value: u32| {
         let mut bytes = whole.clone();
         bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
-        read(&bytes, &folder(), Some(1)).expect_err("refused").to_string()
+        read(&bytes, &folder(), &reading()).expect_err("refused").to_string()
     };
     assert!(with(4, 1).contains("version is 1"));
     assert!(with(8, u32::MAX).contains("4294967295"));
@@ -461,7 +470,7 @@ fn binary_files_and_their_faults() {
     assert!(with(16, 7).contains("no JSON") || with(16, 7).contains("chunks"));
     document["buffers"][0]["byteLength"] = json!(data.bytes.len() + 1);
     assert!(
-        read(&glb(&document, &data.bytes), &folder(), Some(1)).expect_err("short").to_string().contains("buffer 0")
+        read(&glb(&document, &data.bytes), &folder(), &reading()).expect_err("short").to_string().contains("buffer 0")
     );
 }
 
@@ -475,7 +484,7 @@ fn buffers_come_from_files_in_the_folder() {
     document["accessors"] = data.accessors.into();
     let mut with = |uri: &str| {
         document["buffers"] = json!([{ "byteLength": data.bytes.len(), "uri": uri }]);
-        read(document.to_string().as_bytes(), &folder, None)
+        read(document.to_string().as_bytes(), &folder, &Reading::default())
     };
     assert!(with("my%20data.bin").is_ok() && with("my data.bin").is_ok() && with("./my%20data.bin").is_ok());
     for outside in ["../my%20data.bin", "%2e%2e/my%20data.bin", "%2Fetc/hostname", "/etc/hostname"] {
@@ -502,7 +511,7 @@ proptest::proptest! {
             let at = at % bytes.len();
             bytes[at] = value;
         }
-        let _ = read(&bytes, &folder(), Some(1));
+        let _ = read(&bytes, &folder(), &reading());
     }
 }
 
@@ -555,7 +564,7 @@ fn the_second_texture_coordinates_lay_out_light_maps() {
     let layout = model.objects[0].lightmap.as_ref().expect("a layout");
     assert_eq!(layout.triangles, [[[0.0, 0.5], [1.0, 0.25], [0.75, 1.0]], [[0.0; 2]; 3]]);
     assert!(super::tests::model(triangle(&json!([{ "mesh": 0 }]))).objects[0].lightmap.is_none());
-    assert!(refused(with(&[[0.0, 0.5]])).contains("TEXCOORD_1: 1 pairs for 3 vertices"));
+    assert!(refused(with(&[[0.0, 0.5]])).contains("TEXCOORD_1: 1 elements for 3 vertices"));
     let wild = refused(with(&[[0.0, 0.5], [f32::NAN, 0.0], [0.0; 2]]));
     assert!(wild.contains("mesh 0, primitive 0, TEXCOORD_1: vertex 1 has a coordinate that is not finite"), "{wild}");
 }

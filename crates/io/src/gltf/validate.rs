@@ -203,17 +203,33 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Pictures do not matter to shadows as long as MASK materials are opaque, but their numbers do to the file.
-    fn textures(&self) -> Result<(), LoadProblem> {
+    /// Only pictures of MASK materials matter to shadows, but the numbers of all do to the file.
+    fn textures(&mut self) -> Result<(), LoadProblem> {
         let document = self.document;
         for (index, material) in document.materials.iter().enumerate() {
-            if let Some(texture) = &material.pbr_metallic_roughness.base_color_texture {
-                named(&document.textures, texture.index, "texture", &format!("material {index}"))?;
+            let place = format!("material {index}");
+            let base = &material.pbr_metallic_roughness;
+            if let Some(texture) = &base.base_color_texture {
+                named(&document.textures, texture.index, "texture", &place)?;
+            }
+            if base.base_color_factor.is_some_and(|factor| !factor.iter().all(|part| (0.0..=1.0).contains(part))) {
+                self.tell(&place, "its base colour is not between 0 and 1");
+            }
+            if material.alpha_cutoff.is_some_and(|cutoff| cutoff < 0.0) {
+                self.tell(&place, "its cutoff is below 0");
+            }
+        }
+        for (index, sampler) in document.samplers.iter().enumerate() {
+            if !super::textures::is_regular(sampler) {
+                self.tell(&format!("sampler {index}"), "its filters or wraps are none of glTF's");
             }
         }
         for (index, texture) in document.textures.iter().enumerate() {
             if let Some(image) = texture.source {
                 named(&document.images, image, "image", &format!("texture {index}"))?;
+            }
+            if let Some(sampler) = texture.sampler {
+                named(&document.samplers, sampler, "sampler", &format!("texture {index}"))?;
             }
         }
         for (index, image) in document.images.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Buffer views: ranges of buffers, decompressed where EXT_meshopt_compression or KHR_meshopt_compression says so.
 
-use std::cell::OnceCell;
+use std::{cell::OnceCell, rc::Rc};
 
 use super::{
     container::Buffers,
@@ -29,6 +29,11 @@ impl<'a> Views<'a> {
     /// The account of the scene.
     pub(super) fn ledger(&self) -> &Ledger {
         self.buffers.ledger()
+    }
+
+    /// The bytes behind a URI that is no buffer's, all of them.
+    pub(super) fn resource(&self, uri: &str, place: &str) -> Result<Rc<Vec<u8>>, LoadProblem> {
+        self.buffers.resource(uri, place, usize::MAX)
     }
 
     /// The declared view and its bytes.

@@ -119,7 +119,7 @@ fn what_is_not_read_is_told() {
 fn flat_along_z_looks_z_up() {
     let kinds = |text: &str, stated: bool| {
         let folder = Folder::of_scene(std::path::Path::new("scene.obj"), Outside::Refused);
-        let model = read(text.as_bytes(), "scene", &folder, &Reading { up_is_stated: stated, lightmap_set: None })
+        let model = read(text.as_bytes(), "scene", &folder, &Reading { up_is_stated: stated, ..Reading::default() })
             .expect("loads");
         findings(model).iter().any(|finding| finding.0 == FindingKind::LooksZUp)
     };

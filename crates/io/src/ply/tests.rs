@@ -1,7 +1,7 @@
 use super::*;
 
 fn parse(bytes: &[u8]) -> Result<Model, LoadProblem> {
-    read(bytes, "part", &Reading { up_is_stated: true, lightmap_set: None })
+    read(bytes, "part", &Reading { up_is_stated: true, ..Reading::default() })
 }
 
 fn mesh(model: &Model) -> &Mesh {

@@ -67,7 +67,7 @@ pub(crate) fn read(
     let up = options.up.or(stated.up).unwrap_or_default();
     let north = options.north_degrees.unwrap_or(stated.north);
     let mut model = Model::default();
-    let reading = Reading { up_is_stated: options.up.or(stated.up).is_some(), lightmap_set: options.lightmap_set };
+    let reading = Reading::new(options, options.up.or(stated.up));
     objects::read(&mut model, path, &file.object, &objects::Context { places: &places, folder, reading })?;
     lights::read(&mut model, &file.light, &places, up, north).map_err(in_file)?;
     if let Some(entry) = &file.camera {

@@ -3,7 +3,7 @@ use super::*;
 const FACET: &str = "facet normal 0 0 1\nouter loop\nvertex 0 0 0.1\nvertex 1 0 0\nvertex 0 1 9\nendloop\nendfacet\n";
 
 fn parse(bytes: &[u8]) -> Result<Model, LoadProblem> {
-    read(bytes, "part", &Reading { up_is_stated: true, lightmap_set: None })
+    read(bytes, "part", &Reading { up_is_stated: true, ..Reading::default() })
 }
 
 fn mesh(model: &Model, object: usize) -> &Mesh {

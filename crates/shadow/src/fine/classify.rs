@@ -7,6 +7,11 @@
 //! point of the cell each border is crossed at most once, and only those counted in D can take a polygon away. So
 //! W − D ≥ 1 proves that polygons cover the cell. Edges inside a sheet cancel and are no borders. (A sharper form of
 //! the cancelling rule; NUMERICS.md, "Winding".)
+//!
+//! A triangle with holes is not part of that winding. Where all texels are opaque that the ways from a cell can meet, it covers
+//! the cell alone or not; where all are clear it is not in the way.
+
+use umbriel_geometry::cut_out::{FaceCutOut, Opacity};
 
 use super::{
     analytic_blocker::{AnalyticBlocker, Influence},
@@ -21,6 +26,8 @@ use crate::report::Verdict;
 pub(crate) struct Blockers<'a, const N: usize> {
     pub(crate) polygons: Vec<PolygonBlocker<N>>,
     pub(crate) bodies: Vec<AnalyticBlocker<'a, N>>,
+    /// Of the polygons that have holes.
+    holes: Vec<FaceCutOut<'a>>,
 }
 
 /// A blocker that is still in question over a cell; what is known of it holds for all parts of the cell.
@@ -57,10 +64,11 @@ impl<'a, const N: usize> Blockers<'a, N> {
     pub(crate) fn new(
         mut polygons: Vec<PolygonBlocker<N>>,
         bodies: Vec<AnalyticBlocker<'a, N>>,
+        holes: Vec<FaceCutOut<'a>>,
         edges: Vec<DirectedEdge>,
     ) -> Self {
         mark_borders(&mut polygons, edges);
-        Self { polygons, bodies }
+        Self { polygons, bodies, holes }
     }
 
     /// All blockers as entries.
@@ -93,7 +101,13 @@ impl<'a, const N: usize> Blockers<'a, N> {
     /// Whether a blocker blocks the point with these (rounded) weights; `None` where the bounds cannot tell.
     pub(crate) fn blocks(&self, entry: Entry, weights: &Weights<N>) -> Option<bool> {
         match entry.blocker() {
-            Blocker::Polygon(index) => self.polygons[index].blocks(weights),
+            Blocker::Polygon(index) => {
+                let polygon = &self.polygons[index];
+                match (polygon.blocks(weights), polygon.holes) {
+                    (Some(true), Some(holes)) => self.holes[holes as usize].is_opaque_on(polygon.way(weights)),
+                    (blocks, _) => blocks,
+                }
+            }
             Blocker::Body(index) => self.bodies[index].blocks(weights),
         }
     }
@@ -101,7 +115,12 @@ impl<'a, const N: usize> Blockers<'a, N> {
     /// The likely answer, for estimates.
     pub(crate) fn probably_blocks(&self, entry: Entry, weights: &Weights<N>) -> bool {
         match entry.blocker() {
-            Blocker::Polygon(index) => self.polygons[index].probably_blocks(weights),
+            Blocker::Polygon(index) => {
+                let polygon = &self.polygons[index];
+                let is_clear =
+                    |holes: u32| self.holes[holes as usize].is_opaque_on(polygon.way(weights)) == Some(false);
+                polygon.probably_blocks(weights) && !polygon.holes.is_some_and(is_clear)
+            }
             Blocker::Body(index) => self.bodies[index].probably_blocks(weights),
         }
     }
@@ -133,13 +152,25 @@ impl<'a, const N: usize> Blockers<'a, N> {
                 covers = false;
             }
         }
-        let influence = if covers { Influence::All } else { Influence::Unknown };
+        let influence = match (polygon.holes, covers) {
+            (None, true) => Influence::All,
+            (None, false) => Influence::Unknown,
+            (Some(holes), _) => {
+                let ways: Vec<_> = hull.corners.iter().map(|weights| polygon.way(weights)).collect();
+                match self.holes[holes as usize].opacity_over(&ways) {
+                    Opacity::Clear => Influence::None,
+                    Opacity::Opaque if covers => Influence::All,
+                    Opacity::Opaque | Opacity::Mixed => Influence::Unknown,
+                }
+            }
+        };
         (influence, Entry { known, ..entry })
     }
 
     /// Whether the winding at some probe survives all borders that cross the cell.
     fn winding_covers(&self, hull: &Hull<N>, entries: &[Entry]) -> bool {
-        let polygons = || entries.iter().filter(|entry| !entry.is_body && !self.polygons[entry.index as usize].edge_on);
+        let winds = |polygon: &PolygonBlocker<N>| !polygon.edge_on && polygon.holes.is_none();
+        let polygons = || entries.iter().filter(|entry| !entry.is_body && winds(&self.polygons[entry.index as usize]));
         let crossing = self.crossing_borders(hull, polygons());
         let survives = |probe: &Weights<N>| {
             let holds = |entry: &&Entry| {

@@ -26,6 +26,9 @@ pub(crate) const FLAT: usize = 4;
 /// From this many blockers in question, the parts of a cell are divided on several threads.
 const PARALLEL_ENTRIES: usize = 256;
 
+/// From this many blockers in question, it is sooner to look up those over a sample than to ask each.
+const LOOK_UP_ENTRIES: usize = 256;
+
 /// How deep to go on one face, and what to keep.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Levels {
@@ -44,6 +47,8 @@ pub(crate) struct FlatFace<'a> {
     pub(crate) lattice: Option<Lattice>,
     /// The exact answer for one point: whether blocker `entry` blocks it.
     pub(crate) blocks_exactly: &'a (dyn Fn(&Blockers<FLAT>, Entry, &Probe) -> bool + Sync),
+    /// The same for all blockers at once, by looking them up.
+    pub(crate) is_blocked: &'a (dyn Fn(f64, f64) -> bool + Sync),
     pub(crate) is_cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -154,7 +159,10 @@ impl FlatFace<'_> {
     fn decide_samples(&self, place: Quadrant, entries: &[Entry], tally: &mut Tally<Units>) {
         let Some(lattice) = &self.lattice else { return };
         for [u, v] in lattice.points(place) {
-            let blocked = entries.iter().any(|&entry| self.blocks(entry, u, v));
+            let blocked = match entries.len() {
+                0..LOOK_UP_ENTRIES => entries.iter().any(|&entry| self.blocks(entry, u, v)),
+                _ => (self.is_blocked)(u, v),
+            };
             tally.samples.samples += 1;
             tally.samples.lit += u64::from(!blocked);
             tally.points += 1;

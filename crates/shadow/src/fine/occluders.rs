@@ -7,7 +7,7 @@
 use std::sync::OnceLock;
 
 use umbriel_bvh::BoxTree;
-use umbriel_geometry::{Aabb, Facets, LightSource, Point, Sign};
+use umbriel_geometry::{Aabb, Facets, LightSource, Point, Sign, cut_out::Opacity};
 
 use super::{
     analytic_blocker::AnalyticBlocker,
@@ -171,7 +171,7 @@ impl<'a> Occluders<'a> {
     /// The candidates measured against a receiver; those that cannot block it after all are left out.
     pub(crate) fn blockers<const N: usize>(&self, candidates: &Candidates, receiver: &Receiver<N>) -> Blockers<'_, N> {
         let mut polygons = Vec::new();
-        let mut edges = Vec::new();
+        let (mut edges, mut holes) = (Vec::new(), Vec::new());
         for &id in &candidates.facets {
             let Body::Flat(facets) = self.bodies.get(id.object as usize) else { continue };
             // From the base on, so that it makes no difference which corner the facet begins with.
@@ -182,8 +182,11 @@ impl<'a> Occluders<'a> {
                 *corner = (facets.point(number), facets.first_at(number));
             }
             let turn = self.turn(id);
-            let Some(blocker) = PolygonBlocker::new(id, &corners[..count], turn, receiver) else { continue };
-            if !blocker.edge_on {
+            let Some(mut blocker) = PolygonBlocker::new(id, &corners[..count], turn, receiver) else { continue };
+            if let Some(cut_out) = facets.holes(id.facet as usize) {
+                blocker.holes = Some(holes.len() as u32);
+                holes.push(cut_out.counted_from(facets.base(id.facet as usize).corner));
+            } else if !blocker.edge_on {
                 let polygon = polygons.len() as u32;
                 for side in 0..count {
                     let ends = [side, (side + 1) % count].map(|corner| corners[corner].1);
@@ -196,7 +199,7 @@ impl<'a> Occluders<'a> {
             Body::Analytic(body) => Some(AnalyticBlocker::new(object, body, self.turns(object)[0], receiver)),
             Body::Flat(_) => None,
         });
-        Blockers::new(polygons, bodies.collect(), edges)
+        Blockers::new(polygons, bodies.collect(), holes, edges)
     }
 
     fn index(&self, object: u32) -> &ObjectIndex {
@@ -210,7 +213,8 @@ impl<'a> Occluders<'a> {
         let trees = self.frames.iter().map(|frame| {
             let mut boxes = Vec::new();
             let mut items = Vec::new();
-            for facet in 0..facets.len() {
+            let blocks = |&facet: &usize| facets.opacity(facet) != Opacity::Clear;
+            for facet in (0..facets.len()).filter(blocks) {
                 let (points, count) = corners_of(facets, facet);
                 if let Some(bounds) = frame.bounds(&points[..count]) {
                     boxes.push(bounds);

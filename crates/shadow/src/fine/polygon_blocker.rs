@@ -35,6 +35,8 @@ pub(crate) struct PolygonBlocker<const N: usize> {
     pub(crate) edge_on: bool,
     /// What each edge is to the sum of all polygons.
     pub(crate) border: [Border; 4],
+    /// Where its holes are listed, if it has any: it blocks where it is opaque only.
+    pub(crate) holes: Option<u32>,
     outline: Outline,
 }
 
@@ -77,7 +79,7 @@ impl<const N: usize> PolygonBlocker<N> {
                 Outline::new(&functions[..side_count]).unwrap_or_else(|| Outline::of_images(corners, receiver))
             }
         };
-        Some(Self { id, functions, side_count, edge_on, border: [Border::default(); 4], outline })
+        Some(Self { id, functions, side_count, edge_on, holes: None, border: [Border::default(); 4], outline })
     }
 
     /// Function `index`: a side's, or [`NEARER`].
@@ -100,7 +102,13 @@ impl<const N: usize> PolygonBlocker<N> {
         self.outline.edge(side, self.side_count)
     }
 
-    /// Whether the polygon blocks the point with these weights; `None` where the bounds cannot tell.
+    /// How the way from a point meets a triangle, as a [`FaceCutOut`](umbriel_geometry::cut_out::FaceCutOut) takes it: what the
+    /// side opposite each corner says.
+    pub(crate) fn way(&self, weights: &Weights<N>) -> [Approx; 3] {
+        [1, 2, 0].map(|opposite| self.functions[opposite].near(weights))
+    }
+
+    /// Whether the polygon, without holes, blocks the point with these weights; `None` where the bounds cannot tell.
     pub(crate) fn blocks(&self, weights: &Weights<N>) -> Option<bool> {
         if self.edge_on {
             return None;
@@ -117,7 +125,7 @@ impl<const N: usize> PolygonBlocker<N> {
         certain.then_some(true)
     }
 
-    /// The likely answer, for estimates.
+    /// The likely answer, for estimates; without holes.
     pub(crate) fn probably_blocks(&self, weights: &Weights<N>) -> bool {
         !self.edge_on
             && self.function_indices().all(|index| {

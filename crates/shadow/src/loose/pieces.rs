@@ -1,4 +1,5 @@
-//! What can stand in the way, numbered through: triangles, halves of parallelograms, analytic bodies as wholes.
+//! What can stand in the way, numbered through: triangles, halves of parallelograms, analytic bodies as wholes. Objects with holes are
+//! left out: what they do to points is asked point by point.
 
 use glam::DVec3;
 use umbriel_geometry::{Aabb, Facet, Facets};
@@ -33,11 +34,14 @@ pub(super) enum Piece {
 }
 
 impl<'a> Pieces<'a> {
-    /// Places every object of the scene. `None` when 32 bits cannot number the pieces.
+    /// Places every object of the scene that has no holes. `None` when 32 bits cannot number the pieces.
     pub(super) fn of(bodies: &'a Bodies) -> Option<Self> {
         let mut pieces = Self { objects: Vec::new(), count: 0, bounds: Aabb::EMPTY };
         for (object, &bounds) in bodies.boxes.iter().enumerate() {
             let body = bodies.get(object);
+            if matches!(body, Body::Flat(facets) if facets.has_holes()) {
+                continue;
+            }
             let (faces, is_halved) = match body {
                 Body::Flat(facets) => (facets.len(), facets.iter().any(|face| face.corners().len() == 4)),
                 Body::Analytic(_) => (1, false),

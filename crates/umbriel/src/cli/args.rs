@@ -61,6 +61,12 @@ pub(crate) struct SceneArgs {
     /// Which sides of faces can be lit [default: as the scene file says, else auto]
     #[arg(long, value_name = "SIDES")]
     pub(crate) sides: Option<SidesChoice>,
+    /// What BLEND materials of a glTF do to light [default: block]
+    #[arg(long, value_name = "WHAT")]
+    pub(crate) blend: Option<BlendChoice>,
+    /// Take the shapes of colliders in place of meshes, as bodies given by formulas
+    #[arg(long)]
+    pub(crate) colliders: bool,
     /// Let the scene name files outside its own folder
     #[arg(long)]
     pub(crate) allow_outside: bool,
@@ -70,6 +76,15 @@ pub(crate) struct SceneArgs {
     /// No progress bar
     #[arg(long)]
     pub(crate) quiet: bool,
+}
+
+/// What BLEND materials do.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum BlendChoice {
+    /// They block as if they were opaque
+    Block,
+    /// They block nothing
+    Ignore,
 }
 
 /// Which lights.

@@ -2,15 +2,15 @@
 
 use std::{path::Path, time::Instant};
 
-use umbriel_geometry::{LightDefect, LightSource};
-use umbriel_io::{DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
-use umbriel_scene::{Light, Scene, Sides};
+use umbriel_geometry::{LightDefect, LightSource, cut_out::Opacity};
+use umbriel_io::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
+use umbriel_scene::{Finding, FindingKind, Light, Scene, Shape, Sides};
 use umbriel_shadow::Detail;
 
 use crate::{
     cli::{
         Failure,
-        args::{DetailArgs, LightArgs, SceneArgs, SidesChoice, Up},
+        args::{BlendChoice, DetailArgs, LightArgs, SceneArgs, SidesChoice, Up},
         glob,
     },
     output::{self, findings},
@@ -50,6 +50,11 @@ pub(crate) fn load_with_layouts(args: &SceneArgs, lightmap_set: Option<u32>) -> 
             SidesChoice::One => Sides::One,
             SidesChoice::Two => Sides::Two,
         }),
+        blend: match args.blend {
+            None | Some(BlendChoice::Block) => Blend::Block,
+            Some(BlendChoice::Ignore) => Blend::Ignore,
+        },
+        colliders: if args.colliders { Colliders::InPlace } else { Colliders::WithoutMesh },
         lightmap_set,
     };
     let file = umbriel_io::load(&args.scene, &options)?;
@@ -117,6 +122,19 @@ pub(crate) fn choose_receivers(scene: &Scene, patterns: &[String]) -> Result<Vec
     }
     let chosen = |name: &str| patterns.is_empty() || patterns.iter().any(|pattern| glob::matches(pattern, name));
     Ok((0..scene.objects.len()).filter(|&object| chosen(&scene.objects[object].name)).collect())
+}
+
+/// Notes that lights with an extent take holes as opaque.
+pub(crate) fn add_masks_as_opaque(scene: &mut Scene) {
+    let masks = scene.objects.iter().filter_map(|object| {
+        let Shape::Mesh(mesh) = &object.shape else { return None };
+        let has_hole = |&triangle: &usize| mesh.opacity(triangle) != Opacity::Opaque;
+        let count = (0..mesh.triangles().len()).filter(has_hole).count();
+        let subject = object.name.clone();
+        (count > 0).then_some(Finding { kind: FindingKind::MaskAsOpaque, subject, count, places: Vec::new() })
+    });
+    let masks: Vec<Finding> = masks.collect();
+    scene.findings.extend(masks);
 }
 
 /// Tells what was taken otherwise than the file says.

@@ -35,6 +35,9 @@ pub(crate) fn run(args: &QueryArgs) -> Result<(), Failure> {
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     // Here lights are what they are.
     loaded.file.scene.findings.retain(|finding| finding.kind != FindingKind::AreaLightAsPoint);
+    if lights.iter().any(|&light| !loaded.file.scene.lights[light].extent.is_point()) {
+        plan::add_masks_as_opaque(&mut loaded.file.scene);
+    }
     let scene = &loaded.file.scene;
     check_forms(&files, lights.iter().map(|&light| &scene.lights[light]))?;
     plan::tell_findings(scene, args.scene.quiet);

@@ -44,6 +44,7 @@ pub(crate) fn run(args: &SoftArgs) -> Result<(), Failure> {
     let receivers = plan::choose_receivers(&loaded.file.scene, &args.receiver)?;
     let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Sums)?;
     loaded.file.scene.findings.retain(|finding| finding.kind != FindingKind::AreaLightAsPoint);
+    plan::add_masks_as_opaque(&mut loaded.file.scene);
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
     let lights = area_lights(scene, &lights, &args.scene.scene)?;

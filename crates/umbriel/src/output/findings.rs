@@ -18,6 +18,7 @@ fn meaning(kind: FindingKind) -> &'static str {
         FindingKind::DuplicateFaces => "triangles that repeat another one",
         FindingKind::MaskAsOpaque => "triangles of a MASK material, taken as opaque",
         FindingKind::BlendAsOpaque => "triangles of a BLEND material, taken as opaque",
+        FindingKind::BlendIgnored => "triangles of a BLEND material, which block nothing",
         FindingKind::SpotAsPoint => "spot lights, taken as point lights",
         FindingKind::AreaLightAsPoint => "lights with an extent, taken as their centres",
         FindingKind::UnknownExtension => "extensions or unknown elements that are not read",
@@ -27,6 +28,9 @@ fn meaning(kind: FindingKind) -> &'static str {
             "shapes without a body here (endless planes, capsules of two radii, hulls of meshes)"
         }
         FindingKind::BrokenRule => "rules of the file's format that are broken, without harm",
+        FindingKind::MissingTexture => {
+            "triangles of a MASK material without a texture that is read, whose alpha counts as one"
+        }
         FindingKind::MissingMaterials => "material libraries that are not there",
         FindingKind::LooksZUp => "the model looks z-up; read it with --up z if its +Z is up",
         FindingKind::NonPlanarPolygons => "polygons whose corners lie in no plane, triangulated all the same",
