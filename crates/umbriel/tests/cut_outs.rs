@@ -69,6 +69,11 @@ fn of_object(report: &Report, object: usize) -> &ObjectReport {
     &report.lights[0].objects[object]
 }
 
+/// Whether a lower bound is all of an object's area but for its rounding outward.
+fn is_all(report: &ObjectReport, lower: f64) -> bool {
+    lower >= report.area - 2.0 * report.area_error && lower > 0.0
+}
+
 #[test]
 fn half_of_a_checkerboard_is_shadow() {
     // Sun overhead and aslant: the shadow is the sheet's own form either way.
@@ -83,7 +88,7 @@ fn half_of_a_checkerboard_is_shadow() {
                 assert!(floor.undecided() <= last, "finer cells prove more");
                 last = floor.undecided();
                 let sheet = of_object(&report, 1);
-                assert_eq!((sheet.area, sheet.lit.lower), (4.0, 4.0), "holes count as area that is lit");
+                assert!(is_all(sheet, sheet.lit.lower) && sheet.area == 4.0, "holes count as area that is lit");
             }
             // What is left are the texels' borders and the diagonal: lines of some 4 · side metres, a cell wide.
             assert!(last < 4.0 * (f64::from(side) + 3.0) * 3.0 * 4.0 / 128.0, "{side} texels: {last} m² undecided");
@@ -139,10 +144,11 @@ fn clear_triangles_block_nothing_and_opaque_ones_as_any() {
     let of = |alpha: u16| {
         let mesh = sheet(cut_out(plain(alpha), Filter::Linear, [Wrap::Repeat; 2]), 1.0);
         let scene = sheet_over_floor(mesh, [0.25, -1.0, -0.5]);
-        of_object(&baked(&scene, 6, CellMethod::Auto), 0).lit
+        let report = baked(&scene, 6, CellMethod::Auto);
+        (of_object(&report, 0).lit, is_all(of_object(&report, 0), of_object(&report, 0).lit.lower))
     };
-    assert_eq!((of(0).lower, of(0).upper), (16.0, 16.0));
-    let whole = of(AlphaMap::ONE);
+    assert!(of(0).1, "{:?}", of(0));
+    let (whole, _) = of(AlphaMap::ONE);
     assert!(whole.lower <= 12.0 && 12.0 <= whole.upper && whole.upper - whole.lower < 1.5, "{whole:?}");
 }
 
@@ -286,7 +292,7 @@ fn passes_ball(centre: DVec3, x: DVec3, to: DVec3) -> Option<bool> {
 #[test]
 fn proofs_and_queries_are_true_by_chance() {
     let (mut judged, mut proved) = (0, [0; 2]);
-    for case in 0..40 {
+    for case in 0..25 {
         let mut dice = Dice::new("cut-outs", case);
         let chance = Chance::new(&mut dice);
         let method = dice.pick(&[CellMethod::Auto, CellMethod::Quadtree, CellMethod::Borders]);
@@ -314,7 +320,7 @@ fn proofs_and_queries_are_true_by_chance() {
             }
         }
     }
-    assert!(judged > 4000 && proved.iter().all(|&count| count > 500), "{judged} judged, {proved:?} dark and lit");
+    assert!(judged > 2500 && proved.iter().all(|&count| count > 300), "{judged} judged, {proved:?} dark and lit");
 }
 
 #[test]
