@@ -48,6 +48,6 @@ pub use progress::{Cancelled, Progress, Silent};
 pub use query::{Answer, Place, Precision, Queries, QueryDefect};
 pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleAnswers, SampleCount, Time, Verdict, Work};
 pub use request::{CellMethod, Detail, Request, Sampling};
-pub use sample_points::{SamplePoint, for_each_sample};
+pub use sample_points::{SamplePoint, for_each_sample, most_samples};
 pub use session::{Change, ChangeDefect, Session, Update};
 pub use soft::{AreaBounds, Fraction, SoftCell, SoftLight, SoftObject, SoftRequest, image as soft_image, soft_bake};

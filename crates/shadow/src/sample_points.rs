@@ -13,7 +13,7 @@ use crate::{
     exact::patch_probe,
     fine::lattice::{Lattice, Spacing},
     levels::FaceSize,
-    receivers::{flat_corners, spacing},
+    receivers::{Lattices, flat_corners, spacing},
     report::place_in_face,
     request::Request,
 };
@@ -60,6 +60,19 @@ pub fn for_each_sample(scene: &Scene, request: &Request, mut visit: impl FnMut(S
                 }
             }
         }
+    }
+}
+
+/// A number that [`bake`](crate::bake)'s samples for `request` do not exceed; their answers take a bit each, at least. Zero if it asks for
+/// none. Cost: one look at every face.
+///
+/// # Panics
+/// If the request names an object that the scene does not have.
+pub fn most_samples(scene: &Scene, request: &Request) -> f64 {
+    let bodies = Bodies::new(scene);
+    match spacing(&bodies, request) {
+        None => 0.0,
+        Some(Spacing::AtMost(spacing) | Spacing::About(spacing)) => Lattices::of(&bodies, request).most_points(spacing),
     }
 }
 

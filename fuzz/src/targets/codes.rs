@@ -24,7 +24,7 @@ pub(super) fn codes(bytes: &[u8]) {
 
 fn are_inverse(bits: u64) {
     assert_eq!(encode2(decode2(bits)), bits);
-    let low = bits & (1 << 63) - 1;
+    let low = bits & (u64::MAX >> 1);
     assert_eq!(encode3(decode3(low)), low);
 }
 

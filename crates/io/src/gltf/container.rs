@@ -50,6 +50,9 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadProblem>
     json.map(|json| (json, binary)).ok_or_else(|| refused("it has no JSON chunk"))
 }
 
+/// The beginning of a file, and whether it is all of it.
+type Beginning = (Rc<Vec<u8>>, bool);
+
 /// The buffers of a document, read when first asked for.
 #[derive(Debug)]
 pub(super) struct Buffers<'a> {
@@ -58,7 +61,7 @@ pub(super) struct Buffers<'a> {
     folder: &'a Folder,
     loaded: Vec<OnceCell<Bytes<'a>>>,
     /// The beginnings of files by their resolved paths, and whether that is all of them: several buffers may name one.
-    files: RefCell<HashMap<PathBuf, (Rc<Vec<u8>>, bool)>>,
+    files: RefCell<HashMap<PathBuf, Beginning>>,
 }
 
 /// The bytes behind a buffer.

@@ -54,6 +54,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
         keep_cells: cells == CellUse::Cells,
         method: CellMethod::Auto,
     };
+    plan::check_samples(scene, &request)?;
     plan::tell_findings(scene, args.scene.quiet);
     let bar = Bar::new(interrupt, args.scene.quiet);
     let report = umbriel_shadow::bake(scene, &request, &bar)?;

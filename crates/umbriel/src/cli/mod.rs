@@ -45,6 +45,7 @@ pub(crate) fn main() -> ExitCode {
 }
 
 fn run(args: &args::Args) -> Result<(), Failure> {
+    take_full_files_as_failed_writes();
     match &args.command {
         args::Command::Info(args) => info::run(args),
         args::Command::Bake(args) => bake::run(args),
@@ -55,6 +56,13 @@ fn run(args: &args::Args) -> Result<(), Failure> {
         args::Command::Soft(args) => soft::run(args),
         args::Command::Doctor(args) => doctor::run(args),
     }
+}
+
+/// A file that reaches the user's limit (`ulimit -f`) ends the process by a signal, unless somebody listens to it; then the write fails.
+fn take_full_files_as_failed_writes() {
+    #[cfg(unix)]
+    // Where listening is impossible, the signal does what it does everywhere.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
 }
 
 fn report(failure: &Failure) -> ExitCode {

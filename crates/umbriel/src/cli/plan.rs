@@ -5,7 +5,7 @@ use std::{path::Path, time::Instant};
 use umbriel_geometry::{LightDefect, LightSource, cut_out::Opacity};
 use umbriel_io::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
 use umbriel_scene::{Finding, FindingKind, Light, Scene, Shape, Sides};
-use umbriel_shadow::Detail;
+use umbriel_shadow::{Detail, Request, most_samples};
 
 use crate::{
     cli::{
@@ -135,6 +135,20 @@ pub(crate) fn add_masks_as_opaque(scene: &mut Scene) {
     });
     let masks: Vec<Finding> = masks.collect();
     scene.findings.extend(masks);
+}
+
+/// As many samples as are computed: their answers take a bit each, so a gibibyte.
+const MOST_SAMPLES: f64 = 8_589_934_592.0;
+
+/// Refuses a spacing at which the answers would not fit into memory.
+pub(crate) fn check_samples(scene: &Scene, request: &Request) -> Result<(), Failure> {
+    let most = most_samples(scene, request);
+    if most <= MOST_SAMPLES {
+        return Ok(());
+    }
+    Err(Failure::Unusable(format!(
+        "up to {most:.0} samples are too many, {MOST_SAMPLES:.0} are possible; take fewer, or a wider spacing"
+    )))
 }
 
 /// Tells what was taken otherwise than the file says.

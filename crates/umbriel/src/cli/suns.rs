@@ -49,6 +49,7 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
         method: CellMethod::Auto,
     };
     let interrupt = &Interrupt::install();
+    plan::check_samples(scene, &request)?;
     plan::tell_findings(scene, args.scene.quiet);
     let bar = Bar::new(interrupt, args.scene.quiet);
     let shining: Vec<TimedLight> = lights.iter().flatten().copied().collect();

@@ -5,6 +5,7 @@ use umbriel_geometry::{Analytic, Cuboid, Rectangle};
 use umbriel_scene::Sides;
 
 use super::*;
+use crate::options::Colliders;
 
 /// The document of [`triangle`] with a skin of two joints on node 0: the joints stand at (0, 5, 0) and (0, 7, 0), their
 /// inverse bind matrices move by −(0, 2, 0) and −(0, 4, 0).
@@ -146,4 +147,20 @@ fn shapes_that_are_no_bodies_are_told() {
     let (mut document, data) = collider(&json!({ "type": "sphere" }), false);
     document["nodes"][1]["extensions"]["KHR_physics_rigid_bodies"]["collider"]["geometry"]["shape"] = json!(3);
     assert!(refused((document, data)).contains("node 1 (\"body\"): it names shape 3"));
+}
+
+#[test]
+fn colliders_stand_for_meshes_where_that_is_wanted() {
+    let with_mesh = || {
+        let (mut document, data) = collider(&json!({ "type": "sphere", "sphere": { "radius": 2 } }), false);
+        document["nodes"][1]["mesh"] = json!(0);
+        (document, data)
+    };
+    let body = |reading: &Reading| {
+        let model = parse_with(with_mesh(), reading).expect("a model");
+        assert_eq!(names(&model), ["node0", "body"]);
+        matches!(model.objects[1].shape, Shape::Analytic(Analytic::Sphere { radius: 2.0 }))
+    };
+    assert!(!body(&Reading::default()), "the mesh");
+    assert!(body(&Reading { colliders: Colliders::InPlace, ..Reading::default() }));
 }

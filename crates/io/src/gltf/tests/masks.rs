@@ -103,7 +103,7 @@ fn transforms_and_other_sets_move_the_texture() {
     assert_eq!(transform(json!({ "offset": [0.5, 0] })), [true, true, true, false]);
     assert_eq!(transform(json!({ "offset": [0, 1], "scale": [1, -1] })), [false, true, true, true], "upside down");
     // A quarter: u' = v, v' = 1 − u. What is met at (u, v) is the texture's (v, 1 − u).
-    let quarter = transform(json!({ "offset": [0, 1], "rotation": 1.5707963267948966 }));
+    let quarter = transform(json!({ "offset": [0, 1], "rotation": std::f64::consts::FRAC_PI_2 }));
     assert_eq!(quarter, [false, true, true, true]);
     let other = model(sheet(|document, data| {
         let places = data.floats(&[[0.25, 0.75]; 4]);
