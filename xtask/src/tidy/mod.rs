@@ -162,7 +162,9 @@ fn unlisted_fixtures(files: &[PathBuf]) -> Result<Vec<String>> {
     let list = fs::read_to_string(crate::fixtures::folder().join("README.md"))?;
     let fixtures = files.iter().filter_map(|file| file.strip_prefix("fixtures").ok());
     let named = fixtures.map(|file| file.display().to_string());
-    let outside = named.filter(|name| name != "README.md" && !name.starts_with("expected/"));
+    // Stored results and the inputs of fuzzing are told as a whole.
+    let is_listed = |name: &String| name != "README.md" && !name.starts_with("expected/") && !name.starts_with("fuzz/");
+    let outside = named.filter(is_listed);
     Ok(outside.filter_map(|name| fixture_defect(&list, &name)).collect())
 }
 
