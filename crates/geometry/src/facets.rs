@@ -14,9 +14,7 @@ use glam::DVec3;
 use crate::{
     aabb::Aabb,
     approx::{Approx, sorted},
-    blocking::{Probe, polygon_blocks},
     brep::{Brep, Convex, Cuboid, HullDefect, canonical_loop},
-    cut_out::{FaceCutOut, Opacity},
     edge_uses::weld,
     light::LightSource,
     mesh::Mesh,
@@ -24,7 +22,7 @@ use crate::{
     point::{ExactPoint, Point},
     predicates::{Target, side_value, symmetric_sum},
     rectangle::Rectangle,
-    ring::{Ring, Sign},
+    ring::Sign,
     topology::Topology,
 };
 
@@ -217,50 +215,12 @@ impl Facets {
         }
     }
 
-    /// Whether any facet has holes.
-    pub fn has_holes(&self) -> bool {
-        matches!(&self.faces, Faces::OfMesh(mesh) if mesh.has_holes())
-    }
-
-    /// Whether a facet has holes.
-    ///
-    /// # Panics
-    /// If there is no such facet.
-    #[inline]
-    pub fn opacity(&self, facet: usize) -> Opacity {
+    /// The mesh that the facets are the triangles of, if that is what they are.
+    pub(crate) fn mesh(&self) -> Option<&Mesh> {
         match &self.faces {
-            Faces::OfMesh(mesh) => mesh.opacity(facet),
-            Faces::Triangles(_) | Faces::Parallelograms(_) => Opacity::Opaque,
+            Faces::OfMesh(mesh) => Some(mesh),
+            Faces::Triangles(_) | Faces::Parallelograms(_) => None,
         }
-    }
-
-    /// How a facet with holes is cut out; `None` for one that is all opaque or all clear.
-    ///
-    /// # Panics
-    /// If there is no such facet.
-    pub fn holes(&self, facet: usize) -> Option<FaceCutOut<'_>> {
-        match &self.faces {
-            Faces::OfMesh(mesh) if mesh.opacity(facet) == Opacity::Mixed => mesh.cut_out(facet),
-            _ => None,
-        }
-    }
-
-    /// Whether an opaque point of a facet lies on the open segment from `x` to the light. Exact.
-    ///
-    /// # Panics
-    /// If there is no such facet.
-    pub fn blocks<R: Ring>(&self, facet: usize, x: &Probe<R>, light: &LightSource) -> bool {
-        if self.opacity(facet) == Opacity::Clear {
-            return false;
-        }
-        let numbers = self.facet(facet).corners();
-        let mut corners = [self.point(numbers[0]); 4];
-        for (point, &corner) in corners.iter_mut().zip(numbers.iter()) {
-            *point = self.point(corner);
-        }
-        let corners = &corners[..numbers.len()];
-        let is_opaque = |holes: FaceCutOut| holes.is_opaque_at([&corners[0], &corners[1], &corners[2]], x, light);
-        polygon_blocks(corners, x, light) && self.holes(facet).is_none_or(is_opaque)
     }
 
     /// All facets.

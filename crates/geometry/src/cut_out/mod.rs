@@ -13,6 +13,7 @@
 //! Cost: some 200 ns a point, microseconds where the filter is in doubt.
 
 mod alpha_map;
+mod placed;
 
 use std::{ops::Range, sync::Arc};
 
