@@ -1,7 +1,7 @@
 //! Cut-outs: triangles with holes where a texture is transparent, as glTF's MASK materials have them.
 //!
 //! A point of such a triangle is opaque, and blocks light, where factor · vertex alpha · texture alpha ≥ cutoff (glTF 2.0 §3.9.4),
-//! the texture as its sampler reads it at the finest level ([`alpha_map`]). Texture coordinates and vertex alphas are affine on the
+//! the texture as its sampler reads it at the finest level ([`AlphaMap`]). Texture coordinates and vertex alphas are affine on the
 //! triangle, by the f64 values of its corners.
 //!
 //! Where a way from x to the light L meets the triangle (a, b, c), the three determinants |b − x, c − x, L − w·x| and so on are to each
