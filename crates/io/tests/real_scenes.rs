@@ -116,7 +116,9 @@ fn gltf_scenes_keep_their_triangles_and_objects() {
         let Some(loaded) = read(name) else { return };
         assert_eq!(loaded.scene.objects.len(), objects, "{name}");
         assert_eq!(triangles(&loaded.scene) as u64, declared_triangles(&document(name)), "{name}");
-        assert_eq!(count(&loaded.scene, FindingKind::BrokenRule), 0, "{name}: {:?}", loaded.scene.findings);
+        // The red of Ingenuity's gold is 1.00000012 and may be 1 at most.
+        let broken = usize::from(name.ends_with("Ingenuity.glb"));
+        assert_eq!(count(&loaded.scene, FindingKind::BrokenRule), broken, "{name}: {:?}", loaded.scene.findings);
     }
 }
 
