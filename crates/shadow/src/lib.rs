@@ -36,6 +36,7 @@ mod soft;
 mod solids;
 mod sums;
 pub mod tradeoff;
+mod triangle_rows;
 
 pub use bake::bake;
 pub use cell_octree::CellOctree;

@@ -103,11 +103,7 @@ impl<'a> Outputs<'a> {
     pub(super) fn new(args: &'a BakeArgs, inputs: &[&Path]) -> Result<Self, Failure> {
         let json_to_stdout = args.json.as_deref() == Some(Path::new("-"));
         let known = [Format::Json, Format::Csv, Format::Vtu, Format::Glb, Format::Png];
-        let mut files = output::targets(&args.output, &known, inputs)?;
-        if let Some(path) = args.json.clone().filter(|_| !json_to_stdout) {
-            output::check_file(&path, inputs)?;
-            output::add_target(&mut files, Target { path, format: Format::Json })?;
-        }
+        let files = output::targets_and_json(&args.output, args.json.as_deref(), &known, inputs)?;
         let (lightmaps, files) = files.into_iter().partition(|file| file.format == Format::Png);
         let (mapped, map_files) = (Vec::new(), Vec::new());
         Ok(Self { files, json_to_stdout, forms: &args.forms, lightmaps, mapped, map_files })

@@ -31,12 +31,7 @@ const MAPS: [usize; 2] = [512, 2048];
 
 pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
     let inputs = [args.scene.scene.as_path()];
-    let mut files = output::targets(&args.output, &[Format::Png], &inputs)?;
-    let json_file = args.json.as_deref().filter(|path| *path != Path::new("-"));
-    if let Some(path) = json_file {
-        output::check_file(path, &inputs)?;
-        output::add_target(&mut files, Target { path: path.to_owned(), format: Format::Json })?;
-    }
+    let files = output::targets_and_json(&args.output, args.json.as_deref(), &[Format::Png], &inputs)?;
     let mut loaded = plan::load(&args.scene)?;
     output::check_unread(&files, &loaded.file.files)?;
     let interrupt = &Interrupt::install();
@@ -52,7 +47,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
     let bar = Bar::new(interrupt, args.scene.quiet);
     let comparison = compare(scene, light, &caster, &view, args, &settings, &bar)?;
     write(&comparison, &files, interrupt)?;
-    let to_stdout = args.json.is_some() && json_file.is_none();
+    let to_stdout = args.json.as_deref() == Some(Path::new("-"));
     output::print(&if to_stdout { comparison.to_json() } else { comparison.to_text() })
 }
 

@@ -167,10 +167,7 @@ impl<'a> Stage<'a> {
         let names: &[MethodName] = if args.method.is_empty() { &MethodName::ALL } else { &args.method };
         let (mut rows, mut shades) = (Vec::new(), Vec::new());
         for &name in names {
-            let (seconds, shade) = match name {
-                MethodName::Cells => self.shade_by_cells()?,
-                _ => self.shade_by_map(name, &mut shader),
-            };
+            let (seconds, shade) = self.shade(name, &mut shader)?;
             rows.push(Row { name: name.text(), seconds, errors: self.errors(&truth, &shade, stride) });
             shades.push(shade);
         }
@@ -189,16 +186,16 @@ impl<'a> Stage<'a> {
         Ok(Compared { comparison, truth, shades })
     }
 
-    /// Time and shades of a method of pictures.
-    fn shade_by_map(&self, name: MethodName, shader: &mut SoftShader) -> (f64, Vec<f32>) {
+    /// Time and shades of a method.
+    fn shade(&self, name: MethodName, shader: &mut SoftShader) -> Result<(f64, Vec<f32>), Failure> {
         let (mut seconds, mut shade) = (f64::INFINITY, Vec::new());
         for _ in 0..if self.plan.args.frames > 1 { 1 } else { RUNS } {
             let begun = Instant::now();
-            let method = self.prepare(name, shader);
+            let Some(method) = self.prepare(name, shader) else { return self.shade_by_cells() };
             shade = shader.shade(&self.points, &method);
             seconds = seconds.min(begun.elapsed().as_secs_f64());
         }
-        (seconds, shade)
+        Ok((seconds, shade))
     }
 
     /// Time of the object-space result on all surfaces, and the shades that its cells give.
@@ -225,10 +222,10 @@ impl<'a> Stage<'a> {
         Ok((begun.elapsed().as_secs_f64(), shades))
     }
 
-    /// What a method makes anew in every frame besides the depth map.
-    fn prepare(&self, name: MethodName, shader: &mut SoftShader) -> SoftMethod {
+    /// What a method of pictures makes anew in every frame besides the depth map; `None` for cells, which have no use for one.
+    fn prepare(&self, name: MethodName, shader: &mut SoftShader) -> Option<SoftMethod> {
         let boxes = |kernel, blockers| SoftMethod::Boxes { kernel, quality: 1.0, blockers, farthest: self.farthest };
-        match name {
+        let method = match name {
             MethodName::Pcf => SoftMethod::Pcf { radius: 0.5 * PCF_SHARE * self.width / self.farthest },
             MethodName::Pcss => SoftMethod::Pcss,
             MethodName::AverageDepth => {
@@ -237,15 +234,15 @@ impl<'a> Stage<'a> {
             }
             MethodName::BoxesFixed => boxes(BoxKernel::Fixed, self.blockers()),
             MethodName::Boxes => boxes(BoxKernel::OwnDistance, self.blockers()),
-            // What is made of cells needs no kernel.
-            MethodName::Cells => SoftMethod::Pcss,
+            MethodName::Cells => return None,
             MethodName::BoxesRefined => {
                 let tolerance = self.plan.args.tolerance.unwrap_or(0.25 * self.width);
                 let refine =
                     |object: &Object| Blocker::refined(&self.space, object, self.farthest, self.width, tolerance);
                 boxes(BoxKernel::OwnDistance, self.casters().into_iter().flatten().flat_map(refine).collect())
             }
-        }
+        };
+        Some(method)
     }
 
     /// The objects that block, by families: everything but single rectangles, which receive.

@@ -31,12 +31,7 @@ const LITERAL_RAYS: u64 = 20_000_000;
 pub(crate) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let inputs = [args.scene.scene.as_path()];
     let known = [Format::Csv, Format::Json, Format::Svg, Format::Png];
-    let mut files = output::targets(&args.output, &known, &inputs)?;
-    let json_file = args.json.as_deref().filter(|path| *path != Path::new("-"));
-    if let Some(path) = json_file {
-        output::check_file(path, &inputs)?;
-        output::add_target(&mut files, Target { path: path.to_owned(), format: Format::Json })?;
-    }
+    let files = output::targets_and_json(&args.output, args.json.as_deref(), &known, &inputs)?;
     let mut loaded = plan::load(&args.scene)?;
     output::check_unread(&files, &loaded.file.files)?;
     let interrupt = &Interrupt::install();
@@ -60,7 +55,7 @@ pub(crate) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         climb(&course, ladder, args, &mut tradeoff, interrupt)?;
     }
     write(&tradeoff, &files, interrupt)?;
-    let to_stdout = args.json.is_some() && json_file.is_none();
+    let to_stdout = args.json.as_deref() == Some(Path::new("-"));
     output::print(&if to_stdout { tradeoff.to_json() } else { tradeoff.to_text() + &advice(&tradeoff, args.error) })
 }
 

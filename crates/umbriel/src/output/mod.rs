@@ -23,7 +23,9 @@ pub(crate) mod vtu;
 
 use std::io::{self, Write};
 
-pub(crate) use target::{Format, Target, add_target, check_file, check_unread, commit_all, file_of_object, targets};
+pub(crate) use target::{
+    Format, Target, add_target, check_file, check_unread, commit_all, file_of_object, targets, targets_and_json,
+};
 
 use crate::cli::Failure;
 

@@ -60,6 +60,21 @@ pub(crate) fn targets(paths: &[PathBuf], formats: &[Format], inputs: &[&Path]) -
     Ok(targets)
 }
 
+/// As [`targets`], with the file that JSON goes to if one was typed; `-` is standard output.
+pub(crate) fn targets_and_json(
+    paths: &[PathBuf],
+    json: Option<&Path>,
+    formats: &[Format],
+    inputs: &[&Path],
+) -> Result<Vec<Target>, Failure> {
+    let mut targets = targets(paths, formats, inputs)?;
+    if let Some(path) = json.filter(|path| *path != Path::new("-")) {
+        check_file(path, inputs)?;
+        add_target(&mut targets, Target { path: path.to_owned(), format: Format::Json })?;
+    }
+    Ok(targets)
+}
+
 /// Adds a file, unless it is there already under whichever name of its folder.
 pub(crate) fn add_target(targets: &mut Vec<Target>, target: Target) -> Result<(), Failure> {
     if targets.iter().any(|other| place(&other.path) == place(&target.path)) {

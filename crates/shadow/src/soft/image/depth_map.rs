@@ -8,6 +8,8 @@ use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 use umbriel_geometry::Facets;
 
+use crate::triangle_rows::columns;
+
 /// Rows that one thread takes at a time.
 const BAND: usize = 32;
 
@@ -191,31 +193,14 @@ impl Projected {
 
     /// Draws the rows of a band that begins with row `first`.
     fn draw(&self, band: &mut [f32], first: usize, size: usize) {
-        let rows = self.rows[0].max(first)..self.rows[1].min(first + band.len() / size);
-        for row in rows {
+        for row in self.rows[0].max(first)..self.rows[1].min(first + band.len() / size) {
+            let Some(columns) = columns(&self.corners, row, size) else { continue };
             let y = row as f64 + 0.5;
-            let Some([low, high]) = self.span(y) else { continue };
-            let column = |x: f64| (x - 0.5).ceil().clamp(0.0, size as f64) as usize;
-            let (from, to) = (column(low), column(high));
-            let line = &mut band[(row - first) * size..][from..to.max(from)];
-            let start = self.inverse.x + self.inverse.z * y + self.inverse.y * (from as f64 + 0.5);
+            let start = self.inverse.x + self.inverse.z * y + self.inverse.y * (columns.start as f64 + 0.5);
+            let line = &mut band[(row - first) * size..][columns];
             for (k, depth) in line.iter_mut().enumerate() {
                 *depth = depth.min((1.0 / (start + self.inverse.y * k as f64)) as f32);
             }
         }
-    }
-
-    /// Between which x the line at y is inside.
-    fn span(&self, y: f64) -> Option<[f64; 2]> {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for k in 0..3 {
-            let (a, b) = (self.corners[k], self.corners[(k + 1) % 3]);
-            if (a.y <= y) != (b.y <= y) {
-                let x = a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y));
-                low = low.min(x);
-                high = high.max(x);
-            }
-        }
-        (low < high).then_some([low, high])
     }
 }
