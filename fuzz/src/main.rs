@@ -6,11 +6,14 @@
 
 #![no_main]
 
-#[path = "../../crates/umbriel/tests/chance/mod.rs"]
+#[allow(dead_code, reason = "the targets use a part of it")]
+#[path = "../../crates/umbriel/tests/judges/chance/mod.rs"]
 mod chance;
-#[path = "../../crates/umbriel/tests/oracle/mod.rs"]
+#[allow(dead_code, reason = "the targets use a part of it")]
+#[path = "../../crates/umbriel/tests/judges/oracle/mod.rs"]
 mod oracle;
-#[path = "../../crates/umbriel/tests/proving/mod.rs"]
+#[allow(dead_code, reason = "the targets use a part of it")]
+#[path = "../../crates/umbriel/tests/judges/proving/mod.rs"]
 mod proving;
 mod targets;
 

@@ -30,7 +30,7 @@ pub(crate) struct Options {
 /// A test of the crate `umbriel` that counts its cases.
 #[derive(Debug)]
 struct Judge {
-    /// The file in `tests`.
+    /// The file in `tests/judges`.
     file: &'static str,
     test: &'static str,
     /// What a case is.
@@ -126,11 +126,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     let asked = JUDGES.iter().filter(|judge| judge.test.contains(&options.judge));
     let mut courses: Vec<Course> = asked.map(|judge| Course { judge, done: 0, time: Duration::ZERO }).collect();
     ensure!(!courses.is_empty(), "no judge has {:?} in its name", options.judge);
-    let mut build = cargo(&["test", "--quiet", "--package", "umbriel", "--no-run"]);
-    for course in &courses {
-        build.args(["--test", course.judge.file]);
-    }
-    succeed(&mut build)?;
+    succeed(&mut cargo(&["test", "--quiet", "--package", "umbriel", "--test", "judges", "--no-run"]))?;
     let begun = Instant::now();
     let is_over = || options.minutes.is_some_and(|minutes| begun.elapsed() >= Duration::from_secs(60 * minutes));
     while !is_over() && courses.iter().any(|course| course.done < course.judge.cases) {
@@ -161,7 +157,8 @@ impl Course {
 }
 
 fn command(judge: &Judge, start: u64, count: u64) -> Command {
-    let mut command = cargo(&["test", "--package", "umbriel", "--test", judge.file, "--", "--exact", judge.test]);
+    let test = format!("{}::{}", judge.file, judge.test);
+    let mut command = cargo(&["test", "--package", "umbriel", "--test", "judges", "--", "--exact", &test]);
     command.env("UMBRIEL_FIRST", start.to_string()).env("UMBRIEL_CASES", count.to_string());
     command
 }
@@ -186,7 +183,8 @@ mod tests {
     #[test]
     fn every_judge_is_a_test_that_counts_its_cases() {
         for Judge { file, test, cases, round, .. } in &JUDGES {
-            let text = fs::read_to_string(root().join(format!("crates/umbriel/tests/{file}.rs"))).expect("a test file");
+            let text = fs::read_to_string(root().join(format!("crates/umbriel/tests/judges/{file}.rs")));
+            let text = text.expect("a test file");
             let (_, body) = text.split_once(&format!("#[test]\nfn {test}()")).expect("a test of that name");
             let body = body.split("\n}\n").next().expect("a body");
             assert!(body.contains("case_numbers("), "{test} does not count");

@@ -7,16 +7,14 @@
 //! are on is told by the published predicate of the crate `robust`. Not one miss is allowed. `UMBRIEL_CASES` sets the number of segments,
 //! `UMBRIEL_FIRST` the first.
 
-mod oracle;
-
 use std::{collections::HashMap, f64::consts::PI, path::Path, sync::Arc};
 
-use glam::{DAffine3, DVec3};
-use oracle::{
+use crate::oracle::{
     case_numbers,
     fixtures::{at, lit_by, object, rectangle, scene},
     hull::hull,
 };
+use glam::{DAffine3, DVec3};
 use umbriel::adversarial::Random;
 use umbriel_bvh::{Segment, TriangleBvh};
 use umbriel_geometry::{LightSource, Mesh, accept_point};

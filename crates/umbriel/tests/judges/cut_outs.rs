@@ -3,13 +3,9 @@
 //! The judge intersects every ray with every triangle in plain floats (Möller and Trumbore 1997) and reads the texture by the
 //! book. Where it is near a border of any kind, it says nothing.
 
-#[path = "oracle/dice.rs"]
-#[allow(dead_code, reason = "the judge uses its own part")]
-mod dice;
-
 use std::sync::Arc;
 
-use dice::Dice;
+use crate::oracle::dice::Dice;
 use glam::{DAffine3, DQuat, DVec3};
 use umbriel_geometry::{
     Analytic, LightSource, Mesh, Placement, Rectangle,

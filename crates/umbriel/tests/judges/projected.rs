@@ -1,12 +1,10 @@
 //! Segments looked up in projected octrees answer what the definition says: all fixtures' meshes against the oracle, under lights
 //! that are in line with corners, edges and faces. `UMBRIEL_CASES` sets the number of segments.
 
-mod oracle;
-
 use std::sync::Arc;
 
+use crate::oracle::{Oracle, cases, dice::Dice, fixtures};
 use glam::DVec3;
-use oracle::{Oracle, cases, dice::Dice, fixtures};
 use umbriel_geometry::Mesh;
 use umbriel_octree::{Layout, Numbering, Projection, ProjectionOptions, Viewpoint};
 use umbriel_scene::Scene;

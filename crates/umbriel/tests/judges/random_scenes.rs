@@ -5,13 +5,9 @@
 //! or two. Points of proved cells are put to the oracle, and to `Queries::lit` as well. What fails is made smaller before
 //! it is shown. `UMBRIEL_CASES` sets the number of scenes.
 
-mod chance;
-mod oracle;
-mod proving;
-
-use chance::{any_light, any_scene};
-use oracle::{Oracle, case_numbers, dice::Dice, fixtures::scene};
-use proving::{Case, point_of};
+use crate::chance::{any_light, any_scene};
+use crate::oracle::{Oracle, case_numbers, dice::Dice, fixtures::scene};
+use crate::proving::{Case, point_of};
 use umbriel_geometry::{LightSource, Mesh};
 use umbriel_scene::{Object, Scene, Shape};
 use umbriel_shadow::{Place, Queries, Verdict};

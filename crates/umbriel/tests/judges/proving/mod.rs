@@ -1,7 +1,5 @@
 //! A baked scene whose proved cells are put to the oracle.
 
-#![allow(dead_code, reason = "every judge uses its own part")]
-
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
 use umbriel_shadow::{Cell, CellMethod, Detail, Report, Request, Silent, Verdict, bake};

@@ -1,13 +1,9 @@
 //! The closed forms themselves, against brute force: formulas by other formulas, by counting points that the definition
 //! puts in shadow, and by sums over many small parts of a body. No library decision takes part.
 
-#[path = "oracle/forms/mod.rs"]
-mod forms;
-mod oracle;
-
 use std::f64::consts::PI;
 
-use forms::{
+use crate::forms::{
     Caster, Lamp,
     chance::{Arrangement, Kind, any_arrangement},
     lit::areas,
@@ -15,8 +11,8 @@ use forms::{
     shadow::{closed, hull_of_disks, shadow},
     support::{Hull, ellipse_area},
 };
+use crate::oracle::{blocking, body::placed, cases, curved::Curved, dice::Dice, number::vector, solids::Solid};
 use glam::{DVec2, DVec3};
-use oracle::{blocking, body::placed, cases, curved::Curved, dice::Dice, number::vector, solids::Solid};
 use umbriel_geometry::{Analytic, LightSource, Placement};
 
 fn source(lamp: Lamp) -> blocking::Lamp {

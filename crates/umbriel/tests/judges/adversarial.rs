@@ -3,14 +3,11 @@
 //! `umbriel::adversarial` makes the questions. Segments are answered by `Queries`, and by the triangle tree where all
 //! surfaces are meshes; cells by both methods; samples by the tiles. `UMBRIEL_CASES` sets how many, `UMBRIEL_FIRST` the first.
 
-mod oracle;
-mod proving;
-
 use std::sync::Arc;
 
+use crate::oracle::{Oracle, case_numbers, dice::Dice, fixtures::lit_by};
+use crate::proving::{Case, point_of};
 use glam::DVec3;
-use oracle::{Oracle, case_numbers, dice::Dice, fixtures::lit_by};
-use proving::{Case, point_of};
 use umbriel::adversarial::{
     Aim, CornerTrial, Edit, Family, FamilyTrial, Random, SegmentTrial, family, history, outline_through_corner, segment,
 };

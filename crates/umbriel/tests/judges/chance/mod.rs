@@ -1,7 +1,5 @@
 //! Random scenes full of exact coincidences.
 
-#![allow(dead_code, reason = "every judge uses its own part")]
-
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use umbriel_geometry::{Analytic, Convex, LightSource, Placement};
 use umbriel_scene::{Object, Scene, Shape, Sides};

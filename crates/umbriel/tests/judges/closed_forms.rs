@@ -12,28 +12,22 @@
 //!
 //! `UMBRIEL_CASES` sets the number of scenes.
 
-#[path = "oracle/floor.rs"]
-mod floor;
-#[path = "oracle/forms/mod.rs"]
-mod forms;
-mod oracle;
-
 use std::f64::consts::PI;
 
-use floor::{Case, Site, judge_all};
-use forms::{
+use crate::floor::{Case, Site, judge_all};
+use crate::forms::{
     Lamp,
     chance::{random_lamp, random_spin},
     level,
     lit::Areas,
     shadow::Shadow,
 };
-use glam::{DAffine3, DMat3, DVec2, DVec3};
-use oracle::{
+use crate::oracle::{
     Oracle, cases,
     dice::Dice,
     fixtures::{cuboid, sphere},
 };
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 use umbriel_scene::Shape;
 
 /// What hovers over the floor.

@@ -4,15 +4,12 @@
 //! 3 to 6; points of decided cells, their corners and edges included, are put to the oracle. `UMBRIEL_CASES` sets the
 //! number of cells, and then each is asked at 100 points.
 
-mod oracle;
-mod proving;
-
-use oracle::{
+use crate::oracle::{
     Oracle, asked_cases, cases,
     dice::Dice,
     fixtures::{all, features, has_gaps, has_triangles, tricky_light},
 };
-use proving::Case;
+use crate::proving::Case;
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
 use umbriel_shadow::{Cell, Verdict};

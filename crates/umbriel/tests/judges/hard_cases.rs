@@ -1,15 +1,12 @@
 //! Scenes that once had, or could easily have, a wrong proof; each says what is special about it.
 
-mod oracle;
-mod proving;
-
-use glam::{DAffine3, DMat3, DVec3};
-use oracle::{
+use crate::oracle::{
     Oracle,
     dice::Dice,
     fixtures::{self, at, cuboid, elsewhere, mesh, object, rectangle, scene, sphere},
 };
-use proving::Case;
+use crate::proving::Case;
+use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
 use umbriel_shadow::{Detail, LitArea, Place, Queries, Request, SamplePoint, Sampling, Silent, bake, for_each_sample};

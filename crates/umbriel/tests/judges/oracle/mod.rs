@@ -7,8 +7,6 @@
 //! The environment variable `UMBRIEL_CASES` sets how many cases a judge looks at, in place of its own small number;
 //! `UMBRIEL_FIRST` the number of the first one, for judges that count.
 
-#![allow(dead_code, reason = "every judge uses its own part of the oracle")]
-
 pub(crate) mod blocking;
 pub(crate) mod body;
 pub(crate) mod curved;

@@ -4,11 +4,8 @@
 //! and as f32 say them, an ulp beside, in space, in clusters and strewn; free and with normals. `UMBRIEL_CASES` sets the
 //! number of scenes.
 
-mod chance;
-mod oracle;
-
-use chance::{any_light, any_scene};
-use oracle::{cases, dice::Dice, fixtures};
+use crate::chance::{any_light, any_scene};
+use crate::oracle::{cases, dice::Dice, fixtures};
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
 use umbriel_shadow::{Place, Points, PointsError, Queries, QueryDefect, Silent};

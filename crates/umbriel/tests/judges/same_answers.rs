@@ -3,20 +3,16 @@
 //!
 //! None of them changes a bit of cells or of areas; `metamorphic` asks for more ways and more changes in fewer scenes.
 
-mod chance;
-mod oracle;
-mod proving;
-
 use std::{collections::BTreeMap, sync::Arc};
 
-use chance::{any_light, any_scene};
-use glam::{DAffine3, DMat3, DVec3};
-use oracle::{
+use crate::chance::{any_light, any_scene};
+use crate::oracle::{
     cases,
     dice::Dice,
     fixtures::{elsewhere, scene, with_sides},
 };
-use proving::Case;
+use crate::proving::Case;
+use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{LightSource, Mesh};
 use umbriel_scene::{Scene, Shape};
 use umbriel_shadow::{Cell, ObjectReport, Verdict};

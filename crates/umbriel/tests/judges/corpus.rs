@@ -1,18 +1,11 @@
 //! The stored corpora of the fuzz targets, input by input: what once was looked at stays right.
 
-#[path = "../../../fuzz/src/targets/mod.rs"]
-mod targets;
-
-mod chance;
-mod oracle;
-mod proving;
-
 use std::{fs, panic, path::Path};
 
 #[test]
 fn every_stored_input_is_taken_well() {
     let corpora = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/fuzz");
-    for (name, target) in targets::TARGETS {
+    for (name, target) in crate::targets::TARGETS {
         let mut inputs = 0;
         for entry in fs::read_dir(corpora.join(name)).unwrap_or_else(|error| panic!("the corpus of {name}: {error}")) {
             let path = entry.expect("an entry").path();

@@ -9,29 +9,23 @@
 //!
 //! `UMBRIEL_CASES` sets the number of scenes.
 
-#[path = "oracle/floor.rs"]
-mod floor;
-#[path = "oracle/forms/mod.rs"]
-mod forms;
-mod oracle;
-
 use std::f64::consts::PI;
 
-use floor::{Case, Site, baked, holds, judge_all};
-use forms::{
+use crate::floor::{Case, Site, baked, holds, judge_all};
+use crate::forms::{
     Caster,
     chance::{Arrangement, Kind, any_arrangement},
     coaxial::{hidden_from_lamp, under_a_sun},
     lit::{Areas, areas},
     shadow::{Shadow, shadow},
 };
-use glam::{DAffine3, DMat3, DVec3};
-use oracle::{
+use crate::oracle::{
     cases,
     dice::Dice,
     fixtures::{analytic as shape, lit_by, object, scene},
     graze::scaled,
 };
+use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{Analytic, LightSource};
 use umbriel_scene::{Scene, Shape};
 

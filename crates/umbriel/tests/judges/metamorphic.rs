@@ -5,18 +5,15 @@
 //! (triangles cut at points that are floats), the bounds overlap and the same points have the same answers.
 //! `UMBRIEL_CASES` sets the number of scenes, `UMBRIEL_FIRST` the first.
 
-mod chance;
-mod oracle;
-
 use std::{ops::Range, sync::Arc};
 
-use chance::{any_light, any_scene};
-use glam::{DAffine3, DMat3, DVec3};
-use oracle::{
+use crate::chance::{any_light, any_scene};
+use crate::oracle::{
     case_numbers,
     dice::Dice,
     fixtures::{has_triangles, lit_by, scene, with_sides},
 };
+use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{LightSource, Mesh, simd::Level};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 use umbriel_shadow::{CellMethod, Detail, ObjectReport, Place, Points, Queries, Request, Sampling, Silent, bake};
@@ -347,7 +344,7 @@ fn an_object_that_cannot_matter() {
         let mut larger = whole.clone();
         larger.objects.push(with_sides(
             "bystander",
-            oracle::fixtures::mesh(&tile, &[[0, 1, 2]]),
+            crate::oracle::fixtures::mesh(&tile, &[[0, 1, 2]]),
             DAffine3::IDENTITY,
             Sides::Two,
         ));

@@ -4,20 +4,16 @@
 //! The scenes are those of the random judge, full of exact coincidences, and the fixtures. `UMBRIEL_CASES` sets the number
 //! of scenes.
 
-mod chance;
-mod oracle;
-mod proving;
-
 use std::collections::HashMap;
 
-use chance::{any_light, any_scene};
-use glam::DAffine3;
-use oracle::{
+use crate::chance::{any_light, any_scene};
+use crate::oracle::{
     Oracle, cases,
     dice::Dice,
     fixtures::{all, features, mesh, rectangle, scene, tricky_light, with_sides},
 };
-use proving::Case;
+use crate::proving::Case;
+use glam::DAffine3;
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Scene, Sides};
 use umbriel_shadow::{Cell, CellMethod, ObjectReport, Verdict};

@@ -4,24 +4,17 @@
 //! samples are taken in tiles. What has a closed form is held against it as well. `UMBRIEL_CASES` sets how many points of
 //! each scene are judged.
 
-mod oracle;
-mod proving;
-
-#[path = "extremes/lights.rs"]
 mod lights;
-#[path = "extremes/places.rs"]
 mod places;
-#[path = "extremes/range.rs"]
 mod range;
-#[path = "extremes/shapes.rs"]
 mod shapes;
 
-use oracle::{
+use crate::oracle::{
     Oracle, cases,
     dice::Dice,
     fixtures::{has_triangles, lit_by},
 };
-use proving::Case;
+use crate::proving::Case;
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
 use umbriel_shadow::{Detail, Place, Queries, Report, Request, Sampling, Silent, bake, for_each_sample};

@@ -4,16 +4,14 @@
 //! apexes and rims, lines in the planes of caps and along axes, with ends on the surface, or any of these moved by an
 //! ulp or two. `UMBRIEL_CASES` sets the number of segments for each kind of body.
 
-mod oracle;
-
-use glam::DVec3;
-use oracle::{
+use crate::oracle::{
     blocking::{Lamp, Place},
     cases,
     dice::Dice,
     graze::{Segment, Subject, Target, aimed_light, maps, segment, short_segment, subjects},
     number::vector,
 };
+use glam::DVec3;
 use umbriel_geometry::{Analytic, Dyadic, LightSource, PlacedAnalytic, Placement, Sign, blocking::Probe};
 
 /// What the definition says.

@@ -291,12 +291,6 @@ impl Curved {
         !light.is_at(x) && self.pieces.iter().any(|piece| piece.blocks(&local, &local_light, &x.radicand))
     }
 
-    /// Whether x lies on the surface.
-    pub(crate) fn holds(&self, x: &Place) -> bool {
-        let local = self.pulled_back(x);
-        self.pieces.iter().any(|piece| piece.holds(&local, &x.radicand))
-    }
-
     /// Whether the point x of one piece lies on that piece.
     pub(crate) fn piece_holds(&self, piece: usize, x: &Place) -> bool {
         self.pieces[piece].holds(&self.pulled_back(x), &x.radicand)

@@ -3,9 +3,7 @@
 //! Random points of small scenes under random and adversarial lights: segments through corners, along edges, within
 //! faces, tangent to spheres, and the same moved by an ulp or two. `UMBRIEL_CASES` sets the number of surface points.
 
-mod oracle;
-
-use oracle::{Oracle, cases, dice::Dice, fixtures};
+use crate::oracle::{Oracle, cases, dice::Dice, fixtures};
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
 use umbriel_shadow::{Answer, Place, Precision, Queries};

@@ -18,12 +18,10 @@
 //! The meshes are divided by meridians and parallels: convex by construction, with flat quadrilaterals cut in two.
 //! *Rounding.* As in `closed_forms.rs`: 10^-12 of the area; a sum over 10^4 triangles stays within it.
 
-mod oracle;
-
 use std::{collections::HashMap, f64::consts::PI};
 
+use crate::oracle::fixtures::{at, lit_by, mesh as mesh_of, object, rectangle, scene, sphere};
 use glam::DVec3;
-use oracle::fixtures::{at, lit_by, mesh as mesh_of, object, rectangle, scene, sphere};
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Scene, Shape};
 use umbriel_shadow::{Detail, LitArea, Request, Silent, bake};

@@ -1,16 +1,12 @@
 //! The oracle itself, on cases with answers known by hand.
 
-mod oracle;
-#[path = "oracle/solids_by_hand.rs"]
-mod solids_by_hand;
-
 use glam::{DAffine3, DVec3};
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Object, Sides};
 
-use oracle::{
+use crate::oracle::{
     Oracle,
     body::closed_faces,
     dice::Dice,

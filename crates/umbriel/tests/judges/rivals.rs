@@ -1,13 +1,11 @@
 //! The rivals against the oracle: what should be right is, and what is wrong is wrong for the reason that is told.
 
-mod oracle;
-
-use glam::DAffine3;
-use oracle::{
+use crate::oracle::{
     Oracle, cases,
     dice::Dice,
     fixtures::{all, at, cuboid, has_triangles, lit_by, object, rectangle, scene, sphere, tetrahedron, with_sides},
 };
+use glam::DAffine3;
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Object, Scene, Shape, Sides};
 use umbriel_shadow::{
