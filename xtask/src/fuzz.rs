@@ -46,7 +46,7 @@ const TARGETS: [(&str, usize); 10] = [
 /// What turns counters on.
 const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
-    -Cllvm-args=-sanitizer-coverage-trace-compares -Ccodegen-units=1 --cfg fuzzing";
+    -Cllvm-args=-sanitizer-coverage-trace-compares --cfg fuzzing";
 
 /// One input may take so long, seconds, and all of the program so much memory, MiB.
 const SECONDS: u32 = 5;

@@ -42,19 +42,12 @@ impl Dyadic {
         Self { mantissa: BigInt::zero(), exponent: 0 }
     }
 
-    /// The float nearest to the exact value or one beside it, with a bound on the difference; exact when it fits in
-    /// 53 bits. The sign of the float is the exact sign.
+    /// The float nearest to the exact value with a bound on the difference; exact when it fits in 53 bits. The sign of the
+    /// float is the exact sign.
     pub fn to_approx(&self) -> Approx {
-        let bits = self.mantissa.bits();
-        if bits == 0 {
-            return Approx::exact(0.0);
-        }
-        let surplus = bits.saturating_sub(53);
-        let head: BigInt = &self.mantissa >> surplus;
-        let cut = surplus > 0 && (&head << surplus) != self.mantissa;
-        let value = scale_by_power_of_two(big_to_f64(&head), self.exponent + surplus as i64);
-        // `>>` rounds towards minus infinity, so less than one unit of the last place of `value` was cut.
-        Approx { value, error: if cut { value.abs() * f64::EPSILON } else { 0.0 } }
+        let value = self.to_nearest();
+        let is_float = self.mantissa.bits() - self.mantissa.trailing_zeros().unwrap_or(0) <= 53;
+        Approx { value, error: if is_float { 0.0 } else { value.abs() * f64::EPSILON } }
     }
 
     /// The float nearest to the exact value, ties to even.

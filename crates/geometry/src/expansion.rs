@@ -109,11 +109,22 @@ impl<const N: usize> Expansion<N> {
         product
     }
 
-    /// The nearest float or one beside it. Parts are added smallest first: all but the last rounding concern sums below an
-    /// ulp of the last part, so one ulp covers them.
+    /// The nearest float, ties to even, whatever the parts it is the sum of; exact where it is the sum.
+    ///
+    /// From the largest part down: what lies below a part is less than that part's last bit, so once a sum is rounded, it only
+    /// says which way a tie goes.
     fn to_approx(self) -> Approx {
-        let value: f64 = self.parts().iter().sum();
-        Approx { value, error: if self.len > 1 { value.abs() * f64::EPSILON } else { 0.0 } }
+        let mut parts = self.parts().iter().rev();
+        let (mut value, mut rest) = (0.0, 0.0);
+        while rest == 0.0 {
+            let Some(&part) = parts.next() else { return Approx::exact(value) };
+            [value, rest] = two_sum(value, part);
+        }
+        let beyond = value + 2.0 * rest;
+        let is_tie = beyond - value == 2.0 * rest;
+        let goes_beyond = parts.next().is_some_and(|part| (*part > 0.0) == (rest > 0.0));
+        let value = if is_tie && goes_beyond { beyond } else { value };
+        Approx { value, error: value.abs() * f64::EPSILON }
     }
 }
 
@@ -145,6 +156,7 @@ mod tests {
     fn check(rows: &[[[f64; 2]; 3]; 3]) {
         let (found, exact) = (determinant(rows), exact(rows));
         assert_eq!(found.sign(), Some(exact.sign()), "{rows:?}");
+        assert_eq!((found.value, found.error == 0.0), (exact.to_nearest(), exact.to_approx().error == 0.0), "{rows:?}");
         let off = Dyadic::new(found.value) - exact;
         let off = if off.sign() == crate::Sign::Negative { -off } else { off };
         assert_ne!((off - Dyadic::new(found.error)).sign(), crate::Sign::Positive, "{rows:?}");

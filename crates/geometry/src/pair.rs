@@ -22,7 +22,7 @@ use crate::{
 /// Covers the rounding of the error terms: non-negative numbers that go through fewer than twelve operations in a row.
 const ERROR_PADDING: f64 = 1.0 + 16.0 * UNIT_ROUNDOFF;
 
-/// `value + rest`, where `rest` is at most half an ulp of `value`, with a bound.
+/// `value + rest`, where `rest` is at most half an ulp of a `value` above [`UNDERFLOW_LIMIT`], with a bound.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pair {
     value: f64,
@@ -49,9 +49,28 @@ impl Pair {
         (self.value.abs() * 0.5 > self.error || self.error == 0.0).then(|| Sign::of(self.value))
     }
 
-    /// The float of the pair; has a sign where the pair has one.
+    /// The float of the pair.
     pub(crate) fn to_approx(self) -> Approx {
         Approx { value: self.value, error: (self.rest.abs() + self.error) * ERROR_PADDING }
+    }
+
+    /// The number to about the nearest multiple of `grid`, a power of two, or to the nearest float where floats are farther apart. Where
+    /// the bound is far below `grid`, the way that the number was computed does not show.
+    ///
+    /// `None` where the bound is above a quarter of `grid`, or the number too near to zero for its sign to be told.
+    pub(crate) fn on_grid(self, grid: f64) -> Option<Approx> {
+        if self.is_float() && self.value == 0.0 {
+            return Some(Approx::exact(0.0));
+        }
+        let floats_are_farther_apart = self.value.abs() * UNIT_ROUNDOFF >= grid;
+        if floats_are_farther_apart && self.error <= grid {
+            return Some(Approx { value: self.value, error: self.value.abs() * f64::EPSILON });
+        }
+        // Floats of the size of the shift are multiples of the grid.
+        let shift = 1.5 / f64::EPSILON * grid;
+        let value = (self.value + shift) - shift;
+        let is_told = (self.rest.abs() + self.error) * ERROR_PADDING <= 0.25 * grid && value.abs() > grid;
+        is_told.then_some(Approx { value, error: grid })
     }
 
     /// The sum of at most eight floats, best from the smallest to the largest. Each `two_sum` is exact, so what the sum and
@@ -94,7 +113,8 @@ impl Add for Pair {
         if self.is_float() && other.is_float() {
             return Self::in_range(two_sum(self.value, other.value), 0.0);
         }
-        Self::sum_of(&[self.rest, other.rest, self.value, other.value], self.error + other.error)
+        let (small, large) = if self.value.abs() <= other.value.abs() { (self, other) } else { (other, self) };
+        Self::sum_of(&[small.rest, large.rest, small.value, large.value], self.error + other.error)
     }
 }
 
@@ -136,6 +156,13 @@ impl Decide for Pair {
         Self::exact(value)
     }
 
+    /// The two smaller ones first.
+    fn sum_of_three(mut terms: [Self; 3]) -> Self {
+        terms.sort_by(|a, b| a.value.abs().total_cmp(&b.value.abs()));
+        let [small, medium, large] = terms;
+        small + medium + large
+    }
+
     fn decide(&self) -> Option<Sign> {
         self.sign()
     }
@@ -159,9 +186,18 @@ mod tests {
         let off = Dyadic::new(pair.value) + Dyadic::new(pair.rest) - exact.clone();
         let off = if off.sign() == Sign::Negative { -off } else { off };
         assert_ne!((off - Dyadic::new(pair.error)).sign(), Sign::Positive, "{pair:?} {exact:?}");
-        assert_eq!(pair.value, pair.value + pair.rest, "the rest is below half an ulp");
+        let is_normal = pair.value.abs() >= UNDERFLOW_LIMIT;
+        assert!(!is_normal || pair.value == pair.value + pair.rest, "the rest is below half an ulp: {pair:?}");
         if let Some(sign) = pair.sign() {
-            assert_eq!((sign, pair.to_approx().sign()), (exact.sign(), Some(sign)), "{pair:?} {exact:?}");
+            assert_eq!(sign, exact.sign(), "{pair:?} {exact:?}");
+        }
+        for fraction in [1.0, 2f64.powi(-30), 2f64.powi(-60), 2f64.powi(-110)] {
+            let grid = f64::from_bits((pair.value * fraction).to_bits() & f64::INFINITY.to_bits());
+            let Some(rounded) = pair.on_grid(grid) else { continue };
+            let off = Dyadic::new(rounded.value) - exact.clone();
+            let off = if off.sign() == Sign::Negative { -off } else { off };
+            assert_ne!((off - Dyadic::new(rounded.error)).sign(), Sign::Positive, "{pair:?} {rounded:?}");
+            assert_eq!(rounded.sign(), Some(exact.sign()), "{pair:?} {rounded:?}");
         }
         pair
     }

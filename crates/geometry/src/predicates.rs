@@ -58,12 +58,12 @@ pub fn side_value(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
         Some(_) => Some(filtered),
         None => are_on_two_lines(a, b, c, x).then_some(Approx::exact(0.0)),
     };
-    if known.is_none() {
-        let pair = side_pair([a, b, c].map(Pair::of_point), x);
-        if pair.sign().is_some() {
-            count(Level::Pair, 1);
-            return pair.to_approx();
-        }
+    if known.is_none()
+        && let grid = power_of_two_below(filtered.error * PAIR_GRID)
+        && let Some(value) = side_pair([a, b, c].map(Pair::of_point), x).on_grid(grid)
+    {
+        count(Level::Pair, 1);
+        return value;
     }
     if known.is_none()
         && let Some(rows) = rows_of_floats(a, b, c, x)
@@ -78,6 +78,14 @@ pub fn side_value(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
         };
         exact_side::<Dyadic>(&a.to_exact(), &b.to_exact(), &c.to_exact(), &exact).to_approx()
     })
+}
+
+/// What pairs tell is rounded to this share of the filter's bound, which no order of the axes changes: some 2^20 times what
+/// pairs may lose.
+const PAIR_GRID: f64 = f64::EPSILON * (1 << 22) as f64;
+
+fn power_of_two_below(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits())
 }
 
 /// Whether coordinates alone tell that the four are in one plane: they lie on two lines along the same axis, as the corners of
@@ -204,6 +212,7 @@ fn exact_vector(v: DVec3) -> [Approx; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3Swizzles;
     use proptest::prelude::*;
 
     #[test]
@@ -285,6 +294,29 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn the_value_is_the_same_whatever_the_axes(
+            p in proptest::array::uniform12(-8i32..8), third in any::<bool>(), ulps in -2i64..=2, s in 0i32..4, t in 0i32..4,
+        ) {
+            let unit = if third { 1.0 / 3.0 } else { 0.125 };
+            let [a, b, c, off] = [0, 1, 2, 3].map(|i| DVec3::from_array([0, 1, 2].map(|k| f64::from(p[3 * i + k]) * unit)));
+            // Near the plane of the others, so that all levels are reached, or a light anywhere.
+            let mut x = a + (b - a) * (0.25 * f64::from(s)) + (c - a) * (0.25 * f64::from(t));
+            if x.y != 0.0 {
+                x.y = f64::from_bits(x.y.to_bits().wrapping_add_signed(ulps));
+            }
+            let value = |map: &dyn Fn(DVec3) -> DVec3| {
+                let [a, b, c, x] = [a, b, c, x].map(|point| Point::exact(map(point)));
+                let light = LightSource::point(map(off).to_array()).expect("a lamp");
+                [Target::Point(&x), Target::Light(&light)].map(|target| side_value(&a, &b, &c, target))
+            };
+            let whole = value(&|v| v);
+            prop_assert_eq!(value(&|v| v.yzx()), whole);
+            prop_assert_eq!(value(&|v| v.zxy()), whole);
+            prop_assert_eq!(value(&|v| v.zyx()), whole.map(|side| -side));
+            prop_assert_eq!(value(&|v| DVec3::new(v.x, -v.y, v.z)), whole.map(|side| -side));
+        }
+
         #[test]
         fn points_on_two_lines_are_in_one_plane(
             p in proptest::array::uniform12(0usize..3), is_sun in any::<bool>(),

@@ -5,14 +5,15 @@
 //! (Davis & Rabinowitz, "Methods of Numerical Integration", §2.7); c is bounded by interval Taylor series. A cell whose
 //! bound is too wide is quartered.
 
-use glam::DVec3;
-
 use super::{
     chart::{Chart, Kind, Occupied, quarter_direction},
     jet::Jet,
     outline::Outline,
 };
-use crate::{approx::Approx, placement::Placement};
+use crate::{
+    approx::{Approx, sorted},
+    placement::Placement,
+};
 
 /// Relative width at which a bound is good enough.
 const GOOD: f64 = 1e-8;
@@ -102,8 +103,9 @@ impl<'a> PatchArea<'a> {
     fn at_most(&self, edge: f64) -> Approx {
         let Kind::Graph(graph) = &self.chart.kind else { return Approx::UNKNOWN };
         let normal = graph.greatest_normal();
-        let image = self.cofactors.map(|row| (0..3).map(|k| row[k].upper().max((-row[k]).upper()) * normal[k]).sum());
-        let most = DVec3::from_array(image).length() * edge * edge * (1.0 + 8.0 * f64::EPSILON);
+        let reach = |row: [Approx; 3]| (0..3).map(|k| row[k].upper().max((-row[k]).upper()) * normal[k]).sum::<f64>();
+        let [least, middle, greatest] = sorted(self.cofactors.map(|row| reach(row) * reach(row)));
+        let most = (least + middle + greatest).sqrt() * edge * edge * (1.0 + 8.0 * f64::EPSILON);
         Approx { value: 0.5 * most, error: 0.5 * most }
     }
 
@@ -184,11 +186,10 @@ impl<'a> PatchArea<'a> {
     }
 }
 
-/// Smallest square first, so that the world's axes may change places.
+/// The world's axes may change places: so may the terms of each sum.
 fn length_squared<const K: usize>(vector: &[Jet<K>; 3]) -> Jet<K> {
-    let mut squares = vector.map(|coordinate| coordinate * coordinate);
-    squares.sort_by(|a, b| a.0[0].value.total_cmp(&b.0[0].value));
-    squares[0] + squares[1] + squares[2]
+    let squares = vector.map(|coordinate| coordinate * coordinate);
+    Jet(std::array::from_fn(|k| Approx::sum_of_three([0, 1, 2].map(|axis| squares[axis].0[k]))))
 }
 
 /// A number with some units roundoff of its size, which is at most one.
@@ -218,9 +219,8 @@ fn solid_angle(origin: &[f64; 3], along: &[[f64; 3]; 2], at: [f64; 2], edge: f64
 fn common_stretch(cofactors: &[[Approx; 3]; 3]) -> Option<Approx> {
     // Smallest product first, so that the world's axes may change places.
     let product = |k: usize, l: usize| {
-        let mut products = [0, 1, 2].map(|row: usize| cofactors[row][k].value * cofactors[row][l].value);
-        products.sort_by(f64::total_cmp);
-        products[0] + products[1] + products[2]
+        let [least, middle, greatest] = sorted([0, 1, 2].map(|row| cofactors[row][k].value * cofactors[row][l].value));
+        least + middle + greatest
     };
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     for k in 0..3 {
