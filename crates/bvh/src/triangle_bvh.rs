@@ -83,6 +83,11 @@ impl TriangleBvh {
         self.mesh.triangles()[triangle as usize].map(|index| self.mesh.positions()[index as usize])
     }
 
+    /// Bytes that the tree takes, without its mesh.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.parts.nodes) + size_of_val(&*self.parts.packs)
+    }
+
     /// Checks the tree against its mesh: boxes nest, every triangle is there once, the depth is bounded. O(n).
     ///
     /// # Errors
@@ -109,7 +114,7 @@ impl TriangleBvh {
         let way = Way { origin, direction, end: t_max, slack: 0.0 };
         let local = LocalRay::new(&self.parts.frame, &way, self.parts.corner_error)?;
         let ray = TriangleRay::new(origin, direction)?;
-        simd::dispatch(Nearest { bvh: self, ray, local, t_max })
+        simd::dispatch(&mut Nearest { bvh: self, ray, local, t_max })
     }
 }
 

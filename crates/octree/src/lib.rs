@@ -36,7 +36,7 @@ pub use morton::{Code, Octant, Quadrant, decode2, decode3, encode2, encode3};
 pub use partition::{Gap, Partition};
 pub use projection::{
     Layout, NotOfView, Numbering, ProjectedSegments, Projection, ProjectionDefect, ProjectionOptions, ProjectionReport,
-    Viewpoint,
+    Renewal, Viewpoint,
 };
 pub use quad::Face;
 pub use solid::{CubesDiffer, SolidOctree, SolidView, VolumeBounds};

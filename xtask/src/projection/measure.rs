@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use glam::DVec3;
 use serde::Serialize;
 use umbriel_bvh::{Hit, TriangleBvh};
@@ -58,7 +58,7 @@ pub(super) struct Figure {
     /// Seconds of building, on one thread.
     pub(super) build: f64,
     /// Bytes of what the method uses.
-    pub(super) bytes: Option<usize>,
+    pub(super) bytes: usize,
     /// How many rays hit, or points are blocked: the same for all methods.
     pub(super) hits: u64,
 }
@@ -66,7 +66,7 @@ pub(super) struct Figure {
 /// The figures of a set of rays.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Row {
-    pub(super) model: &'static str,
+    pub(super) model: String,
     pub(super) triangles: usize,
     pub(super) rays: Rays,
     /// Rays along a side of the picture.
@@ -120,39 +120,91 @@ impl Questions {
 /// How far along the way to the surface a point lies.
 const OFF_THE_SURFACE: f64 = 1.0 - 1.0 / (1 << 16) as f64;
 
-/// For how many times the rays maps are built: time of building stands apart, so finer ones may be the better ones.
-const FINENESS: [u64; 2] = [1, 16];
+/// For how many times the rays maps are built: time of building stands apart, so finer ones are better ones.
+const FINENESS: u64 = 4;
 
-/// Runs of which the quickest counts.
+/// Runs of which the quickest counts while the best depth is searched.
 const RUNS: usize = 2;
 
-/// The three methods on one set of rays.
-pub(super) fn row(model: &Model, bvh: &(TriangleBvh, f64), rays: Rays, side: u64, levels: &[u8]) -> Result<Row> {
+/// Runs in turn by which the methods are compared in the end.
+const ROUNDS: usize = 3;
+
+/// A projection, and the seconds that it took.
+struct Built {
+    level: u8,
+    projection: Projection,
+    seconds: f64,
+}
+
+/// The three methods on one set of rays, those with an octree at their best depths.
+pub(super) fn row(model: &Model, bvh: &(TriangleBvh, f64), rays: Rays, side: u64) -> Result<Row> {
     let questions = Questions::new(model, &bvh.0, rays, side);
-    let mut best: [Option<Figure>; 2] = [None, None];
-    let variants = levels.iter().flat_map(|&level| FINENESS.map(|times| (level, times)));
-    for (max_level, times) in variants {
-        let expected = questions.len() as u64 * times;
-        let options = ProjectionOptions { max_level, rays: expected, ..ProjectionOptions::default() };
+    let usual = ProjectionOptions::level_for(model.mesh.triangles().len());
+    let build = |level: u8, expected: u64| -> Result<Built> {
+        let options = ProjectionOptions { max_level: level, rays: expected, ..ProjectionOptions::default() };
         let viewpoint = rays.viewpoint(model);
-        let (projection, build) = timed(|| Projection::build(Arc::clone(&model.mesh), viewpoint, &options));
-        let projection = projection?;
-        let report = projection.report();
-        let methods = if times == FINENESS[0] { &[Method::Maps, Method::Octree][..] } else { &[Method::Maps] };
-        for (&method, best) in methods.iter().zip(&mut best) {
-            let (seconds, hits) = quickest(|| by_projection(&projection, method, &questions));
-            if best.as_ref().is_none_or(|known| seconds < known.seconds) {
-                let maps = if method == Method::Maps { report.map_bytes } else { 0 };
-                let bytes = Some(report.tree_bytes + maps);
-                *best = Some(Figure { method, depth: Some(max_level), seconds, build: build.cpu, bytes, hits });
-            }
+        let (built, time) = timed(|| Projection::build(Arc::clone(&model.mesh), viewpoint, &options));
+        Ok(Built { level, projection: built?, seconds: time.cpu })
+    };
+    let expected = questions.len() as u64 * FINENESS;
+    let measure = |method| {
+        let questions = &questions;
+        move |built: &Built| quickest(|| by_projection(&built.projection, method, questions)).0
+    };
+    let maps = at_best(usual, &|level| build(level, expected), &measure(Method::Maps))?;
+    let octree = at_best(usual + 2, &|level| build(level, 0), &measure(Method::Octree))?;
+    // In turn, so that what else the machine does meets all alike.
+    let mut best = [(f64::INFINITY, 0); 3];
+    for _ in 0..ROUNDS {
+        let runs: [&dyn Fn() -> u64; 3] = [
+            &|| by_projection(&maps.projection, Method::Maps, &questions),
+            &|| by_projection(&octree.projection, Method::Octree, &questions),
+            &|| by_bvh(&bvh.0, model, rays, &questions),
+        ];
+        for (run, best) in runs.iter().zip(&mut best) {
+            let (hits, time) = timed(run);
+            *best = (best.0.min(time.cpu), hits);
         }
     }
-    let (seconds, hits) = quickest(|| by_bvh(&bvh.0, model, rays, &questions));
-    let figure = Figure { method: Method::Bvh, depth: None, seconds, build: bvh.1, bytes: None, hits };
-    let figures = best.into_iter().flatten().chain([figure]).collect();
+    let reports = [maps.projection.report(), octree.projection.report()];
+    let figure = |method, place: usize, depth, build, bytes| Figure {
+        method,
+        depth,
+        seconds: best[place].0,
+        build,
+        bytes,
+        hits: best[place].1,
+    };
+    let figures = vec![
+        figure(Method::Maps, 0, Some(maps.level), maps.seconds, reports[0].tree_bytes + reports[0].map_bytes),
+        figure(Method::Octree, 1, Some(octree.level), octree.seconds, reports[1].tree_bytes),
+        figure(Method::Bvh, 2, None, bvh.1, bvh.0.bytes()),
+    ];
+    ensure!(best.iter().all(|(_, hits)| *hits == best[0].1), "{}: the methods answer differently", model.name);
     let (triangles, count) = (model.mesh.triangles().len(), questions.len());
-    Ok(Row { model: model.name, triangles, rays, side, count, figures })
+    Ok(Row { model: model.name.clone(), triangles, rays, side, count, figures })
+}
+
+/// What is quickest among levels, uphill from one: time over the level has one valley.
+fn at_best(start: u8, build: &dyn Fn(u8) -> Result<Built>, measure: &dyn Fn(&Built) -> f64) -> Result<Built> {
+    let first = build(start)?;
+    let mut seconds = measure(&first);
+    let mut best = first;
+    for step in [1i8, -1] {
+        let mut has_moved = false;
+        while let Some(level) = best.level.checked_add_signed(step).filter(|level| (1..=12).contains(level)) {
+            let next = build(level)?;
+            let time = measure(&next);
+            if time >= seconds {
+                break;
+            }
+            (best, seconds, has_moved) = (next, time, true);
+        }
+        if has_moved {
+            break;
+        }
+    }
+    Ok(best)
 }
 
 /// Seconds of processor time of the quickest run, and what it answered.

@@ -5,9 +5,11 @@
 //! triangle tests for maps and traversal, so that only the way to the leaves differs.
 
 mod calibrate;
+mod chart;
 mod judge;
 mod measure;
 mod models;
+mod moving;
 mod report;
 
 use std::{fs, path::PathBuf, sync::Arc};
@@ -20,7 +22,7 @@ use crate::{
     workspace::{cargo, succeed},
 };
 use measure::{Rays, Row};
-use models::{model, names};
+use models::{Model, model, names};
 
 /// What is measured.
 #[derive(Clone, Debug, clap::Args)]
@@ -31,12 +33,15 @@ pub(crate) struct Options {
     /// Rays along a side of the picture
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "256,512,1024,2048")]
     side: Vec<u64>,
-    /// Depths among which each method has its best
-    #[arg(long, value_name = "LEVEL", value_delimiter = ',', default_value = "4,5,6,7,8,9,10")]
-    levels: Vec<u8>,
-    /// Compare answers instead of times: so many rays of each kind a model
+    /// Compare answers instead of times: so many rays of each kind a model, of all fixtures and models
     #[arg(long, value_name = "RAYS")]
     judge: Option<u64>,
+    /// Measure instead what a projection costs to renew after a part of the model moved
+    #[arg(long, conflicts_with = "judge")]
+    moving: bool,
+    /// Write the figures as a table in Markdown
+    #[arg(long, value_name = "FILE.md")]
+    table: Option<PathBuf>,
     /// Write all figures
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -53,7 +58,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         ensure!(names().any(|name| name == asked), "no model is named {asked}");
     }
     if let Some(rays) = options.judge {
-        return judge::run(asked(options), rays);
+        return judge::run(judged(options), rays);
+    }
+    if options.moving {
+        return moving::run(asked(options));
     }
     let mut rows: Vec<Row> = Vec::new();
     println!("{}", report::heading());
@@ -63,7 +71,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         let bvh = (bvh, build.cpu);
         for rays in Rays::ALL {
             for &side in &options.side {
-                let row = measure::row(&model, &bvh, rays, side, &options.levels)?;
+                let row = measure::row(&model, &bvh, rays, side)?;
                 println!("{}", report::line(&row));
                 rows.push(row);
             }
@@ -90,14 +98,26 @@ fn asked(options: &Options) -> impl Iterator<Item = &'static str> {
     names().filter(|name| options.model.is_empty() || options.model.iter().any(|asked| asked == name))
 }
 
+/// The models whose answers are compared: those asked for, else every scene there is.
+fn judged(options: &Options) -> Box<dyn Iterator<Item = Result<Option<Model>>> + '_> {
+    if !options.model.is_empty() {
+        return Box::new(asked(options).map(model));
+    }
+    let files = models::scene_files().into_iter().map(|file| Ok(models::model_of(&file)));
+    Box::new(files.chain(models::made().map(model)))
+}
+
 /// Writes the files that are asked for.
 fn store(options: &Options, rows: &[Row]) -> Result<()> {
+    if let Some(file) = &options.table {
+        fs::write(file, report::markdown(rows)).with_context(|| format!("cannot write {}", file.display()))?;
+    }
     if let Some(file) = &options.json {
         fs::write(file, serde_json::to_string_pretty(rows)?)
             .with_context(|| format!("cannot write {}", file.display()))?;
     }
     if let Some(file) = &options.chart {
-        fs::write(file, report::chart(rows)).with_context(|| format!("cannot write {}", file.display()))?;
+        fs::write(file, chart::draw(rows)).with_context(|| format!("cannot write {}", file.display()))?;
     }
     Ok(())
 }

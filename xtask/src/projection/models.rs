@@ -1,13 +1,19 @@
-//! The models of the experiment, as single meshes: files beside the workspace, and two made here that are always there.
+//! The models of the experiment, as single meshes: files beside the workspace, and three made here that are always there. The
+//! judge takes every scene besides: all fixtures, and all files beside the workspace.
 
-use std::sync::Arc;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use anyhow::{Context, Result};
 use glam::DVec3;
 use umbriel_geometry::{LightSource, Mesh};
 use umbriel_io::{LoadOptions, load};
 use umbriel_octree::Viewpoint;
-use umbriel_scene::{Scene, Shape};
+use umbriel_scene::Scene;
+use umbriel_shadow::rivals::Polygons;
 
 use crate::{
     bench::{city, knot},
@@ -16,7 +22,7 @@ use crate::{
 
 /// A model and where to look at it from.
 pub(super) struct Model {
-    pub(super) name: &'static str,
+    pub(super) name: String,
     pub(super) mesh: Arc<Mesh>,
     /// A picture that frames it.
     pub(super) picture: Picture,
@@ -44,7 +50,12 @@ impl Picture {
     /// The direction of a ray through the middle of a pixel of a picture with `side` pixels in a row.
     pub(super) fn direction(&self, pixel: u64, side: u64) -> DVec3 {
         let at = |place: u64| (2 * place + 1) as f64 / side as f64 - 1.0;
-        self.forward + at(pixel % side) * self.right - at(pixel / side) * self.up
+        self.at([at(pixel % side), -at(pixel / side)])
+    }
+
+    /// The direction through a place of the picture, −1 to 1 each.
+    pub(super) fn at(&self, [a, b]: [f64; 2]) -> DVec3 {
+        self.forward + a * self.right + b * self.up
     }
 }
 
@@ -65,7 +76,7 @@ enum Source {
 }
 
 /// From small to large.
-const MODELS: [(&str, Source); 8] = [
+const MODELS: [(&str, Source); 9] = [
     ("spot", Source::File("spot/spot.obj")),
     ("house", Source::File("house-mask/house.glb")),
     ("bunny", Source::File("bunny/stanford-bunny.obj")),
@@ -74,9 +85,15 @@ const MODELS: [(&str, Source); 8] = [
     ("town", Source::Made(|| city(20_000))),
     ("apartment", Source::File("apartment-meshopt/dream-apartment.glb")),
     ("knot", Source::Made(|| knot(1000, 250))),
+    ("dense", Source::Made(|| knot(2000, 500))),
 ];
 
-/// The names of all models.
+/// The models that are made here: no file holds them.
+pub(super) fn made() -> impl Iterator<Item = &'static str> {
+    MODELS.iter().filter(|(_, source)| matches!(source, Source::Made(_))).map(|(name, _)| *name)
+}
+
+/// The names of all models of the experiment.
 pub(super) fn names() -> impl Iterator<Item = &'static str> {
     MODELS.iter().map(|(name, _)| *name)
 }
@@ -101,24 +118,66 @@ pub(super) fn model(name: &str) -> Result<Option<Model>> {
             }
         }
     };
-    let mesh = Arc::new(joined(&scene)?);
+    let mesh = joined(&scene);
     Ok((!mesh.triangles().is_empty()).then(|| framed(name, mesh)))
 }
 
-/// All meshes of a scene as they stand in it.
-fn joined(scene: &Scene) -> Result<Mesh> {
-    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-    for object in &scene.objects {
-        let Shape::Mesh(mesh) = &object.shape else { continue };
-        let first = positions.len() as u32;
-        positions.extend(mesh.positions().iter().map(|&position| object.placement.round(position).to_array()));
-        triangles.extend(mesh.triangles().iter().map(|triangle| triangle.map(|corner| corner + first)));
+/// How often each patch of a curved body is divided along its edges: octrees hold triangles.
+const DIVISIONS: u32 = 6;
+
+/// All faces of a scene as they stand in it, as triangles.
+fn joined(scene: &Scene) -> Arc<Mesh> {
+    Arc::clone(Polygons::new(scene, DIVISIONS).mesh())
+}
+
+/// Where scenes lie, from the workspace's root.
+const FOLDERS: [&str; 2] = ["fixtures", "../shared/data"];
+
+/// Folders of bytes that are no scenes on purpose, and of results.
+const NO_SCENES: [&str; 2] = ["fuzz", "expected"];
+
+/// All scene files, by their paths.
+pub(super) fn scene_files() -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    FOLDERS.iter().for_each(|folder| add_scene_files(&root().join(folder), &mut files));
+    // Small ones first.
+    files.sort_by_cached_key(|file| (fs::metadata(file).map_or(0, |metadata| metadata.len()), file.clone()));
+    files
+}
+
+fn add_scene_files(folder: &Path, files: &mut Vec<PathBuf>) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let has_scenes = !NO_SCENES.iter().any(|name| path.file_name().is_some_and(|own| own == *name));
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+        if path.is_dir() && has_scenes {
+            add_scene_files(&path, files);
+        } else if ["toml", "obj", "gltf", "glb"].contains(&extension) {
+            files.push(path);
+        }
     }
-    Ok(Mesh::new(positions, triangles)?)
+}
+
+/// A scene file as a model; `None`, with a message, where it cannot be read or holds no faces.
+pub(super) fn model_of(path: &Path) -> Option<Model> {
+    let name = path.strip_prefix(root()).unwrap_or(path).display().to_string();
+    match load(path, &LoadOptions::default()) {
+        Ok(loaded) => {
+            let mesh = joined(&loaded.scene);
+            if mesh.triangles().is_empty() {
+                println!("{name} left out: it has no faces");
+            }
+            (!mesh.triangles().is_empty()).then(|| framed(&name, mesh))
+        }
+        Err(error) => {
+            println!("{name} left out: {error}");
+            None
+        }
+    }
 }
 
 /// Seen from a corner above, thirty degrees wide; the lamp hangs a tenth of the height under the top of the middle.
-fn framed(name: &'static str, mesh: Arc<Mesh>) -> Model {
+fn framed(name: &str, mesh: Arc<Mesh>) -> Model {
     let bounds = mesh.bounds();
     let (middle, size) = (bounds.center(), bounds.size());
     let radius = 0.5 * size.length();
@@ -129,5 +188,5 @@ fn framed(name: &'static str, mesh: Arc<Mesh>) -> Model {
     let up = right.cross(forward).normalize() * radius;
     let picture = Picture { eye: middle + back * distance, forward, right, up };
     let lamp = middle + DVec3::new(0.07 * size.x, 0.4 * size.y, 0.05 * size.z);
-    Model { name, mesh, picture, lamp, sun: DVec3::new(0.45, -0.8, 0.3) }
+    Model { name: name.to_owned(), mesh, picture, lamp, sun: DVec3::new(0.45, -0.8, 0.3) }
 }

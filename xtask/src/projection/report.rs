@@ -1,4 +1,4 @@
-//! Figures as lines, as a chart, and what they say about the source's claims.
+//! Figures as lines, as a table for the documentation, and what they say about the source's claims.
 
 use std::fmt::Write;
 
@@ -7,16 +7,18 @@ use super::measure::{Figure, Method, Rays, Row};
 /// The share of ordinary traversal's time that the source reports on average, and that is required.
 const CLAIMED_SHARE: f64 = 0.476;
 
+const MEBIBYTE: f64 = 1_048_576.0;
+
 pub(super) fn heading() -> String {
     format!(
-        "{:<9} {:>9} {:<5} {:>5}  {:>24}  {:>24}  {:>9}  {:>7} {:>6}",
+        "{:<9} {:>9} {:<5} {:>5}  {:>24}  {:>24}  {:>15}  {:>7} {:>6}",
         "model",
         "triangles",
         "rays",
         "side",
         "maps ns (depth, MiB)",
         "octree ns (depth, MiB)",
-        "BVH ns",
+        "BVH ns (MiB)",
         "/octree",
         "/BVH"
     )
@@ -27,14 +29,14 @@ pub(super) fn line(row: &Row) -> String {
     let told = |method: Method| {
         let Some(Figure { seconds, depth, bytes, .. }) = row.figure(method) else { return String::new() };
         let nanoseconds = seconds * 1e9 / rays;
-        match (depth, bytes) {
-            (Some(depth), Some(bytes)) => format!("{nanoseconds:.0} ({depth:>2}, {:>6.1})", *bytes as f64 / 1048576.0),
-            _ => format!("{nanoseconds:.0}"),
+        match depth {
+            Some(depth) => format!("{nanoseconds:.0} ({depth:>2}, {:>6.1})", *bytes as f64 / MEBIBYTE),
+            None => format!("{nanoseconds:.0} ({:>6.1})", *bytes as f64 / MEBIBYTE),
         }
     };
     let ratio = |other: Method| row.ratio(Method::Maps, other).unwrap_or(f64::NAN);
     format!(
-        "{:<9} {:>9} {:<5} {:>5}  {:>24}  {:>24}  {:>9}  {:>7.3} {:>6.3}",
+        "{:<9} {:>9} {:<5} {:>5}  {:>24}  {:>24}  {:>15}  {:>7.3} {:>6.3}",
         row.model,
         row.triangles,
         format!("{:?}", row.rays).to_lowercase(),
@@ -83,40 +85,31 @@ pub(super) fn claims(rows: &[Row]) -> String {
     text
 }
 
-/// A bar a case: the maps' time over ordinary traversal's, and over the BVH's.
-pub(super) fn chart(rows: &[Row]) -> String {
-    let (left, scale, height) = (260.0, 300.0, 16.0);
-    let mut body = String::new();
-    let _ = writeln!(
-        body,
-        "<text x=\"20\" y=\"20\">Time of rays looked up in maps, over ordinary octree traversal (dark) and over the BVH \
-         (light); line: 47.6 %</text>"
-    );
-    let mut top = 34.0;
+/// A table in Markdown: nanoseconds a ray, best depth, mebibytes, seconds of building.
+pub(super) fn markdown(rows: &[Row]) -> String {
+    let mut text = "| model | triangles | rays | picture | maps | octree | BVH | maps/octree | maps/BVH |\n".to_owned();
+    text += "|---|---|---|---|---|---|---|---|---|\n";
     for row in rows {
-        let name = format!("{}, {:?}, {}²", row.model, row.rays, row.side);
-        let _ = writeln!(body, "<text x=\"{}\" y=\"{}\" text-anchor=\"end\">{name}</text>", left - 8.0, top + 12.0);
-        for (other, offset, colour) in [(Method::Octree, 0.0, "#c8502d"), (Method::Bvh, 7.0, "#8fb4d4")] {
-            if let Some(ratio) = row.ratio(Method::Maps, other) {
-                let (y, width) = (top + offset, (ratio * scale).min(540.0));
-                let _ = writeln!(
-                    body,
-                    "<rect x=\"{left}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"6\" fill=\"{colour}\"/>\n\
-                     <text x=\"{:.1}\" y=\"{:.1}\" font-size=\"7\">{ratio:.2}</text>",
-                    left + width + 3.0,
-                    y + 6.0,
-                );
-            }
-        }
-        top += height;
+        let told = |method: Method| {
+            let Some(Figure { seconds, depth, bytes, build, .. }) = row.figure(method) else { return String::new() };
+            let depth = depth.map_or(String::new(), |depth| format!("level {depth}, "));
+            let nanoseconds = seconds * 1e9 / row.count as f64;
+            format!("{nanoseconds:.0} ({depth}{:.1} MiB, {:.2} s)", *bytes as f64 / MEBIBYTE, build)
+        };
+        let ratio = |other: Method| row.ratio(Method::Maps, other).unwrap_or(f64::NAN);
+        let kind = format!("{:?}", row.rays).to_lowercase();
+        let _ = writeln!(
+            text,
+            "| {} | {} | {kind} | {}² | {} | {} | {} | {:.3} | {:.3} |",
+            row.model,
+            row.triangles,
+            row.side,
+            told(Method::Maps),
+            told(Method::Octree),
+            told(Method::Bvh),
+            ratio(Method::Octree),
+            ratio(Method::Bvh),
+        );
     }
-    for (share, colour) in [(CLAIMED_SHARE, "#c8502d"), (1.0, "black")] {
-        let x = left + share * scale;
-        let _ = writeln!(body, "<polyline points=\"{x:.1},28 {x:.1},{top:.1}\" fill=\"none\" stroke=\"{colour}\"/>");
-    }
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 840 {:.0}\" font-family=\"sans-serif\" \
-         font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{body}</svg>\n",
-        top + 16.0
-    )
+    text
 }

@@ -8,7 +8,6 @@ use umbriel_geometry::simd::{Float, Kernel, Mask, Simd};
 use super::{
     TriangleBvh,
     boxes::box_spans,
-    build::MAX_DEPTH,
     layout::WIDTH,
     pack_test,
     ray::{LocalRay, OUTWARD},
@@ -19,8 +18,51 @@ use super::{
 #[derive(Clone, Copy, Default)]
 struct Visit {
     enter: f32,
-    child: u32,
-    is_leaf: bool,
+    /// A node, or a pack with [`LEAF`] added.
+    link: u32,
+}
+
+const _: () = assert!(size_of::<Visit>() == 8);
+
+/// Marks packs among links.
+const LEAF: u32 = 1 << 31;
+
+/// Visits that rays wait with as a rule. Clearing room for all that a tree may ask for would take longer than some rays.
+const USUAL: usize = 48;
+
+/// The boxes that are still to be visited, the last one first.
+struct Waiting {
+    usual: [Visit; USUAL],
+    count: usize,
+    /// What has no room there; newer than all of it.
+    more: Vec<Visit>,
+}
+
+impl Waiting {
+    fn new() -> Self {
+        Self { usual: [Visit::default(); USUAL], count: 0, more: Vec::new() }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, visit: Visit) {
+        if self.count < USUAL {
+            self.usual[self.count] = visit;
+            self.count += 1;
+        } else {
+            self.more.push(visit);
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Visit> {
+        if self.count == USUAL
+            && let Some(visit) = self.more.pop()
+        {
+            return Some(visit);
+        }
+        self.count = self.count.checked_sub(1)?;
+        Some(self.usual[self.count % USUAL])
+    }
 }
 
 /// Finds the nearest hit for 0 < t ≤ `t_max`.
@@ -31,54 +73,69 @@ pub(super) struct Nearest<'a> {
     pub(super) t_max: f64,
 }
 
-impl Kernel for Nearest<'_> {
+// Through a reference, which goes into the kernel in a register.
+impl Kernel for &mut Nearest<'_> {
     type Output = Option<Hit>;
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) -> Option<Hit> {
+    fn run<S: Simd>(self, simd: S) -> Option<Hit> {
         let mut nearest = None;
-        let mut stack = [Visit::default(); WIDTH * MAX_DEPTH];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let Visit { enter, child, is_leaf } = stack[depth];
+        let mut waiting = Waiting::new();
+        let mut next = Some(Visit::default());
+        while let Some(Visit { enter, link }) = next {
             if enter > self.local.box_end * OUTWARD {
-                continue;
+                next = waiting.pop();
+            } else if link & LEAF != 0 {
+                self.measure(simd, link & !LEAF, &mut nearest);
+                next = waiting.pop();
+            } else {
+                next = self.open(simd, link, &mut waiting).or_else(|| waiting.pop());
             }
-            if is_leaf {
-                self.measure(simd, child, &mut nearest);
-                continue;
-            }
-            let node = &self.bvh.parts.nodes[child as usize];
-            let (enter, met) = box_spans(simd, node, &self.local);
-            let (enter, mut met) = (enter.to_array(), met.bits());
-            let first = depth;
-            while met != 0 {
-                let lane = met.trailing_zeros() as usize % WIDTH;
-                met &= met - 1;
-                let is_leaf = node.leaves >> lane & 1 == 1;
-                stack[depth] = Visit { enter: enter[lane], child: node.children[lane], is_leaf };
-                depth += 1;
-            }
-            far_first(&mut stack[first..depth]);
         }
         nearest
     }
 }
 
-/// Sorts a few visits so that the nearest is popped first.
-#[inline(always)]
-fn far_first(visits: &mut [Visit]) {
-    for end in 1..visits.len() {
-        let mut at = end;
-        while at > 0 && visits[at - 1].enter < visits[at].enter {
-            visits.swap(at - 1, at);
-            at -= 1;
-        }
-    }
-}
-
 impl Nearest<'_> {
+    /// The nearest child that the ray may meet; the others wait, the farthest longest.
+    #[inline(always)]
+    fn open<S: Simd>(&self, simd: S, node: u32, waiting: &mut Waiting) -> Option<Visit> {
+        let node = &self.bvh.parts.nodes[node as usize];
+        let (enter, met) = box_spans(simd, node, &self.local);
+        let mut met = met.bits();
+        if met == 0 {
+            return None;
+        }
+        let enter = enter.to_array();
+        let mut visit = || {
+            let lane = met.trailing_zeros() as usize % WIDTH;
+            let is_leaf = node.leaves >> lane & 1;
+            met &= met - 1;
+            (Visit { enter: enter[lane], link: node.children[lane] | (is_leaf * LEAF) }, met != 0)
+        };
+        let (first, has_more) = visit();
+        if !has_more {
+            return Some(first);
+        }
+        let mut sorted = [first; WIDTH];
+        let mut count = 1;
+        loop {
+            let (next, has_more) = visit();
+            let mut at = count;
+            while at > 0 && sorted[at - 1].enter < next.enter {
+                sorted[at] = sorted[at - 1];
+                at -= 1;
+            }
+            sorted[at] = next;
+            count += 1;
+            if !has_more {
+                break;
+            }
+        }
+        sorted[..count - 1].iter().for_each(|&visit| waiting.push(visit));
+        Some(sorted[count - 1])
+    }
+
     /// Measures the triangles of a pack that are not certainly missed.
     #[inline(always)]
     fn measure<S: Simd>(&mut self, simd: S, pack: u32, nearest: &mut Option<Hit>) {
@@ -96,7 +153,7 @@ impl Nearest<'_> {
         let is_nearer = |hit: &Hit| {
             hit.t < self.t_max || hit.t == self.t_max && nearest.is_none_or(|known| known.triangle > triangle)
         };
-        if let Some(hit) = self.ray.hit(self.bvh.corners(triangle), triangle).filter(is_nearer) {
+        if let Some(hit) = self.ray.hit_within(self.bvh.corners(triangle), triangle, self.t_max).filter(is_nearer) {
             self.t_max = hit.t;
             self.local.stop_at(hit.t);
             *nearest = Some(hit);

@@ -39,7 +39,13 @@ impl TriangleRay {
 
     /// The hit with the triangle that has these corners. O(1).
     pub fn hit(&self, corners: [DVec3; 3], triangle: u32) -> Option<Hit> {
-        let span = self.ray.span(&Aabb::of(corners))?;
+        self.hit_within(corners, triangle, f64::INFINITY)
+    }
+
+    /// As [`TriangleRay::hit`], of the hits with t ≤ `t_max`; others may be left out.
+    #[inline]
+    pub(super) fn hit_within(&self, corners: [DVec3; 3], triangle: u32, t_max: f64) -> Option<Hit> {
+        let span = self.ray.span(&Aabb::of(corners)).filter(|span| span.0 <= t_max)?;
         self.shear.hit(corners, triangle, span)
     }
 }

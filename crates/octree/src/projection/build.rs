@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use umbriel_geometry::Mesh;
+use umbriel_geometry::{LightSource, Mesh};
 
 use super::{
     Layout, Leaf, Numbering, Projection, ProjectionDefect, ProjectionOptions, ProjectionReport, Section, Viewpoint,
@@ -12,6 +12,7 @@ use super::{
     map::{MAX_FINENESS, Map, Plan},
     outline::Outline,
     pack::{Pack, WIDTH},
+    renew::Origins,
     tasks,
     tree::{Grower, LEAF, Root, SectionKey, Tree, by_sections, unit_cell},
 };
@@ -29,67 +30,118 @@ impl Projection {
         if options.max_level > Octant::MAX_LEVEL {
             return Err(ProjectionDefect::TooDeep(options.max_level));
         }
-        if mesh.triangles().len() >= LEAF as usize {
-            return Err(ProjectionDefect::TooMany);
-        }
-        let light = viewpoint.light().ok_or(ProjectionDefect::NoView)?;
-        let frame = Frame::new(&viewpoint, &mesh)?;
-        let corners: Vec<DVec3> = mesh.positions().iter().map(|&x| frame.local(x)).collect();
-        let error = mesh.positions().iter().map(|&x| frame.error_at(x)).fold(0.0, f64::max);
-        let eye = (frame.kind != Kind::Parallel).then_some(DVec3::ZERO);
-        let root = Root::around(&corners, error, eye);
-        let mut scaffold = Scaffold { mesh: &mesh, frame, root, corners, error, options: *options };
+        let mut scaffold = Scaffold::new(&mesh, &viewpoint, options)?;
         let (tree, leaves, packs) = scaffold.divided();
         let tree_bytes = tree_bytes(&tree, &leaves, &packs);
         let (faces, is_coarser) = scaffold.projected(&tree, tree_bytes);
         let is_coarsened = is_coarser || scaffold.options.max_level < options.max_level;
-        let report = report(&tree, tree_bytes, &faces, is_coarsened);
-        let options = *options;
-        Ok(Self { mesh, viewpoint, light, options, frame, root, tree, leaves, packs, faces, report })
+        let mut projection = scaffold.finished(Arc::clone(&mesh), viewpoint, tree, leaves, packs, faces);
+        (projection.options, projection.report.is_coarsened) = (*options, is_coarsened);
+        Ok(projection)
     }
 }
 
 /// Everything that is known before the tree.
-struct Scaffold<'a> {
+pub(super) struct Scaffold<'a> {
     mesh: &'a Mesh,
-    frame: Frame,
-    root: Root,
+    light: LightSource,
+    pub(super) frame: Frame,
+    pub(super) root: Root,
     /// Local.
     corners: Vec<DVec3>,
     /// Bound on their error.
-    error: f64,
+    pub(super) error: f64,
     options: ProjectionOptions,
 }
 
-impl Scaffold<'_> {
+impl<'a> Scaffold<'a> {
+    pub(super) fn new(
+        mesh: &'a Mesh,
+        viewpoint: &Viewpoint,
+        options: &ProjectionOptions,
+    ) -> Result<Self, ProjectionDefect> {
+        if mesh.triangles().len() >= LEAF as usize {
+            return Err(ProjectionDefect::TooMany);
+        }
+        let light = viewpoint.light().ok_or(ProjectionDefect::NoView)?;
+        let frame = Frame::new(viewpoint, mesh)?;
+        let corners: Vec<DVec3> = mesh.positions().iter().map(|&x| frame.local(x)).collect();
+        let error = mesh.positions().iter().map(|&x| frame.error_at(x)).fold(0.0, f64::max);
+        let eye = (frame.kind != Kind::Parallel).then_some(DVec3::ZERO);
+        let root = Root::around(&corners, error, eye);
+        Ok(Self { mesh, light, frame, root, corners, error, options: *options })
+    }
+
+    /// With everything that was built.
+    pub(super) fn finished(
+        self,
+        mesh: Arc<Mesh>,
+        viewpoint: Viewpoint,
+        tree: Tree,
+        leaves: Vec<Leaf>,
+        packs: Vec<Pack>,
+        faces: [Vec<Section>; 6],
+    ) -> Projection {
+        let report = report(&tree, tree_bytes(&tree, &leaves, &packs), &faces);
+        let Self { light, frame, root, error, options, .. } = self;
+        Projection { mesh, viewpoint, light, options, frame, error, root, tree, leaves, packs, faces, report }
+    }
+
+    /// Corners in the cube's coordinates.
+    pub(super) fn unit_corners(&self) -> Vec<DVec3> {
+        self.corners.iter().map(|&p| (p - self.root.min) / self.root.edge).collect()
+    }
+
+    /// What divides the cube, from corners in its coordinates.
+    pub(super) fn grower<'b>(&'b self, unit: &'b [DVec3]) -> Grower<'b> {
+        Grower {
+            root: &self.root,
+            corners: unit,
+            triangles: self.mesh.triangles(),
+            max_level: self.options.max_level,
+            leaf_items: self.options.leaf_items,
+        }
+    }
+
+    /// Whether a tree takes no more than half of what is allowed: maps take about as much again at most.
+    pub(super) fn is_within_memory(&self, tree: &Tree) -> bool {
+        let packs: usize = (0..tree.cells.len()).map(|leaf| tree.items(leaf).len().div_ceil(WIDTH)).sum();
+        packs * size_of::<Pack>() + size_of_val(&*tree.nodes) <= self.options.memory / 2
+    }
+
+    /// How maps are made where memory does not matter.
+    pub(super) fn plan(&self) -> Plan {
+        Plan {
+            rays: self.options.rays as f64 / self.frame.kind.faces().len() as f64,
+            max_fineness: MAX_FINENESS,
+            max_side: 1 << 16,
+        }
+    }
+
     /// The tree with its leaves made ready: the deepest whose bytes are allowed, up to the level asked for.
     fn divided(&mut self) -> (Tree, Vec<Leaf>, Vec<Pack>) {
-        let unit: Vec<DVec3> = self.corners.iter().map(|&p| (p - self.root.min) / self.root.edge).collect();
+        let unit = self.unit_corners();
         loop {
-            let tree = Grower {
-                root: &self.root,
-                corners: &unit,
-                triangles: self.mesh.triangles(),
-                max_level: self.options.max_level,
-                leaf_items: self.options.leaf_items,
-            }
-            .grow();
-            let packs: usize = (0..tree.cells.len()).map(|leaf| tree.items(leaf).len().div_ceil(WIDTH)).sum();
-            let bytes = packs * size_of::<Pack>() + size_of_val(&*tree.nodes);
-            // Maps take about as much again at most; a tree of one cell is the least there is.
-            if bytes <= self.options.memory / 2 || self.options.max_level == 0 {
-                let (leaves, packs) = self.leaves(&tree);
+            let tree = self.grower(&unit).grow();
+            // A tree of one cell is the least there is.
+            if self.is_within_memory(&tree) || self.options.max_level == 0 {
+                let (leaves, packs) = self.leaves(&tree, None);
                 return (tree, leaves, packs);
             }
             self.options.max_level = tree.depth().saturating_sub(1).min(self.options.max_level - 1);
         }
     }
 
-    fn leaves(&self, tree: &Tree) -> (Vec<Leaf>, Vec<Pack>) {
+    /// The leaves made ready; those that come from a former projection as they are there.
+    pub(super) fn leaves(&self, tree: &Tree, former: Option<(&Projection, &Origins)>) -> (Vec<Leaf>, Vec<Pack>) {
         let starts: Vec<usize> = (0..tree.cells.len()).step_by(CHUNK).collect();
+        let packs = |leaf: usize| match former.and_then(|(old, origins)| Some((old, origins[leaf]?))) {
+            Some((old, origin)) => old.leaves[origin as usize].packs_of(&old.packs).to_vec(),
+            None => self.packs(tree.items(leaf)),
+        };
         let parts = tasks::map(starts, |start| {
             let range = start..(start + CHUNK).min(tree.cells.len());
-            range.map(|leaf| (tree.cells[leaf], self.packs(tree.items(leaf)))).collect::<Vec<_>>()
+            range.map(|leaf| (tree.cells[leaf], packs(leaf))).collect::<Vec<_>>()
         });
         let (mut leaves, mut all) = (Vec::with_capacity(tree.cells.len()), Vec::new());
         for (cell, packs) in parts.into_iter().flatten() {
@@ -110,11 +162,7 @@ impl Scaffold<'_> {
 
     /// The maps of all faces, the finest that the memory left allows, and whether that made them coarser.
     fn projected(&self, tree: &Tree, tree_bytes: usize) -> ([Vec<Section>; 6], bool) {
-        let mut plan = Plan {
-            rays: self.options.rays as f64 / self.frame.kind.faces().len() as f64,
-            max_fineness: MAX_FINENESS,
-            max_side: 1 << 16,
-        };
+        let mut plan = self.plan();
         let mut is_coarser = false;
         loop {
             let faces: [Vec<Section>; 6] = std::array::from_fn(|face| self.sections(tree, face, &plan));
@@ -133,14 +181,12 @@ impl Scaffold<'_> {
         }
     }
 
-    fn sections(&self, tree: &Tree, face: usize, plan: &Plan) -> Vec<Section> {
+    pub(super) fn sections(&self, tree: &Tree, face: usize, plan: &Plan) -> Vec<Section> {
         if !self.frame.kind.faces().contains(&face) {
             return Vec::new();
         }
-        let mut leaves: Vec<(u32, Footprint)> = (0..tree.cells.len())
-            .filter_map(|leaf| Some((leaf as u32, self.footprint(tree, face, leaf)?)))
-            .filter(|(_, footprint)| footprint.rows().is_some())
-            .collect();
+        let mut leaves: Vec<(u32, Footprint)> =
+            (0..tree.cells.len()).filter_map(|leaf| Some((leaf as u32, self.seen(tree, face, leaf)?))).collect();
         if self.options.layout == Layout::MapPerSection || self.options.numbering == Numbering::Sections {
             leaves.sort_by(|a, b| by_sections(&key(a, tree), &key(b, tree)));
         }
@@ -153,19 +199,32 @@ impl Scaffold<'_> {
         }
     }
 
-    /// What a face sees of a leaf.
-    fn footprint(&self, tree: &Tree, face: usize, leaf: usize) -> Option<Footprint> {
-        let (min, max) = cell_box(&self.root, tree.cells[leaf]);
-        let footprint = Footprint::new(self.frame.kind, face, min, max)?;
-        footprint.rows()?;
-        let triangles = tree.items(leaf).iter().map(|&item| self.triangle(item));
-        Some(footprint.showing(Outline::new(self.frame.kind, face, self.root.slack, triangles)))
+    /// What a face sees of a leaf, if anything.
+    pub(super) fn seen(&self, tree: &Tree, face: usize, leaf: usize) -> Option<Footprint> {
+        seen(&self.root, self.frame.kind, face, tree.cells[leaf], tree.items(leaf), &|item| self.triangle(item))
     }
 
     /// Local corners.
     fn triangle(&self, item: u32) -> [DVec3; 3] {
         self.mesh.triangles()[item as usize].map(|corner| self.corners[corner as usize])
     }
+}
+
+/// What a face sees of a cell with triangles, if anything; `corners` tells the triangles' local corners.
+pub(super) fn seen(
+    root: &Root,
+    kind: Kind,
+    face: usize,
+    cell: Octant,
+    items: &[u32],
+    corners: &dyn Fn(u32) -> [DVec3; 3],
+) -> Option<Footprint> {
+    let (min, max) = cell_box(root, cell);
+    let footprint = Footprint::new(kind, face, min, max)?;
+    footprint.rows()?;
+    let outline = Outline::new(kind, face, root.slack, items.iter().map(|&item| corners(item)));
+    let footprint = footprint.showing(outline);
+    footprint.rows().is_some().then_some(footprint)
 }
 
 /// A cell with its slack, local coordinates.
@@ -180,7 +239,7 @@ fn key((leaf, footprint): &(u32, Footprint), tree: &Tree) -> SectionKey {
     SectionKey { near: footprint.depth[0], aside: footprint.aside(), level, leaf: *leaf }
 }
 
-fn tree_bytes(tree: &Tree, leaves: &[Leaf], packs: &[Pack]) -> usize {
+pub(super) fn tree_bytes(tree: &Tree, leaves: &[Leaf], packs: &[Pack]) -> usize {
     size_of_val(&*tree.nodes)
         + size_of_val(&*tree.cells)
         + size_of_val(&*tree.ends)
@@ -189,7 +248,7 @@ fn tree_bytes(tree: &Tree, leaves: &[Leaf], packs: &[Pack]) -> usize {
         + size_of_val(packs)
 }
 
-fn report(tree: &Tree, tree_bytes: usize, faces: &[Vec<Section>; 6], is_coarsened: bool) -> ProjectionReport {
+fn report(tree: &Tree, tree_bytes: usize, faces: &[Vec<Section>; 6]) -> ProjectionReport {
     let maps = || faces.iter().flatten().map(|section| &section.map);
     let [cells, numbers] = [0, 1].map(|which| maps().map(|map| map.len()[which]).sum());
     ProjectionReport {
@@ -201,6 +260,6 @@ fn report(tree: &Tree, tree_bytes: usize, faces: &[Vec<Section>; 6], is_coarsene
         numbers,
         tree_bytes,
         map_bytes: maps().map(Map::bytes).sum(),
-        is_coarsened,
+        is_coarsened: false,
     }
 }

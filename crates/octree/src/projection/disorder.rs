@@ -1,4 +1,5 @@
-//! Do the numbers of leaves grow along a ray? What the order of a run gets wrong, counted.
+//! Do the numbers of leaves grow along a ray? What the order of a run gets wrong, counted; and where leaves end, for rays that
+//! are to run along their borders.
 
 use glam::DVec3;
 
@@ -28,6 +29,15 @@ impl Projection {
                 is_late
             })
             .count()
+    }
+
+    /// A corner of a leaf's cell in world coordinates, rounded: where rays meet the borders of projections. Bit k of `corner` is
+    /// its side on the octree's axis k. `None` where there is no such leaf.
+    pub fn leaf_corner(&self, leaf: usize, corner: u8) -> Option<DVec3> {
+        let leaf = self.leaves.get(leaf)?;
+        let side = DVec3::from_array(std::array::from_fn(|axis| f64::from(corner >> axis & 1)));
+        let unit = DVec3::from_array(leaf.min.map(f64::from)) + side * f64::from(leaf.edge);
+        Some(self.frame.world(self.root.min + unit * self.root.edge))
     }
 
     /// The depth at which a ray enters a leaf, where it stays for longer than the slack.

@@ -71,7 +71,7 @@ impl Viewpoint {
 }
 
 /// The local coordinates of a viewpoint.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Frame {
     origin: DVec3,
     /// The rows of L.
@@ -157,6 +157,12 @@ impl Frame {
     #[inline]
     pub(super) fn local(&self, x: DVec3) -> DVec3 {
         self.turn(x - self.origin)
+    }
+
+    /// The point with these local coordinates, rounded.
+    pub(super) fn world(&self, local: DVec3) -> DVec3 {
+        let [x, y, z] = self.rows;
+        self.origin + DMat3::from_cols(x, y, z).transpose().inverse() * local
     }
 
     /// Bound on the error of a point's local coordinates.

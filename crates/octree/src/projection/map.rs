@@ -39,6 +39,8 @@ struct Tile {
 pub(super) struct Map {
     /// Tiles along a side: a power of two.
     side: u32,
+    /// Leaves that are seen.
+    leaves: usize,
     tiles: Vec<Tile>,
     /// Where the run of each cell begins; one more at the end.
     starts: Vec<u32>,
@@ -53,6 +55,16 @@ pub(super) struct Plan {
     pub(super) max_fineness: u8,
     /// Tiles along a side at most.
     pub(super) max_side: u32,
+}
+
+/// What has become of the leaves of a map.
+pub(super) struct Changes<'a> {
+    /// The new number of each leaf that is still there.
+    pub(super) numbers: &'a [u32],
+    /// Seen before, no longer there.
+    pub(super) gone: &'a [(u32, Footprint)],
+    /// Seen now, not there before.
+    pub(super) made: &'a [(u32, Footprint)],
 }
 
 /// The cells of a tile and their runs.
@@ -101,18 +113,13 @@ impl Map {
     pub(super) fn new(leaves: &[(u32, Footprint)], plan: &Plan) -> Self {
         let side = side_for(leaves.len()).min(plan.max_side);
         let lists = sort_into_tiles(leaves, side);
-        let rays = plan.rays / f64::from(side * side);
-        let tiles: Vec<u32> = (0..side * side).collect();
-        let filled = tasks::map(tiles, |tile| {
-            let held: Vec<&(u32, Footprint)> = lists.of(tile).iter().map(|&leaf| &leaves[leaf as usize]).collect();
-            fill(&held, [tile % side, tile / side], side, rays, plan.max_fineness)
-        });
-        Self::joined(side, filled)
+        let filled = tasks::map((0..side * side).collect(), |tile| fill(lists.of(leaves, tile), tile, side, plan));
+        Self::joined(side, leaves.len(), filled)
     }
 
     /// Puts the tiles behind each other.
-    fn joined(side: u32, filled: Vec<Filled>) -> Self {
-        let mut map = Self { side, tiles: Vec::new(), starts: Vec::new(), numbers: Vec::new() };
+    fn joined(side: u32, leaves: usize, filled: Vec<Filled>) -> Self {
+        let mut map = Self { side, leaves, tiles: Vec::new(), starts: Vec::new(), numbers: Vec::new() };
         for tile in filled {
             map.tiles.push(Tile { first: map.starts.len() as u32, fineness: tile.fineness });
             let mut start = map.numbers.len() as u32;
@@ -124,6 +131,59 @@ impl Map {
         }
         map.starts.push(map.numbers.len() as u32);
         map
+    }
+
+    /// Which tiles see a leaf that is gone, or a new one; `None` where there are other tiles than before.
+    pub(super) fn touched(&self, changes: &Changes, plan: &Plan) -> Option<Vec<bool>> {
+        let mut touched = vec![false; self.tiles.len()];
+        for (_, leaf) in changes.gone.iter().chain(changes.made) {
+            for_each_tile(leaf, self.side, &mut |tile| touched[tile] = true);
+        }
+        (side_for(self.leaves_after(changes)).min(plan.max_side) == self.side).then_some(touched)
+    }
+
+    /// Whether a leaf is seen in one of the touched tiles.
+    pub(super) fn meets_any(&self, leaf: &Footprint, touched: &[bool]) -> bool {
+        let mut is_met = false;
+        for_each_tile(leaf, self.side, &mut |tile| is_met |= touched[tile]);
+        is_met
+    }
+
+    /// The map after changes, and how many cells were filled; `near` are all leaves that touched tiles see, ascending.
+    pub(super) fn renewed(
+        &self,
+        changes: &Changes,
+        near: &[(u32, Footprint)],
+        touched: &[bool],
+        plan: &Plan,
+    ) -> (Self, usize) {
+        let lists = sort_into_tiles(near, self.side);
+        let filled = tasks::map((0..self.side * self.side).collect(), |tile| {
+            if touched[tile as usize] {
+                fill(lists.of(near, tile), tile, self.side, plan)
+            } else {
+                self.renumbered(tile, changes.numbers)
+            }
+        });
+        let made = filled.iter().zip(touched).filter(|(_, is_touched)| **is_touched);
+        let made = made.map(|(tile, _)| tile.counts.len()).sum();
+        (Self::joined(self.side, self.leaves_after(changes), filled), made)
+    }
+
+    /// How many leaves are seen after changes.
+    fn leaves_after(&self, changes: &Changes) -> usize {
+        self.leaves + changes.made.len() - changes.gone.len()
+    }
+
+    /// A tile as it is, its leaves by other numbers.
+    fn renumbered(&self, tile: u32, numbers: &[u32]) -> Filled {
+        let Tile { first, fineness } = self.tiles[tile as usize];
+        let runs = (first..first + (1 << (2 * fineness))).map(|cell| self.run(cell));
+        Filled {
+            fineness,
+            counts: runs.clone().map(|run| run.len() as u32).collect(),
+            numbers: runs.flatten().map(|&leaf| numbers[leaf as usize]).collect(),
+        }
     }
 
     /// Tiles along a side.
@@ -200,21 +260,24 @@ struct TileLists {
 }
 
 impl TileLists {
-    fn of(&self, tile: u32) -> &[u32] {
-        &self.leaves[self.starts[tile as usize] as usize..self.starts[tile as usize + 1] as usize]
+    fn of<'a>(&self, leaves: &'a [(u32, Footprint)], tile: u32) -> Vec<&'a (u32, Footprint)> {
+        let places = &self.leaves[self.starts[tile as usize] as usize..self.starts[tile as usize + 1] as usize];
+        places.iter().map(|&place| &leaves[place as usize]).collect()
     }
+}
+
+/// Calls `visit` with the tiles that a leaf meets.
+fn for_each_tile(leaf: &Footprint, side: u32, visit: &mut dyn FnMut(usize)) {
+    for_each_row(leaf, side, 0..side, |row, columns| {
+        columns.for_each(|column| visit((row * side + column) as usize));
+    });
 }
 
 /// A counting sort: tiles keep the leaves' order.
 fn sort_into_tiles(leaves: &[(u32, Footprint)], side: u32) -> TileLists {
     let mut starts = vec![0u32; (side * side) as usize + 1];
-    let for_each = |leaf: &Footprint, visit: &mut dyn FnMut(usize)| {
-        for_each_row(leaf, side, 0..side, |row, columns| {
-            columns.for_each(|column| visit((row * side + column) as usize));
-        });
-    };
     for (_, leaf) in leaves {
-        for_each(leaf, &mut |tile| starts[tile + 1] += 1);
+        for_each_tile(leaf, side, &mut |tile| starts[tile + 1] += 1);
     }
     for tile in 1..starts.len() {
         starts[tile] += starts[tile - 1];
@@ -222,7 +285,7 @@ fn sort_into_tiles(leaves: &[(u32, Footprint)], side: u32) -> TileLists {
     let mut next = starts.clone();
     let mut sorted = vec![0; starts[starts.len() - 1] as usize];
     for (place, (_, leaf)) in (0u32..).zip(leaves) {
-        for_each(leaf, &mut |tile| {
+        for_each_tile(leaf, side, &mut |tile| {
             sorted[next[tile] as usize] = place;
             next[tile] += 1;
         });
@@ -231,7 +294,9 @@ fn sort_into_tiles(leaves: &[(u32, Footprint)], side: u32) -> TileLists {
 }
 
 /// The cells of a tile, halved as long as it pays.
-fn fill(leaves: &[&(u32, Footprint)], tile: [u32; 2], side: u32, rays: f64, max_fineness: u8) -> Filled {
+fn fill(leaves: Vec<&(u32, Footprint)>, tile: u32, side: u32, plan: &Plan) -> Filled {
+    let (leaves, tile, max_fineness) = (&leaves[..], [tile % side, tile / side], plan.max_fineness);
+    let rays = plan.rays / f64::from(side * side);
     let mut counts = vec![leaves.len() as u32];
     let mut fineness = 0;
     while fineness < max_fineness && counts.iter().any(|&count| count > 1) {

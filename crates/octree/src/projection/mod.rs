@@ -14,6 +14,7 @@
 //! - *Guarantee.* Maps and packs only leave out what is certainly missed, with every rounding bounded. [`Projection::any_hit`] is
 //!   exactly the definition of blocking, [`Projection::nearest_hit`] finds what
 //!   [`TriangleBvh::nearest_hit`](umbriel_bvh::TriangleBvh::nearest_hit) does, equal distances included.
+//! - *Moving.* [`Projection::renewed`] makes anew what moved triangles touch, or touched ([`renew`]); the result is that of building.
 //! - *Cost.* Building: O(triangles in leaves × levels + numbers in maps). A ray: a look-up and the leaves up to its hit. What breaks
 //!   it: leaves seen edge-on and close to the viewpoint overlap in many cells; memory is bounded by coarser maps and a
 //!   coarser tree.
@@ -31,6 +32,7 @@ mod outline;
 mod overlap;
 mod pack;
 mod query;
+mod renew;
 mod tasks;
 #[cfg(test)]
 mod tests;
@@ -51,6 +53,7 @@ use self::{
 
 pub use frame::Viewpoint;
 pub use query::{NotOfView, ProjectedSegments};
+pub use renew::Renewal;
 
 /// Why nothing can be projected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -161,6 +164,13 @@ struct Leaf {
     packs: u32,
 }
 
+impl Leaf {
+    /// The leaf's own of all packs.
+    fn packs_of<'a>(&self, packs: &'a [Pack]) -> &'a [Pack] {
+        &packs[self.first_pack as usize..(self.first_pack + self.packs) as usize]
+    }
+}
+
 /// The maps of a face.
 #[derive(Clone, Debug, PartialEq)]
 struct Section {
@@ -170,13 +180,16 @@ struct Section {
 }
 
 /// A mesh made ready for the rays of one viewpoint. Both sides of a triangle count. The mesh is shared, not copied.
-#[derive(Clone, Debug)]
+/// Projections are equal where all that was built is, to the bit.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Projection {
     mesh: Arc<Mesh>,
     viewpoint: Viewpoint,
     light: LightSource,
     options: ProjectionOptions,
     frame: Frame,
+    /// Bound on the error of a corner's local coordinates.
+    error: f64,
     root: Root,
     tree: Tree,
     leaves: Vec<Leaf>,

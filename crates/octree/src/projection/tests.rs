@@ -4,7 +4,8 @@ use glam::DVec3;
 use umbriel_geometry::Mesh;
 
 use super::{
-    Layout, Numbering, Projection, ProjectionDefect, ProjectionOptions, Viewpoint, build::cell_box, frame::Kind,
+    Layout, Numbering, Projection, ProjectionDefect, ProjectionOptions, Renewal, Viewpoint, build::cell_box,
+    frame::Kind,
 };
 
 /// A fixed sequence of numbers between −1 and 1.
@@ -118,6 +119,62 @@ fn memory_is_bounded_by_coarser_maps_and_trees() {
         assert!(report.is_coarsened && report.tree_bytes + report.map_bytes < all.tree_bytes + all.map_bytes);
         assert!(report.depth == 0 || report.tree_bytes + report.map_bytes <= memory, "{report:?} within {memory}");
     }
+}
+
+/// The cloud after some of its triangles were moved: together, or one by one; within its box, as a rule.
+fn moved(mesh: &Mesh, dice: &mut Dice) -> Arc<Mesh> {
+    let mut triangles: Vec<[DVec3; 3]> =
+        mesh.triangles().iter().map(|t| t.map(|corner| mesh.positions()[corner as usize])).collect();
+    let (count, shift) = (1 + (dice.next().abs() * 4.0) as usize, dice.point() * 0.125);
+    let is_far = dice.next() > 0.9;
+    for _ in 0..count {
+        let chosen = (dice.next().abs() * triangles.len() as f64) as usize % triangles.len();
+        let limit = if is_far { 3.0 } else { 0.875 };
+        triangles[chosen] = triangles[chosen].map(|x| (x + shift).clamp(DVec3::splat(-limit), DVec3::splat(limit)));
+    }
+    match (dice.next() * 5.0) as i32 {
+        4 => triangles.push([dice.point(), dice.point(), dice.point()].map(|x| x * 0.5)),
+        3 => _ = triangles.pop(),
+        _ => {}
+    }
+    let count = triangles.len() as u32;
+    let positions = triangles.iter().flatten().map(|x| x.to_array()).collect();
+    Arc::new(Mesh::new(positions, (0..count).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect()).expect("in range"))
+}
+
+#[test]
+fn what_is_renewed_is_what_is_built() {
+    let mut dice = Dice(21);
+    let (mut parts, mut wholes) = (0, 0);
+    for (layout, memory) in [(Layout::OneMap, 1 << 30), (Layout::OneMap, 1 << 16), (Layout::MapPerSection, 1 << 30)] {
+        for viewpoint in viewpoints() {
+            let options =
+                ProjectionOptions { layout, memory, leaf_items: 2, max_level: 6, ..ProjectionOptions::default() };
+            let mut projection = built(viewpoint, &options);
+            for step in 0..24 {
+                let mesh = moved(&projection.mesh, &mut dice);
+                let (renewed, renewal) = projection.renewed(Arc::clone(&mesh)).expect("a viewpoint");
+                let truth = Projection::build(mesh, viewpoint, &options).expect("a viewpoint");
+                assert!(renewed.tree == truth.tree, "{viewpoint:?}, step {step}: {renewal:?}");
+                assert!(renewed.leaves == truth.leaves && renewed.packs == truth.packs);
+                assert!(renewed.faces == truth.faces, "{viewpoint:?}, step {step}: {renewal:?}");
+                assert_eq!((renewed.report, renewed.options), (truth.report, truth.options));
+                assert!(renewed.frame == truth.frame && renewed.root == truth.root && renewed.error == truth.error);
+                assert!(renewal.is_whole || renewal.leaves < truth.report.leaves);
+                (parts, wholes) = (parts + usize::from(!renewal.is_whole), wholes + usize::from(renewal.is_whole));
+                projection = renewed;
+            }
+        }
+    }
+    assert!(parts > 100 && wholes > 100, "{parts} in part, {wholes} wholly");
+}
+
+#[test]
+fn what_did_not_move_is_not_made_anew() {
+    let projection = built(viewpoints()[1], &ProjectionOptions::default());
+    let (same, renewal) = projection.renewed(Arc::clone(&projection.mesh)).expect("a viewpoint");
+    assert_eq!(renewal, Renewal::default());
+    assert!(same.tree == projection.tree && same.faces == projection.faces);
 }
 
 #[test]

@@ -25,7 +25,7 @@ pub(super) const NOTHING: Link = u32::MAX;
 pub(super) const LEAF: Link = 1 << 31;
 
 /// The cube that is divided, local coordinates.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Root {
     pub(super) min: DVec3,
     pub(super) edge: f64,
@@ -84,6 +84,7 @@ pub(super) struct Tree {
 }
 
 /// What divides a tree.
+#[derive(Clone, Copy)]
 pub(super) struct Grower<'a> {
     pub(super) root: &'a Root,
     /// Corners in the cube's coordinates.
@@ -100,8 +101,8 @@ impl Grower<'_> {
         self.subtree(Octant::ROOT, all)
     }
 
-    /// The tree over a cell. Children of large cells grow side by side.
-    fn subtree(&self, cell: Octant, items: Vec<u32>) -> Tree {
+    /// The tree over a cell that a triangle meets, or the root. Children of large cells grow side by side.
+    pub(super) fn subtree(&self, cell: Octant, items: Vec<u32>) -> Tree {
         let mut tree = Tree::default();
         if items.len() < SERIAL {
             tree.root = self.divide(&mut tree, cell, items);
@@ -135,30 +136,41 @@ impl Grower<'_> {
 
     /// What the cell is divided into; `None` for a leaf: few triangles, or deep enough, or all in every child.
     fn parts(&self, cell: Octant, items: &[u32]) -> Option<Vec<(Octant, Vec<u32>)>> {
-        if items.len() <= self.leaf_items || cell.level() >= self.max_level {
+        if self.is_leaf(cell, items) {
             return None;
         }
-        let children = self.children(cell, items);
-        let is_useless = children.len() == 8 && children.iter().all(|(_, held)| held.len() == items.len());
-        (!is_useless).then_some(children)
+        let children = self.front_to_back(cell).map(|child| (child, self.held(child, items)));
+        Some(children.filter(|(_, items)| !items.is_empty()).collect())
     }
 
-    /// The children that a triangle meets, front to back, with their triangles.
-    fn children(&self, cell: Octant, items: &[u32]) -> Vec<(Octant, Vec<u32>)> {
+    /// Whether a cell with these triangles is not divided.
+    pub(super) fn is_leaf(&self, cell: Octant, items: &[u32]) -> bool {
+        let is_useless = || self.front_to_back(cell).all(|child| items.iter().all(self.meets(child)));
+        items.len() <= self.leaf_items || cell.level() >= self.max_level || is_useless()
+    }
+
+    /// The children of a cell, the nearest to the viewpoint first.
+    pub(super) fn front_to_back(&self, cell: Octant) -> impl Iterator<Item = Octant> + use<> {
         let nearest = self.root.nearest_child(cell);
-        let children = (0..8).filter_map(|order| cell.child(order ^ nearest));
-        let held = |child: Octant| {
-            let (min, edge) = unit_cell(child);
-            let half = 0.5 * f64::from(edge);
-            let middle = DVec3::from_array(min.map(f64::from)) + half;
-            let half = half + self.root.slack / self.root.edge;
-            let meets = |&item: &u32| {
-                let corners = self.triangles[item as usize].map(|corner| self.corners[corner as usize]);
-                overlap::meets(&corners, middle, half)
-            };
-            (child, items.iter().copied().filter(meets).collect::<Vec<u32>>())
-        };
-        children.map(held).filter(|(_, items)| !items.is_empty()).collect()
+        (0..8).filter_map(move |order| cell.child(order ^ nearest))
+    }
+
+    /// Those of the triangles that meet a cell.
+    pub(super) fn held(&self, cell: Octant, items: &[u32]) -> Vec<u32> {
+        let meets = self.meets(cell);
+        items.iter().copied().filter(|item| meets(item)).collect()
+    }
+
+    /// Whether a triangle meets a cell.
+    fn meets(&self, cell: Octant) -> impl Fn(&u32) -> bool {
+        let (min, edge) = unit_cell(cell);
+        let half = 0.5 * f64::from(edge);
+        let middle = DVec3::from_array(min.map(f64::from)) + half;
+        let half = half + self.root.slack / self.root.edge;
+        move |&item| {
+            let corners = self.triangles[item as usize].map(|corner| self.corners[corner as usize]);
+            overlap::meets(&corners, middle, half)
+        }
     }
 }
 
@@ -168,7 +180,7 @@ fn number(child: Octant) -> usize {
 }
 
 impl Tree {
-    fn push_leaf(&mut self, cell: Octant, items: &[u32]) -> Link {
+    pub(super) fn push_leaf(&mut self, cell: Octant, items: &[u32]) -> Link {
         let leaf = self.cells.len() as u32;
         self.cells.push(cell);
         self.triangles.extend_from_slice(items);
@@ -177,7 +189,7 @@ impl Tree {
     }
 
     /// Puts another tree behind this one; answers where its root is now.
-    fn append(&mut self, other: Self) -> Link {
+    pub(super) fn append(&mut self, other: Self) -> Link {
         let (nodes, leaves, items) = (self.nodes.len() as u32, self.cells.len() as u32, self.triangles.len() as u32);
         let moved = |link: Link| match link {
             NOTHING => NOTHING,
