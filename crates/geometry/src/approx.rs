@@ -80,7 +80,7 @@ impl Approx {
 
     /// The sum of three: least, greatest, then the one between, so that the order in which they are given changes no bit, nor does
     /// changing all signs.
-    pub(crate) fn sum_of_three(terms: [Self; 3]) -> Self {
+    pub fn sum_of_three(terms: [Self; 3]) -> Self {
         let [least, middle, greatest] = sorted(terms.map(|term| term.value));
         let [small, medium, large] = sorted(terms.map(|term| term.error));
         let outer = least + greatest;

@@ -397,12 +397,11 @@ impl Facets {
         let [a, b, d] = corners.map(|corner| self.point(corner).coordinates());
         let (u, v): ([Approx; 3], [Approx; 3]) =
             (std::array::from_fn(|i| b[i] - a[i]), std::array::from_fn(|i| d[i] - a[i]));
-        let mut squares = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
+        let squares = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
             let component = u[i] * v[j] - u[j] * v[i];
             component * component
         });
-        squares.sort_by(|x, y| x.value.total_cmp(&y.value));
-        let doubled = (squares[0] + squares[1] + squares[2]).square_root();
+        let doubled = Approx::sum_of_three(squares).square_root();
         let half = if matches!(self.faces, Faces::OfMesh(_) | Faces::Triangles(_)) { 0.5 } else { 1.0 };
         Approx { value: doubled.value * half, error: doubled.error * half }
     }

@@ -166,9 +166,9 @@ pub(crate) fn side_of_pairs([a, b, c]: &[[Pair; 3]; 3], x: &[Pair; 3], w: f64) -
     determinant(&[from_c(a), from_c(b), if w == 0.0 { *x } else { from_c(x) }])
 }
 
-/// The sum of the coordinates, rounded alike whatever the order of the axes.
+/// The sum of the coordinates, rounded alike whatever the order of the axes: least, greatest, then the one between.
 #[inline]
-pub(crate) fn symmetric_sum(terms: DVec3) -> f64 {
+pub fn symmetric_sum(terms: DVec3) -> f64 {
     let [least, middle, greatest] = sorted(terms.to_array());
     least + greatest + middle
 }

@@ -1,5 +1,5 @@
 //! What is worth knowing about the surfaces of a scene: open edges, edges whose faces are wound differently, faces without
-//! area, faces given twice.
+//! area, faces given twice; bodies without any surface.
 //!
 //! All of it is decided exactly on the placed vertices, and every instance is looked at where it stands, since rounding
 //! may join vertices in one place and not in another. Vertices that are equal in a mesh are equal wherever it stands; so
@@ -14,8 +14,8 @@ use umbriel_geometry::{Facets, Mesh, Placement};
 use umbriel_scene::{Finding, FindingKind, Object, Scene, Shape};
 
 /// The findings about the surfaces of all triangle meshes of a scene, mesh by mesh: what is found about objects that
-/// share a mesh is one finding, with the name of the first of them, its first places, and the count over all. Other bodies are what they
-/// are: nothing is found about them.
+/// share a mesh is one finding, with the name of the first of them, its first places, and the count over all. Of other bodies
+/// nothing is found but that the box which cuts one leaves nothing of it.
 pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
     let mut place_of: HashMap<*const Mesh, usize> = HashMap::new();
     let mut groups: Vec<Group> = Vec::new();
@@ -31,7 +31,17 @@ pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
         });
         groups[place].add(object, mesh);
     }
-    groups.into_iter().flat_map(|group| group.found.into_iter().flatten()).collect()
+    let without_surface = scene.objects.iter().filter(|object| match &object.shape {
+        Shape::Analytic(_) => object.bounds().is_empty(),
+        _ => false,
+    });
+    let no_surface = without_surface.map(|object| Finding {
+        kind: FindingKind::NoSurface,
+        subject: object.name.clone(),
+        count: 1,
+        places: Vec::new(),
+    });
+    groups.into_iter().flat_map(|group| group.found.into_iter().flatten()).chain(no_surface).collect()
 }
 
 /// What is found about the objects that share a mesh.

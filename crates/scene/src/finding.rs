@@ -12,6 +12,8 @@ pub enum FindingKind {
     ZeroAreaFaces,
     /// Triangles with the same corners as another one.
     DuplicateFaces,
+    /// A body none of whose surface lies in the box that cuts it.
+    NoSurface,
     /// A MASK material taken as opaque.
     MaskAsOpaque,
     /// A BLEND material taken as opaque.
@@ -54,6 +56,7 @@ impl FindingKind {
             Self::InconsistentWinding => "inconsistent_winding",
             Self::ZeroAreaFaces => "zero_area_faces",
             Self::DuplicateFaces => "duplicate_faces",
+            Self::NoSurface => "no_surface",
             Self::MaskAsOpaque => "mask_as_opaque",
             Self::BlendAsOpaque => "blend_as_opaque",
             Self::BlendIgnored => "blend_ignored",

@@ -16,6 +16,7 @@ use crate::{
     fine::flat::flat_probe,
     receivers::flat_corners,
     slack::{SlackBox, SurfacePoint},
+    soft::polyhedra::Polyhedra,
 };
 
 /// A place to ask about.
@@ -90,6 +91,7 @@ pub struct Queries<'a> {
     pub(crate) bodies: Bodies<'a>,
     pub(crate) objects: BoxTree,
     faces: Vec<OnceLock<BoxTree>>,
+    polyhedra: Vec<OnceLock<Option<Polyhedra>>>,
 }
 
 impl<'a> Queries<'a> {
@@ -97,7 +99,12 @@ impl<'a> Queries<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         let bodies = Bodies::new(scene);
         let objects = BoxTree::build(&bodies.boxes);
-        Self { faces: bodies.boxes.iter().map(|_| OnceLock::new()).collect(), bodies, objects }
+        Self {
+            faces: bodies.boxes.iter().map(|_| OnceLock::new()).collect(),
+            polyhedra: bodies.boxes.iter().map(|_| OnceLock::new()).collect(),
+            bodies,
+            objects,
+        }
     }
 
     /// Whether `place` is lit by `light`. Exact.
@@ -123,6 +130,12 @@ impl<'a> Queries<'a> {
                 Ok(self.oriented_is_lit(position, normal, precision, light))
             }
         }
+    }
+
+    /// The polyhedra that a curved body lies between, where it has such.
+    pub(crate) fn polyhedra(&self, object: u32) -> Option<&Polyhedra> {
+        let Body::Analytic(placed) = self.bodies.get(object as usize) else { return None };
+        self.polyhedra[object as usize].get_or_init(|| Polyhedra::of(placed.body(), placed.placement())).as_ref()
     }
 
     fn surface_point_is_lit(

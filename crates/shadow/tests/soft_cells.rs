@@ -114,6 +114,19 @@ impl Dice {
         Shape::Mesh(Arc::new(Mesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).expect("a mesh")))
     }
 
+    /// A convex body.
+    fn curved(&mut self, kind: usize) -> Analytic {
+        let (radius, height) = (self.next(0.3, 0.9), self.next(0.3, 1.0));
+        match kind % 6 {
+            0 => Analytic::Cylinder { radius, height },
+            1 => Analytic::Cone { radius, height },
+            2 => Analytic::Capsule { radius: 0.5 * radius, height },
+            3 => Analytic::Ellipsoid { radii: [radius, 0.5 * height, 1.5 * radius] },
+            4 => Analytic::Paraboloid { radius, height },
+            _ => Analytic::Frustum { bottom_radius: radius, top_radius: 0.3, height },
+        }
+    }
+
     fn occluder(&mut self, kind: usize) -> Object {
         let shape = match kind % 6 {
             0 => Shape::Cuboid(Cuboid { size: self.vector(0.3, 1.8).to_array() }),
@@ -121,7 +134,7 @@ impl Dice {
             2 => Shape::Rectangle(Rectangle { size: [self.next(0.3, 2.0), self.next(0.3, 2.0)] }),
             3 => self.tetrahedron(),
             4 => Shape::Analytic(Analytic::Sphere { radius: self.next(0.2, 0.9) }),
-            _ => Shape::Analytic(Analytic::Cylinder { radius: self.next(0.3, 0.9), height: self.next(0.3, 1.0) }),
+            _ => Shape::Analytic(self.curved(kind / 6)),
         };
         // Some reach through the floor.
         let map =
@@ -247,6 +260,27 @@ fn a_ball_under_round_lights() {
             widths.push(found.lit.upper - found.lit.lower);
         }
         assert!(widths[1] < 0.5 * widths[0] && widths[2] < 0.5 * widths[1], "bounds shrink: {widths:?}");
+    }
+}
+
+#[test]
+fn curved_occluders_are_bounded_more_sharply_in_smaller_cells() {
+    let bodies = [
+        Analytic::Cylinder { radius: 0.5, height: 1.5 },
+        Analytic::Cone { radius: 0.8, height: 1.0 },
+        Analytic::Capsule { radius: 0.4, height: 0.8 },
+        Analytic::Sphere { radius: 0.7 },
+        Analytic::Disk { radius: 0.8 },
+    ];
+    let lamp = lamp(DVec3::new(0.5, 6.0, 0.0), Extent::Rectangle { u: DVec3::X * 0.6, v: DVec3::Z * 0.4 });
+    for (number, body) in bodies.into_iter().enumerate() {
+        let thing = object("thing", Shape::Analytic(body), DAffine3::from_translation(DVec3::Y * 1.5));
+        let light = if number % 2 == 0 { lamp.clone() } else { sun([0.3, -1.0, 0.2], 12.0) };
+        let scene = Scene { objects: vec![floor(6.0), thing], lights: vec![light], ..Scene::default() };
+        let found = [3, 5, 7].map(|depth| first(&scene, depth, false).visible);
+        let width = |k: usize| found[k].upper - found[k].lower;
+        assert!(width(1) < 0.6 * width(0) && width(2) < 0.6 * width(1), "{body:?}: {found:?}");
+        assert!(found[2].lower >= found[1].lower && found[2].upper <= found[1].upper, "{body:?}: {found:?}");
     }
 }
 

@@ -3,7 +3,7 @@
 use std::{collections::HashSet, path::Path};
 
 use umbriel_io::{LoadOptions, load_bytes, npy, read_suns, surface_findings, write::read_points};
-use umbriel_scene::{Member, Scene};
+use umbriel_scene::{FindingKind, Member, Object, Scene};
 
 pub(super) fn obj(bytes: &[u8]) {
     scene("scene.obj", bytes);
@@ -64,11 +64,16 @@ fn is_sound(scene: &Scene) {
     let mut names = HashSet::new();
     assert!(scene.objects.iter().all(|object| names.insert(object.name.as_str())), "names that are not unique");
     assert!(scene.objects.iter().any(|object| object.face_count() > 0), "an empty scene");
-    for object in scene.objects.iter().filter(|object| object.face_count() > 0) {
+    let found = surface_findings(scene);
+    let has_surface = |object: &&Object| {
+        object.face_count() > 0
+            && !found.iter().any(|finding| finding.kind == FindingKind::NoSurface && finding.subject == object.name)
+    };
+    for object in scene.objects.iter().filter(has_surface) {
         let bounds = object.bounds();
         assert!(bounds.min.is_finite() && bounds.max.is_finite(), "{}: {bounds:?}", object.name);
     }
-    for finding in scene.findings.iter().chain(&surface_findings(scene)) {
+    for finding in scene.findings.iter().chain(&found) {
         assert!(finding.count > 0 && finding.places.len() <= finding.count, "{finding:?}");
     }
     let members = scene.families.families.iter().flat_map(|family| &family.members).chain(&scene.families.roots);

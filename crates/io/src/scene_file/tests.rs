@@ -50,6 +50,17 @@ const BODIES: &str = "[[object]]\nellipsoid = { radii = [1, 2, 3] }\n[[object]]\
 const TWO_PARTS: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\no Roof\nf 1 2 3\no Wall\nf 3 2 1\n";
 
 #[test]
+fn a_quadric_outside_its_box_is_told() {
+    // 2x² + y² − z² + z + 11 is positive all over the box.
+    let scene = loaded(
+        "[[object]]\nname = \"q\"\nquadric = { matrix = [2,0,0,0, 0,1,0,0, 0,0,-1,1, 0,0,0,11], within = [[-2,-2,-2],[0,2,2]] }\n",
+    )
+    .scene;
+    let found = crate::surface_findings(&scene);
+    assert_eq!(found.iter().map(|f| (f.kind, &*f.subject)).collect::<Vec<_>>(), [(FindingKind::NoSurface, "q")]);
+}
+
+#[test]
 fn every_body_is_read() {
     let shapes: Vec<Shape> = loaded(BODIES).scene.objects.into_iter().map(|object| object.shape).collect();
     let analytic = |number: usize| match shapes[number] {

@@ -13,7 +13,8 @@
 //! What is left are bands of half width δ: the visible fraction over C is no less than what is visible at x₀ farther than δ from all images, and no more than what
 //! is not hidden at x₀ farther than δ from borders. Bands shrink with C, and the bounds with them. No band on the light: C is lit or umbra, for certain.
 //! (Where the shaft cuts a face its image has an edge that is no border: it hides no more from there on, but it may come over the light.)
-//! Balls before round lights are bounded by their caps' closed form, other curved bodies by the shaft and by their convexity. Cost: a shaft, and for
+//! Balls before round lights are bounded by their caps' closed form, other convex bodies by the polyhedra that they lie between
+//! ([`super::polyhedra`]), what is left by the shaft alone. Cost: a shaft, and for
 //! penumbra clipping with the faces in it.
 
 use glam::DVec3;
@@ -23,7 +24,7 @@ use umbriel_scene::{Extent, Light};
 use super::{
     cover::{Cover, Outline, bounds_of},
     fraction::corners,
-    hidden::hidden_by,
+    hidden::{hidden_by, polyhedra_before},
     horizon::{Above, CurvedSide, LitSide},
     occluders::{HullShaft, InShaft, LightHull, in_shaft},
     views::Views,
@@ -105,6 +106,7 @@ impl<'a> Receiver<'a> {
         let whole = Cell::flat(corners(facets, face).collect());
         let mut found = in_shaft(queries, &receiver.shaft(&whole));
         found.faces.retain(|&(object, face)| !receiver.cannot_hide(facets, object, face));
+        receiver.add_polyhedra(&whole, &mut found);
         (receiver, found)
     }
 
@@ -122,7 +124,20 @@ impl<'a> Receiver<'a> {
         let mut found = in_shaft(queries, &receiver.shaft(whole));
         // A convex body is behind each of its tangent planes.
         found.bodies.retain(|&body| body as usize != object || !is_convex);
+        receiver.add_polyhedra(whole, &mut found);
         (receiver, found)
+    }
+
+    /// Finds the triangles of polyhedra that may be in the shaft.
+    fn add_polyhedra(&self, whole: &Cell, found: &mut InShaft) {
+        let shaft = self.shaft(whole);
+        for &body in &found.bodies {
+            let Some(polyhedra) = polyhedra_before(self.queries, body, self.light, &self.hull) else { continue };
+            for (facets, list) in [(&polyhedra.inner, &mut found.inner), (&polyhedra.outer, &mut found.outer)] {
+                let in_shaft = (0..facets.len()).filter(|&face| shaft.may_meet(&facets.facet_bounds(face)));
+                list.extend(in_shaft.map(|face| (body, face as u32)));
+            }
+        }
     }
 
     /// Whether a face is the receiver itself or lies on the closed back side of its plane: exact.
@@ -181,8 +196,33 @@ impl<'a> Receiver<'a> {
             return (left_by(&views, &above, &Cover::default()), kept);
         }
         let shaft = self.shaft(cell);
-        let cover = self.cover(&views, &shaft, candidates, &mut kept);
+        let mut cover = Cover::default();
+        self.add_faces(
+            &views,
+            &shaft,
+            (&candidates.faces, &mut kept.faces),
+            &mut cover,
+            |queries, object| match queries.bodies.get(object as usize) {
+                Body::Flat(facets) => Some(facets),
+                Body::Analytic(_) => None,
+            },
+        );
         let mut bounds = left_by(&views, &above, &cover);
+        if !candidates.outer.is_empty() {
+            let mut wider = cover.clone();
+            self.add_faces(&views, &shaft, (&candidates.outer, &mut kept.outer), &mut wider, |queries, object| {
+                queries.polyhedra(object).map(|polyhedra| &polyhedra.outer)
+            });
+            self.add_faces(&views, &shaft, (&candidates.inner, &mut kept.inner), &mut cover, |queries, object| {
+                queries.polyhedra(object).map(|polyhedra| &polyhedra.inner)
+            });
+            let [least, most] = [wider, cover].map(|cover| left_by(&views, &above, &cover));
+            bounds = CellBounds {
+                lower: least.lower.min(most.upper),
+                upper: most.upper,
+                estimate: 0.5 * (least.estimate + most.estimate),
+            };
+        }
         for &body in &candidates.bodies {
             if !shaft.may_meet(&self.queries.bodies.boxes[body as usize]) {
                 continue;
@@ -197,11 +237,17 @@ impl<'a> Receiver<'a> {
         (bounds, kept)
     }
 
-    /// The images of the faces in the shaft and the bands along their borders, object by object.
-    fn cover(&self, views: &Views, shaft: &HullShaft, candidates: &InShaft, kept: &mut InShaft) -> Cover {
-        let mut cover = Cover::default();
-        for faces in candidates.faces.chunk_by(|a, b| a.0 == b.0) {
-            let Body::Flat(facets) = self.queries.bodies.get(faces[0].0 as usize) else { continue };
+    /// Adds the images of the faces in the shaft and the bands along their borders, object by object; which faces those are.
+    fn add_faces(
+        &self,
+        views: &Views,
+        shaft: &HullShaft,
+        (candidates, kept): (&[(u32, u32)], &mut Vec<(u32, u32)>),
+        cover: &mut Cover,
+        facets_of: impl Fn(&'a Queries<'a>, u32) -> Option<&'a Facets>,
+    ) {
+        for faces in candidates.chunk_by(|a, b| a.0 == b.0) {
+            let Some(facets) = facets_of(self.queries, faces[0].0) else { continue };
             let mut outline = Outline::default();
             for &(object, face) in faces {
                 let mut polygon: Vec<DVec3> = corners(facets, face as usize).collect();
@@ -209,12 +255,11 @@ impl<'a> Receiver<'a> {
                 if polygon.len() < 3 {
                     continue;
                 }
-                kept.faces.push((object, face));
+                kept.push((object, face));
                 outline.add(facets, face as usize, &polygon, views);
             }
-            outline.finish(facets, shaft, views, &mut cover);
+            outline.finish(facets, shaft, views, cover);
         }
-        cover
     }
 }
 

@@ -12,7 +12,7 @@ use super::{
     views::Views,
 };
 
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Cover {
     faces: Vec<Polygon>,
     /// What is within reach of a border edge: hidden or not, it may change.

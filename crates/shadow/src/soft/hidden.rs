@@ -1,7 +1,7 @@
 //! What a curved body hides of an area light from all of a cell.
 
 use glam::DVec3;
-use umbriel_geometry::{Dyadic, blocking::Probe};
+use umbriel_geometry::{Aabb, Dyadic, blocking::Probe};
 use umbriel_scene::{Extent, Light};
 
 use super::{
@@ -9,12 +9,13 @@ use super::{
     cell::Cell,
     fraction::Ball,
     occluders::LightHull,
+    polyhedra::Polyhedra,
     views::Views,
     window::Shape,
 };
 use crate::{bodies::Body, query::Queries};
 
-/// The least and the greatest share of the light that a curved body hides from points of the cell.
+/// The least and the greatest share of the light that a curved body hides from points of the cell, but for what its polyhedra tell.
 pub(super) fn hidden_by(
     queries: &Queries,
     body: u32,
@@ -35,7 +36,30 @@ pub(super) fn hidden_by(
     let hides_all = placed.body().is_convex()
         && cell.corners.iter().all(|&corner| hides(corner))
         && (cell.slack == 0.0 || cell.widened().all(hides));
-    if hides_all { (1.0, 1.0) } else { (0.0, 1.0) }
+    match hides_all {
+        true => (1.0, 1.0),
+        false if polyhedra_before(queries, body, light, hull).is_some() => (0.0, 0.0),
+        false => (0.0, 1.0),
+    }
+}
+
+/// The polyhedra that a curved body lies between, if they tell what it hides: the light must be outside of both. A ball before a
+/// round light needs none.
+pub(super) fn polyhedra_before<'a>(
+    queries: &'a Queries,
+    body: u32,
+    light: &Light,
+    hull: &LightHull,
+) -> Option<&'a Polyhedra> {
+    if !matches!(light.extent, Extent::Rectangle { .. }) && queries.ball(body).is_some() {
+        return None;
+    }
+    let polyhedra = queries.polyhedra(body)?;
+    let is_outside = match hull {
+        LightHull::Points(points) => !Aabb::of(points.iter().copied()).meets(&polyhedra.outer.bounds()),
+        LightHull::Directions(_) => true,
+    };
+    is_outside.then_some(polyhedra)
 }
 
 /// The least and greatest share of a round light that a ball hides from a cell: the overlap of two caps grows with the ball's cap and falls with

@@ -15,6 +15,7 @@ mod horizon;
 pub mod image;
 mod occluders;
 mod polygon;
+pub(crate) mod polyhedra;
 mod sums;
 mod views;
 mod window;

@@ -225,6 +225,10 @@ pub(crate) struct InShaft {
     pub(crate) faces: Vec<(u32, u32)>,
     /// Curved bodies.
     pub(crate) bodies: Vec<u32>,
+    /// Triangles of the polyhedra in some of them, as (object, triangle), in that order.
+    pub(crate) inner: Vec<(u32, u32)>,
+    /// Triangles of the polyhedra round the same ones.
+    pub(crate) outer: Vec<(u32, u32)>,
 }
 
 impl InShaft {

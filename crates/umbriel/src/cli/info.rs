@@ -45,6 +45,9 @@ fn counts(text: &mut String, scene: &Scene) -> std::fmt::Result {
 
 fn extents(text: &mut String, scene: &Scene, north_degrees: f64) -> std::fmt::Result {
     let bounds = scene.objects.iter().map(Object::bounds).fold(Aabb::EMPTY, Aabb::union);
+    if bounds.is_empty() {
+        return writeln!(text, "bounds      none: there is no surface");
+    }
     writeln!(text, "bounds      {} to {} m", point(bounds.min), point(bounds.max))?;
     let size = bounds.size();
     writeln!(text, "extents     {} x {} x {} m (y is up)", number(size.x), number(size.y), number(size.z))?;

@@ -16,6 +16,7 @@ fn meaning(kind: FindingKind) -> &'static str {
         FindingKind::InconsistentWinding => "open edges among them between triangles that are wound differently",
         FindingKind::ZeroAreaFaces => "triangles without area",
         FindingKind::DuplicateFaces => "triangles that repeat another one",
+        FindingKind::NoSurface => "bodies none of whose surface lies in the box that cuts them",
         FindingKind::MaskAsOpaque => "triangles of a MASK material, taken as opaque",
         FindingKind::BlendAsOpaque => "triangles of a BLEND material, taken as opaque",
         FindingKind::BlendIgnored => "triangles of a BLEND material, which block nothing",

@@ -10,7 +10,7 @@
 //! of a body (NUMERICS.md, "Borders on a face"). Cost: about 40 flops and a division a point.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, Approx, LightSource, Point, Sign};
+use umbriel_geometry::{Aabb, Approx, LightSource, Point, Sign, predicates::symmetric_sum};
 
 use crate::fine::flat::FLAT;
 
@@ -88,7 +88,7 @@ impl Projection {
         let to_light = if light.is_sun() { light_at } else { minus(light_at) }.map(|c| c * sign);
         let (along_u, along_v) = (minus(b), minus(d));
         let normal = cross(&along_u, &along_v);
-        let in_plane = normal[0] * to_light[0] + normal[1] * to_light[1] + normal[2] * to_light[2];
+        let in_plane = Approx::sum_of_three([0, 1, 2].map(|k| normal[k] * to_light[k]));
         let is_clear = in_plane.value > CLEARANCE * in_plane.error;
         is_clear.then(|| Self {
             origin: corners[0].position,
@@ -117,7 +117,7 @@ impl Projection {
         let reach = (bounds.max - self.origin).abs().max((bounds.min - self.origin).abs()) * PADDING;
         let slack = slack + self.origin_slack;
         let h = self.height.bound(reach, slack);
-        let highest = self.height.gradient.abs().dot(reach);
+        let highest = dot(self.height.gradient.abs(), reach);
         let w = (self.in_plane.error + h + (self.in_plane.value + highest) * FORM_ROUNDING) * PADDING;
         ImageBounds { u: self.u.bound(reach, slack), v: self.v.bound(reach, slack), w, h }
     }
@@ -126,9 +126,9 @@ impl Projection {
     #[inline]
     pub(crate) fn image(&self, point: DVec3) -> Image {
         let r = point - self.origin;
-        let h = self.height.gradient.dot(r);
+        let h = dot(self.height.gradient, r);
         let w = self.in_plane.value - self.weight * h;
-        Image { u: self.u.gradient.dot(r), v: self.v.gradient.dot(r), w, h }
+        Image { u: dot(self.u.gradient, r), v: dot(self.v.gradient, r), w, h }
     }
 
     /// h at a point, with a bound of its own.
@@ -137,8 +137,8 @@ impl Projection {
         let r = point - self.origin;
         let reach = r.abs();
         let form = &self.height;
-        let bound = form.gradient.abs().dot(reach) * FORM_ROUNDING + form.error.dot(reach);
-        Approx { value: form.gradient.dot(r), error: bound * PADDING }
+        let bound = dot(form.gradient.abs(), reach) * FORM_ROUNDING + dot(form.error, reach);
+        Approx { value: dot(form.gradient, r), error: bound * PADDING }
     }
 
     /// Where an image with W ≥ cutoff lies on the face's plane.
@@ -161,7 +161,7 @@ impl Form {
     /// The error at points within `reach` of the first corner, themselves off by `slack`.
     fn bound(&self, reach: DVec3, slack: DVec3) -> f64 {
         let steep = self.gradient.abs();
-        (steep.dot(reach * FORM_ROUNDING + slack) + self.error.dot(reach + slack)) * PADDING
+        (dot(steep, reach * FORM_ROUNDING + slack) + dot(self.error, reach + slack)) * PADDING
     }
 }
 
@@ -172,6 +172,12 @@ impl Image {
         let mix = |a: f64, b: f64| a + (b - a) * t;
         Self { u: mix(self.u, other.u), v: mix(self.v, other.v), w: mix(self.w, other.w), h: mix(self.h, other.h) }
     }
+}
+
+/// Rounded alike whatever the order of the axes.
+#[inline]
+fn dot(a: DVec3, b: DVec3) -> f64 {
+    symmetric_sum(a * b)
 }
 
 fn cross(a: &[Approx; 3], b: &[Approx; 3]) -> [Approx; 3] {
