@@ -197,23 +197,19 @@ impl<'a> Receiver<'a> {
         }
         let shaft = self.shaft(cell);
         let mut cover = Cover::default();
-        self.add_faces(
-            &views,
-            &shaft,
-            (&candidates.faces, &mut kept.faces),
-            &mut cover,
-            |queries, object| match queries.bodies.get(object as usize) {
+        kept.faces = self.add_faces(&views, &shaft, &candidates.faces, &mut cover, |queries, object| {
+            match queries.bodies.get(object as usize) {
                 Body::Flat(facets) => Some(facets),
                 Body::Analytic(_) => None,
-            },
-        );
+            }
+        });
         let mut bounds = left_by(&views, &above, &cover);
         if !candidates.outer.is_empty() {
             let mut wider = cover.clone();
-            self.add_faces(&views, &shaft, (&candidates.outer, &mut kept.outer), &mut wider, |queries, object| {
+            kept.outer = self.add_faces(&views, &shaft, &candidates.outer, &mut wider, |queries, object| {
                 queries.polyhedra(object).map(|polyhedra| &polyhedra.outer)
             });
-            self.add_faces(&views, &shaft, (&candidates.inner, &mut kept.inner), &mut cover, |queries, object| {
+            kept.inner = self.add_faces(&views, &shaft, &candidates.inner, &mut cover, |queries, object| {
                 queries.polyhedra(object).map(|polyhedra| &polyhedra.inner)
             });
             let [least, most] = [wider, cover].map(|cover| left_by(&views, &above, &cover));
@@ -242,10 +238,11 @@ impl<'a> Receiver<'a> {
         &self,
         views: &Views,
         shaft: &HullShaft,
-        (candidates, kept): (&[(u32, u32)], &mut Vec<(u32, u32)>),
+        candidates: &[(u32, u32)],
         cover: &mut Cover,
         facets_of: impl Fn(&'a Queries<'a>, u32) -> Option<&'a Facets>,
-    ) {
+    ) -> Vec<(u32, u32)> {
+        let mut kept = Vec::new();
         for faces in candidates.chunk_by(|a, b| a.0 == b.0) {
             let Some(facets) = facets_of(self.queries, faces[0].0) else { continue };
             let mut outline = Outline::default();
@@ -260,6 +257,7 @@ impl<'a> Receiver<'a> {
             }
             outline.finish(facets, shaft, views, cover);
         }
+        kept
     }
 }
 
