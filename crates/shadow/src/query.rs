@@ -15,6 +15,7 @@ use crate::{
     exact::{Own, face_blocks, flat_face_is_turned_to, patch_probe, turned_to},
     fine::flat::flat_probe,
     receivers::flat_corners,
+    search::{Flats, Lookup},
     slack::{SlackBox, SurfacePoint},
     soft::polyhedra::Polyhedra,
 };
@@ -85,13 +86,18 @@ pub enum QueryDefect {
     BadNumber,
 }
 
-/// Exact answers to single points of a scene; builds what it needs on first use, so keep it for many points.
+/// Exact answers to single points of a scene; builds what it needs on first use, so keep it for many points. For very many to
+/// one light see [`Queries::prepare`].
 #[derive(Debug)]
 pub struct Queries<'a> {
     pub(crate) bodies: Bodies<'a>,
     pub(crate) objects: BoxTree,
     faces: Vec<OnceLock<BoxTree>>,
     polyhedra: Vec<OnceLock<Option<Polyhedra>>>,
+    /// For trees of triangles, once a light asks for one.
+    pub(crate) flats: OnceLock<Flats>,
+    /// What is ready for single lights.
+    pub(crate) lookups: Vec<Lookup>,
 }
 
 impl<'a> Queries<'a> {
@@ -99,12 +105,9 @@ impl<'a> Queries<'a> {
     pub fn new(scene: &'a Scene) -> Self {
         let bodies = Bodies::new(scene);
         let objects = BoxTree::build(&bodies.boxes);
-        Self {
-            faces: bodies.boxes.iter().map(|_| OnceLock::new()).collect(),
-            polyhedra: bodies.boxes.iter().map(|_| OnceLock::new()).collect(),
-            bodies,
-            objects,
-        }
+        let faces = bodies.boxes.iter().map(|_| OnceLock::new()).collect();
+        let polyhedra = bodies.boxes.iter().map(|_| OnceLock::new()).collect();
+        Self { faces, polyhedra, bodies, objects, flats: OnceLock::new(), lookups: Vec::new() }
     }
 
     /// Whether `place` is lit by `light`. Exact.
@@ -180,22 +183,38 @@ impl<'a> Queries<'a> {
 
     /// Whether any face meets the open segment from the point to the light.
     fn is_blocked<R: Ring>(&self, probe: &Probe<R>, own: Own, light: &LightSource) -> bool {
+        if let Some(lookup) = self.lookup(light) {
+            return self.is_blocked_by(lookup, probe, own);
+        }
         let bounds = Aabb::of([probe.bounds.position]).widened(probe.bounds.slack);
         let shaft = Shaft::new(&bounds, light);
-        let walk = self.objects.for_each_in_shaft(&shaft, |object| {
-            let object = object as usize;
-            let meets = |face: usize| match face_blocks(&self.bodies, (object, face), probe, own, light) {
-                true => ControlFlow::Break(()),
-                false => ControlFlow::Continue(()),
-            };
-            match self.bodies.get(object) {
-                Body::Analytic(_) => meets(0),
-                Body::Flat(facets) => {
-                    self.face_tree(object, facets).for_each_in_shaft(&shaft, |face| meets(face as usize))
-                }
+        let blocks = |object: u32| match self.object_blocks(object as usize, &shaft, probe, own, light) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        self.objects.for_each_in_shaft(&shaft, blocks).is_break()
+    }
+
+    /// Whether a face of an object meets the open segment from the point to the light, which is in the shaft.
+    pub(crate) fn object_blocks<R: Ring>(
+        &self,
+        object: usize,
+        shaft: &Shaft,
+        probe: &Probe<R>,
+        own: Own,
+        light: &LightSource,
+    ) -> bool {
+        let meets = |face: usize| face_blocks(&self.bodies, (object, face), probe, own, light);
+        match self.bodies.get(object) {
+            Body::Analytic(_) => meets(0),
+            Body::Flat(facets) => {
+                let visit = |face: u32| match meets(face as usize) {
+                    true => ControlFlow::Break(()),
+                    false => ControlFlow::Continue(()),
+                };
+                self.face_tree(object, facets).for_each_in_shaft(shaft, visit).is_break()
             }
-        });
-        walk.is_break()
+        }
     }
 
     pub(crate) fn face_tree(&self, object: usize, facets: &Facets) -> &BoxTree {

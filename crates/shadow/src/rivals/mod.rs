@@ -18,6 +18,7 @@ mod shadow_volume;
 use umbriel_geometry::LightSource;
 
 pub use literal::Literal;
+pub(crate) use polygons::triangles_of;
 pub use polygons::{Polygons, RivalPoint};
 pub use rays::PointRays;
 pub use shadow_map::ShadowMap;

@@ -187,7 +187,7 @@ impl<'a> Polygons<'a> {
 }
 
 /// Faces as triangles, each with its face.
-pub(super) fn triangles_of(facets: &Facets) -> Vec<([u32; 3], u32)> {
+pub(crate) fn triangles_of(facets: &Facets) -> Vec<([u32; 3], u32)> {
     let mut triangles = Vec::with_capacity(facets.len());
     for (face, facet) in (0..).zip(facets.iter()) {
         match facet {

@@ -6,7 +6,7 @@ use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use umbriel_io::duration_of_hours;
 
 use crate::{
-    cli::render_args::RenderArgs,
+    cli::{acceleration::AccelerationChoice, render_args::RenderArgs},
     output::{csv::Rows, glb::Coloring},
 };
 
@@ -183,6 +183,9 @@ pub(crate) struct FormArgs {
     /// Edge of light maps in texels, 1 to 8192
     #[arg(long, value_name = "N", default_value = "512", value_parser = clap::value_parser!(u32).range(1..=8192))]
     pub(crate) lightmap_size: u32,
+    /// How the points of light maps that no cell decides find what is in their way; the maps are the same
+    #[arg(long, value_enum, value_name = "HOW", default_value = "auto")]
+    pub(crate) acceleration: AccelerationChoice,
     /// Which texture coordinates of a glTF lay out light maps: 1 for TEXCOORD_1 (an OBJ has one set)
     #[arg(long, value_name = "SET", default_value = "1")]
     pub(crate) lightmap_texcoord: u32,
@@ -197,6 +200,9 @@ pub(crate) struct QueryArgs {
     /// Points: CSV with a header x,y,z or x,y,z,nx,ny,nz or object,face,u,v; or .npy, N x 3 or N x 6, f4 or f8
     #[arg(long, value_name = "FILE")]
     pub(crate) points: PathBuf,
+    /// How points find what is in their way to a light; the answers are the same
+    #[arg(long, value_enum, value_name = "HOW", default_value = "auto")]
+    pub(crate) acceleration: AccelerationChoice,
     /// Write the answers to a .csv file, or to .npy, a byte a point and light (repeatable) [default: standard output, CSV]
     #[arg(short, long = "output", value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,

@@ -12,7 +12,7 @@ use umbriel_shadow::{CellMethod, Report, Request, Sampling};
 
 use crate::{
     cli::{
-        Failure,
+        Failure, acceleration,
         args::{BakeArgs, FormArgs},
         plan::{self, CellUse},
         suns,
@@ -58,7 +58,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     plan::tell_findings(scene, args.scene.quiet);
     let bar = Bar::new(interrupt, args.scene.quiet);
     let report = umbriel_shadow::bake(scene, &request, &bar)?;
-    let maps = outputs.make_lightmaps(&loaded.file, &report, &bar)?;
+    let maps = outputs.make_lightmaps(&loaded.file, &report, &bar, args.scene.quiet)?;
     drop(bar);
     outputs.tell_misfits(scene, &report, &maps, args.scene.quiet);
     let findings = if outputs.has(Format::Json) { all_findings(scene) } else { Vec::new() };
@@ -165,11 +165,22 @@ impl<'a> Outputs<'a> {
     }
 
     /// One picture a receiver with a layout.
-    fn make_lightmaps(&self, file: &LoadedScene, report: &Report, bar: &Bar) -> Result<Vec<Lightmap>, Failure> {
+    fn make_lightmaps(
+        &self,
+        file: &LoadedScene,
+        report: &Report,
+        bar: &Bar,
+        quiet: bool,
+    ) -> Result<Vec<Lightmap>, Failure> {
         if self.mapped.is_empty() {
             return Ok(Vec::new());
         }
-        let maps = Lightmaps::new(&file.scene, report, self.forms.lightmap_size);
+        let mut maps = Lightmaps::new(&file.scene, report, self.forms.lightmap_size);
+        let objects: Vec<usize> = self.mapped.iter().map(|&place| report.lights[0].objects[place].object).collect();
+        let choices = maps.prepare(&objects, self.forms.acceleration.of_rays());
+        for (light, choice) in report.lights.iter().zip(&choices).filter(|_| !quiet) {
+            acceleration::tell_light(&file.scene.lights[light.light].name, choice);
+        }
         let make = |&place: &usize| {
             let layout = file.lightmaps[report.lights[0].objects[place].object].as_deref();
             maps.make(place, layout.unwrap_or(&Default::default()), bar).map_err(Failure::from)

@@ -1,5 +1,6 @@
 //! From the command line to an exit code; one command a file.
 
+mod acceleration;
 mod args;
 mod bake;
 mod compare;

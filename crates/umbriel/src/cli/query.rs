@@ -15,10 +15,12 @@ use umbriel_io::{
     write::{PointRow, PointTable, PointsError, Staged, read_points, write_rows},
 };
 use umbriel_scene::{FindingKind, Light, Scene};
-use umbriel_shadow::{Cancelled, Place, Points, PointsError as NoAnswer, Precision, Progress, Queries, QueryDefect};
+use umbriel_shadow::{
+    Cancelled, Expected, Place, Points, PointsError as NoAnswer, Precision, Progress, Queries, QueryDefect, SearchCosts,
+};
 
 use crate::{
-    cli::{Failure, args::QueryArgs, plan},
+    cli::{Failure, acceleration, args::QueryArgs, plan},
     output::{self, Format},
     progress::{Bar, Interrupt},
 };
@@ -43,7 +45,7 @@ pub(crate) fn run(args: &QueryArgs) -> Result<(), Failure> {
     plan::tell_findings(scene, args.scene.quiet);
     let places = asked.places(scene).map_err(|refusal| refusal.in_file(&args.points))?;
     let bar = Bar::new(interrupt, args.scene.quiet);
-    let queries = Queries::new(scene);
+    let queries = prepared(args, scene, &lights, &places);
     let column = |&light: &usize| places.column(&queries, &scene.lights[light], &bar);
     let answers = lights.iter().map(column).collect::<Result<Vec<_>, _>>();
     let answers = answers.map_err(|error| asked.failure(error, &args.points))?;
@@ -63,6 +65,19 @@ pub(crate) fn run(args: &QueryArgs) -> Result<(), Failure> {
     let staged = files.iter().map(stage).collect::<Result<Vec<_>, _>>()?;
     interrupt.check()?;
     output::commit_all(staged)
+}
+
+/// Ready for the points under each light, which is told. Shares of area lights are not found by rays to one point.
+fn prepared<'a>(args: &QueryArgs, scene: &'a Scene, lights: &[usize], places: &Places) -> Queries<'a> {
+    let mut queries = Queries::new(scene);
+    for light in lights.iter().map(|&light| &scene.lights[light]).filter(|light| light.extent.is_point()) {
+        let asked = args.acceleration.of_rays();
+        let choice = queries.prepare(&light.source, places.expected(), asked, &SearchCosts::MEASURED);
+        if !args.scene.quiet {
+            acceleration::tell_light(&light.name, &choice);
+        }
+    }
+    queries
 }
 
 /// Whether the files can hold the answers: bytes hold no shares.
@@ -215,6 +230,15 @@ impl Places<'_> {
             Self::Free(rows) => Some(Points::FreeDouble(rows)),
             Self::Oriented(rows) => Some(Points::OrientedDouble(rows)),
             Self::OnFaces(_) => None,
+        }
+    }
+
+    /// How many points will be asked about.
+    fn expected(&self) -> Expected {
+        match (self, self.loose()) {
+            (_, Some(points)) => Expected::Loose(points.len() as u64),
+            (Self::OnFaces(places), None) => Expected::Places(places.len() as u64),
+            _ => Expected::Places(0),
         }
     }
 

@@ -5,11 +5,11 @@ use std::path::Path;
 use umbriel_io::write::{Picture, Staged, write_png};
 use umbriel_scene::Scene;
 use umbriel_shadow::{CellMethod, Progress, Request, bake_hours};
-use umbriel_visibility::{Acceleration, Choice, CostModel, RayCaster, View};
+use umbriel_visibility::{CostModel, RayCaster, View};
 
 use crate::{
     cli::{
-        Failure, lines,
+        Failure, acceleration, lines,
         plan::{self, CellUse},
         render_args::RenderArgs,
         suns, surfaces,
@@ -46,11 +46,20 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         prepare(&mut caster, &view, args);
     }
     let undecided = args.undecided.map_or(Undecided::Decide, Undecided::Show);
-    let receivers = worth_baking(scene, &caster.coverage(&view), undecided, args.aa);
+    let coverage = caster.coverage(&view);
+    let receivers = worth_baking(scene, &coverage, undecided, args.aa);
     let bar = Bar::new(interrupt, args.scene.quiet);
     let request = Request { detail, sampling: None, lights, receivers, keep_cells: true, method: CellMethod::Auto };
     let report = umbriel_shadow::bake(scene, &request, &bar)?;
-    let studio = Studio::new(scene, &caster, &report, undecided);
+    let mut studio = Studio::new(scene, &caster, &report, undecided);
+    if undecided == Undecided::Decide {
+        let points: Vec<u64> = coverage.iter().map(|pixels| pixels * u64::from(args.aa * args.aa)).collect();
+        let choices = studio.prepare(&report, &points, args.acceleration.of_rays());
+        if !args.scene.quiet {
+            let named = report.lights.iter().map(|light| scene.lights[light.light].name.as_str());
+            named.zip(&choices).for_each(|(name, choice)| acceleration::tell_light(name, choice));
+        }
+    }
     let picture = match args.method {
         None => studio.picture(&view, args.aa, &bar)?,
         Some(method) => {
@@ -92,30 +101,8 @@ fn prepare(caster: &mut RayCaster, view: &View, args: &RenderArgs) {
     let acceleration = args.acceleration.of_rays();
     let choices = caster.prepare(view, args.aa * args.aa, acceleration, &CostModel::MEASURED);
     if !args.scene.quiet {
-        let ways =
-            [(Acceleration::Bvh, "BVH"), (Acceleration::Octree, "octree"), (Acceleration::Projection, "projection")];
-        let told = ways.into_iter().enumerate().filter_map(|(place, (way, name))| told(&choices, place, way, name));
-        told.for_each(|line| output::tell(&line));
+        acceleration::tell_eye(&choices);
     }
-}
-
-/// Which meshes get one way, and what the model of costs expects of it and of the best other one.
-fn told(choices: &[Choice], place: usize, way: Acceleration, name: &str) -> Option<String> {
-    let chosen = || choices.iter().filter(|choice| choice.chosen == way);
-    let sum = |number: &dyn Fn(&Choice) -> f64| chosen().map(number).sum::<f64>();
-    let other = |choice: &Choice| {
-        let others = (0..3).filter(|&other| other != place).map(|other| choice.expected[other]);
-        others.fold(f64::INFINITY, f64::min)
-    };
-    let [own, others] = [sum(&|choice| choice.expected[place]), sum(&other)].map(|nanoseconds| nanoseconds / 1e6);
-    let [rays, triangles] = [sum(&|choice| choice.rays as f64), sum(&|choice| choice.triangles as f64)];
-    (chosen().count() > 0).then(|| {
-        format!(
-            "note: rays by {name} for {} meshes, {triangles} triangles, {rays} rays: {own:.0} ms expected on one thread, \
-             {others:.0} ms otherwise",
-            chosen().count()
-        )
-    })
 }
 
 /// Writes all files or none.

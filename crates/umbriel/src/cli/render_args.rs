@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use clap::{Args as ClapArgs, ValueEnum};
 use glam::DVec3;
 use umbriel_scene::{Camera, Projection};
-use umbriel_visibility::Acceleration;
 
 use crate::{
-    cli::args::{DetailArgs, LightArgs, SceneArgs, SunsArgs, color, finite, size},
+    cli::{
+        acceleration::AccelerationChoice,
+        args::{DetailArgs, LightArgs, SceneArgs, SunsArgs, color, finite, size},
+    },
     output::picture::SUBPIXELS,
 };
 
@@ -44,7 +46,7 @@ pub(crate) struct RenderArgs {
     /// Samples along each edge of a pixel, 1 to 16, to smooth edges
     #[arg(long, value_name = "N", default_value_t = SUBPIXELS, value_parser = clap::value_parser!(u32).range(1..=16))]
     pub(crate) aa: u32,
-    /// How the picture's rays find the triangles of a mesh; the picture is the same
+    /// How the rays of the camera, and of points that no cell decides, find what they meet; the picture is the same
     #[arg(long, value_enum, value_name = "HOW", default_value = "auto")]
     pub(crate) acceleration: AccelerationChoice,
     /// Write the picture to a .png file, lines to a .svg file (repeatable)
@@ -69,29 +71,6 @@ pub(crate) enum SurfaceMethod {
     Sort,
     /// All of them, side by side
     All,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum AccelerationChoice {
-    /// What should be quickest, mesh by mesh
-    Auto,
-    /// A bounding volume hierarchy
-    Bvh,
-    /// An octree, from its root down
-    Octree,
-    /// Maps of an octree, projected from the camera
-    Projection,
-}
-
-impl AccelerationChoice {
-    pub(crate) fn of_rays(self) -> Acceleration {
-        match self {
-            Self::Auto => Acceleration::Auto,
-            Self::Bvh => Acceleration::Bvh,
-            Self::Octree => Acceleration::Octree,
-            Self::Projection => Acceleration::Projection,
-        }
-    }
 }
 
 /// Vertical field of view where none is given, degrees.

@@ -14,9 +14,10 @@ use rayon::prelude::*;
 use umbriel_geometry::{Dyadic, LightSource, Ring, Sign, decisions::decide};
 use umbriel_io::{LightmapLayout, write::GrayPicture};
 use umbriel_scene::Scene;
-use umbriel_shadow::{Cancelled, Place, Progress, Queries, Report, Verdict};
+use umbriel_shadow::{Cancelled, Expected, Place, Progress, Queries, Report, SearchChoice, SearchCosts, Verdict};
+use umbriel_visibility::Acceleration;
 
-use crate::output::cells::CellMap;
+use crate::output::{cells::CellMap, picture::open_points};
 
 /// Points of a texel along each of its edges.
 const LATTICE: usize = 4;
@@ -52,6 +53,18 @@ impl<'a> Lightmaps<'a> {
     /// Ready to make square pictures with edges of so many texels.
     pub(crate) fn new(scene: &'a Scene, report: &'a Report, edge: u32) -> Self {
         Self { scene, report, queries: Queries::new(scene), edge }
+    }
+
+    /// Makes ready for the points that no cell decides, on the maps of these objects; answers what was chosen for each light, and why.
+    pub(crate) fn prepare(&mut self, objects: &[usize], asked: Acceleration) -> Vec<SearchChoice> {
+        let mut points = vec![0; self.scene.objects.len()];
+        objects.iter().for_each(|&object| points[object] = u64::from(self.edge).pow(2) * (LATTICE * LATTICE) as u64);
+        let (queries, scene) = (&mut self.queries, self.scene);
+        let lights = self.report.lights.iter().map(|light| {
+            let expected = Expected::Places(open_points(light, &points));
+            queries.prepare(&scene.lights[light.light].source, expected, asked, &SearchCosts::MEASURED)
+        });
+        lights.collect()
     }
 
     /// The map of a receiver, by its place in the report's lists. Cost: a lookup a point and light, and an exact query

@@ -8,8 +8,10 @@ use rayon::prelude::*;
 use umbriel_geometry::LightSource;
 use umbriel_io::write::Picture;
 use umbriel_scene::Scene;
-use umbriel_shadow::{Cancelled, Place, Progress, Queries, Report, Verdict};
-use umbriel_visibility::{Ray, RayCaster, SurfaceHit, View};
+use umbriel_shadow::{
+    Cancelled, Expected, LightReport, Place, Progress, Queries, Report, SearchChoice, SearchCosts, Verdict,
+};
+use umbriel_visibility::{Acceleration, Ray, RayCaster, SurfaceHit, View};
 
 use crate::output::cells::CellMap;
 
@@ -75,6 +77,18 @@ impl<'a> Studio<'a> {
         Self { caster, queries: Queries::new(scene), lamps: lamps.collect(), undecided }
     }
 
+    /// Makes ready for the points that no cell decides, of so many that are seen of each object; answers what was chosen for each
+    /// light, and why.
+    pub(crate) fn prepare(&mut self, report: &Report, points: &[u64], asked: Acceleration) -> Vec<SearchChoice> {
+        let costs = SearchCosts::MEASURED;
+        let lights = self.lamps.iter().zip(&report.lights);
+        let prepare = |(lamp, light): (&Lamp, &LightReport)| {
+            let expected = Expected::Places(open_points(light, points));
+            self.queries.prepare(&lamp.source, expected, asked, &costs)
+        };
+        lights.map(prepare).collect()
+    }
+
     /// Takes the picture.
     pub(crate) fn picture(&self, view: &View, subpixels: u32, progress: &dyn Progress) -> Result<Picture, Cancelled> {
         take(self.caster, view, subpixels, progress, &|hit, ray| self.surface(hit, ray))
@@ -116,6 +130,18 @@ impl<'a> Studio<'a> {
         // A place that is refused lies, by rounding, just outside its face; it stays dark.
         self.queries.lit(&place, &lamp.source).is_ok_and(|answer| answer.lit)
     }
+}
+
+/// How many of an object's points no cell decides, all in all: those on its undecided share, or all where it was not baked.
+pub(crate) fn open_points(light: &LightReport, points: &[u64]) -> u64 {
+    let mut open = points.to_vec();
+    for object in &light.objects {
+        let share = (object.undecided() / object.area).clamp(0.0, 1.0);
+        if share.is_finite() && !object.cells.is_empty() {
+            open[object.object] = (open[object.object] as f64 * share) as u64;
+        }
+    }
+    open.iter().sum()
 }
 
 /// A picture of surfaces in the colours that `surface` gives them, linear light; rows in parallel.

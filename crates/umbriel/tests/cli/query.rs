@@ -34,6 +34,23 @@ fn points_of_faces_and_several_lights() {
 }
 
 #[test]
+fn the_acceleration_changes_no_answer_and_is_told() {
+    for points in ["x,y,z\n0,1,0\n3,1,0\n0,5,0\n", "object,face,u,v\nfloor,0,0.5,0.5\nfloor,0,0,1\nball,3,0.5,0.5\n"] {
+        let workspace = workspace(points);
+        let plain = workspace.run("query noon.toml --points p.csv").succeeds();
+        assert!(plain.stderr().contains("points under noon"), "{}", plain.stderr());
+        for (way, told) in [("bvh", "by BVH"), ("octree", "by octree"), ("projection", "by projection")] {
+            let run = workspace.run(&format!("query noon.toml --points p.csv --acceleration {way}")).succeeds();
+            assert_eq!(run.stdout(), plain.stdout());
+            assert!(run.stderr().contains(&format!("points under noon {told}: 3 points")), "{}", run.stderr());
+            let quiet =
+                workspace.run(&format!("query noon.toml --points p.csv --quiet --acceleration {way}")).succeeds();
+            assert_eq!((quiet.stdout(), quiet.stderr()), (plain.stdout(), String::new()));
+        }
+    }
+}
+
+#[test]
 fn bad_rows_are_named_by_their_lines() {
     for (points, words) in [
         ("a,b\n", ["p.csv", "header"]),

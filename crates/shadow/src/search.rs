@@ -1,0 +1,299 @@
+//! How single points find what is in their way to a light.
+//!
+//! *Problem.* [`Queries`] goes down trees of boxes with the shaft from a point to the light, and asks every face exactly that it comes
+//! near. Where many points ask about one light, their segments end in one point, or run parallel: rays as a picture has them.
+//! *Ways.* A BVH over all triangles ([`TriangleBvh`]), an octree seen from the light, from its root down, or looked up in maps of its
+//! projection (Wei, Geng and Zhang 2015; [`Projection`]). [`Queries::prepare`] builds what a model of costs chooses, or what is
+//! asked for.
+//!
+//! *Guarantee.* The same answers, exact. Trees hold the triangles of flat faces without holes; they tell what certainly blocks, and
+//! ask about what is in doubt by the definition, with the point's own face known. Everything else (curved bodies, holes) is found by
+//! shafts as before.
+//!
+//! *Cost.* [`SearchCosts`]: nanoseconds a point and a triangle, building included. Memory: some 100 bytes a triangle for the BVH, some
+//! hundred and more for maps, at most [`ProjectionOptions::memory`].
+
+use std::{
+    ops::ControlFlow,
+    sync::{Arc, OnceLock},
+};
+
+use umbriel_bvh::{BoxTree, Shaft, TriangleBvh};
+use umbriel_geometry::{Aabb, LightSource, Mesh, Ring, blocking::Probe};
+use umbriel_octree::{Projection, ProjectionOptions, Renewal, Viewpoint};
+use umbriel_visibility::{Acceleration, RayCost};
+
+use crate::{
+    bodies::{Bodies, Body},
+    exact::{Own, face_blocks},
+    query::Queries,
+    rivals::triangles_of,
+};
+
+/// How points find what is in their way to a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// As ever: shafts through trees of boxes, many loose points through light space.
+    Direct,
+    /// By a BVH over all triangles.
+    Bvh,
+    /// By an octree seen from the light, from its root down.
+    Octree,
+    /// By maps of the octree's projection from the light.
+    Projection,
+}
+
+/// How many points will be asked about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Expected {
+    /// Points of faces, and points asked one by one.
+    Places(u64),
+    /// Points by coordinates, asked together ([`Queries::lit_many`]).
+    Loose(u64),
+}
+
+impl Expected {
+    fn count(self) -> u64 {
+        match self {
+            Self::Places(count) | Self::Loose(count) => count,
+        }
+    }
+}
+
+/// What decides for [`Acceleration::Auto`]: nanoseconds on one thread, building included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SearchCosts {
+    /// Shafts, for [`Expected::Places`].
+    pub places: RayCost,
+    /// Light space, for [`Expected::Loose`].
+    pub loose: RayCost,
+    /// The BVH.
+    pub bvh: RayCost,
+    /// The octree.
+    pub octree: RayCost,
+    /// Maps.
+    pub projection: RayCost,
+}
+
+impl SearchCosts {
+    /// As `cargo xtask calibrate` measures them, on one thread.
+    pub const MEASURED: Self = Self {
+        places: RayCost { base: 900.0, doubling: 60.0, triangle: 250.0 },
+        loose: RayCost { base: 40.0, doubling: 1.0, triangle: 450.0 },
+        bvh: RayCost { base: 350.0, doubling: 10.0, triangle: 450.0 },
+        octree: RayCost { base: 400.0, doubling: 40.0, triangle: 7000.0 },
+        projection: RayCost { base: 300.0, doubling: 2.0, triangle: 8500.0 },
+    };
+}
+
+impl Default for SearchCosts {
+    fn default() -> Self {
+        Self::MEASURED
+    }
+}
+
+/// Something is built only where it should take less than this share of the time without: a model is no measurement.
+const CLEARLY: f64 = 0.8;
+
+/// How the points of a light find their way, and why.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SearchChoice {
+    /// What was chosen.
+    pub chosen: Search,
+    /// Triangles that trees hold, or would.
+    pub triangles: usize,
+    /// Points that are expected.
+    pub points: u64,
+    /// Nanoseconds that the model expects: direct, BVH, octree, projection.
+    pub expected: [f64; 4],
+}
+
+impl SearchChoice {
+    const WAYS: [Search; 4] = [Search::Direct, Search::Bvh, Search::Octree, Search::Projection];
+
+    fn new(asked: Acceleration, expected: Expected, triangles: usize, costs: &SearchCosts) -> Self {
+        let direct = if matches!(expected, Expected::Loose(_)) { costs.loose } else { costs.places };
+        let points = expected.count();
+        let expected =
+            [direct, costs.bvh, costs.octree, costs.projection].map(|cost| cost.nanoseconds(points, triangles));
+        let chosen = match asked {
+            Acceleration::Bvh => Search::Bvh,
+            Acceleration::Octree => Search::Octree,
+            Acceleration::Projection => Search::Projection,
+            Acceleration::Auto => {
+                let best = (1..4).fold(1, |best, way| if expected[way] < expected[best] { way } else { best });
+                Self::WAYS[if expected[best] < CLEARLY * expected[0] { best } else { 0 }]
+            }
+        };
+        Self { chosen, triangles, points, expected }
+    }
+}
+
+/// What trees hold of a scene, and what they do not.
+#[derive(Debug)]
+pub(crate) struct Flats {
+    mesh: Arc<Mesh>,
+    /// Object and face of each triangle.
+    owners: Vec<(u32, u32)>,
+    bvh: OnceLock<TriangleBvh>,
+    /// The other objects, and a tree over their boxes.
+    others: Vec<usize>,
+    boxes: BoxTree,
+}
+
+impl Flats {
+    pub(crate) fn new(bodies: &Bodies) -> Self {
+        let (mut positions, mut triangles, mut owners) = (Vec::new(), Vec::new(), Vec::new());
+        let mut others = Vec::new();
+        for object in 0..bodies.scene.objects.len() {
+            let Some(facets) = facets_of(bodies, object) else {
+                others.push(object);
+                continue;
+            };
+            let first = positions.len() as u32;
+            positions.extend(facets.positions().iter().map(|position| position.to_array()));
+            let cut = triangles_of(facets);
+            triangles.extend(cut.iter().map(|(corners, _)| corners.map(|corner| corner + first)));
+            owners.extend(cut.iter().map(|&(_, face)| (object as u32, face)));
+        }
+        let boxes: Vec<Aabb> = others.iter().map(|&object| bodies.boxes[object]).collect();
+        let mesh = Mesh::new(positions, triangles).expect("placed faces have accepted corners");
+        Self { mesh: Arc::new(mesh), owners, bvh: OnceLock::new(), others, boxes: BoxTree::build(&boxes) }
+    }
+
+    fn bvh(&self) -> &TriangleBvh {
+        self.bvh.get_or_init(|| TriangleBvh::build(Arc::clone(&self.mesh)))
+    }
+}
+
+/// The faces of a flat body without holes.
+fn facets_of<'a>(bodies: &'a Bodies, object: usize) -> Option<&'a umbriel_geometry::Facets> {
+    match bodies.get(object) {
+        Body::Flat(facets) if !bodies.has_holes(object) => Some(facets),
+        _ => None,
+    }
+}
+
+/// What was built for a light.
+#[derive(Debug)]
+pub(crate) struct Lookup {
+    pub(crate) light: LightSource,
+    /// `None` for the BVH.
+    octree: Option<Octree>,
+}
+
+#[derive(Debug)]
+struct Octree {
+    projection: Projection,
+    is_looked_up: bool,
+}
+
+impl Queries<'_> {
+    /// Makes ready for points that ask about `light`: builds what `asked` says, or the model of costs; answers what was chosen, and
+    /// why. Answers do not change, and other lights stay possible.
+    ///
+    /// O(triangles × levels) for an octree, O(n log n) for the BVH, which all lights share.
+    pub fn prepare(
+        &mut self,
+        light: &LightSource,
+        expected: Expected,
+        asked: Acceleration,
+        costs: &SearchCosts,
+    ) -> SearchChoice {
+        let objects = 0..self.bodies.scene.objects.len();
+        let triangles = objects.filter_map(|object| Some(facets_of(&self.bodies, object)?.len())).sum();
+        let choice = SearchChoice::new(asked, expected, triangles, costs);
+        self.lookups.retain(|lookup| lookup.light != *light);
+        let is_looked_up = choice.chosen == Search::Projection;
+        let octree = match choice.chosen {
+            Search::Direct => return choice,
+            Search::Bvh => None,
+            Search::Octree | Search::Projection => {
+                let options = ProjectionOptions {
+                    max_level: ProjectionOptions::level_for(triangles) + if is_looked_up { 0 } else { 2 },
+                    // Without maps to speak of where nothing is looked up.
+                    rays: if is_looked_up { choice.points } else { 0 },
+                    ..ProjectionOptions::default()
+                };
+                let built = Projection::build(Arc::clone(&self.flats().mesh), Viewpoint::of_light(light), &options);
+                built.ok().map(|projection| Octree { projection, is_looked_up })
+            }
+        };
+        let chosen = if octree.is_some() { choice.chosen } else { Search::Bvh };
+        if chosen == Search::Bvh {
+            self.flats().bvh();
+        }
+        self.lookups.push(Lookup { light: *light, octree });
+        SearchChoice { chosen, ..choice }
+    }
+
+    /// Makes ready as `former` is, whose scene had some objects elsewhere: maps are renewed only where something moved
+    /// ([`Projection::renewed`]). Answers what was made anew, one for each light with an octree.
+    pub fn prepare_after(&mut self, former: &Queries) -> Vec<Renewal> {
+        let mut renewals = Vec::new();
+        for Lookup { light, octree } in &former.lookups {
+            let renewed = octree.as_ref().and_then(|Octree { projection, is_looked_up }| {
+                let (projection, renewal) = projection.renewed(Arc::clone(&self.flats().mesh)).ok()?;
+                renewals.push(renewal);
+                Some(Octree { projection, is_looked_up: *is_looked_up })
+            });
+            self.lookups.retain(|lookup| lookup.light != *light);
+            self.lookups.push(Lookup { light: *light, octree: renewed });
+        }
+        renewals
+    }
+
+    fn flats(&self) -> &Flats {
+        self.flats.get_or_init(|| Flats::new(&self.bodies))
+    }
+
+    /// What was made ready for a light.
+    pub(crate) fn lookup(&self, light: &LightSource) -> Option<&Lookup> {
+        self.lookups.iter().find(|lookup| lookup.light == *light)
+    }
+
+    /// Whether any face meets the open segment from the point to the light of the lookup.
+    pub(crate) fn is_blocked_by<R: Ring>(&self, lookup: &Lookup, probe: &Probe<R>, own: Own) -> bool {
+        let (flats, light) = (self.flats(), &lookup.light);
+        let (position, slack) = (probe.bounds.position, probe.bounds.slack.max_element());
+        let decide = |triangle: u32| {
+            let (object, face) = flats.owners[triangle as usize];
+            face_blocks(&self.bodies, (object as usize, face as usize), probe, own, light)
+        };
+        let is_blocked = match &lookup.octree {
+            None => flats.bvh().towards(*light).any_hit_where(position, slack, decide),
+            Some(Octree { projection, is_looked_up: true }) => {
+                projection.segments().any_hit_where(position, slack, decide)
+            }
+            Some(Octree { projection, .. }) => projection.segments_by_descent().any_hit_where(position, slack, decide),
+        };
+        is_blocked || !flats.others.is_empty() && self.is_blocked_by_others(flats, probe, own, light)
+    }
+
+    fn is_blocked_by_others<R: Ring>(&self, flats: &Flats, probe: &Probe<R>, own: Own, light: &LightSource) -> bool {
+        let bounds = Aabb::of([probe.bounds.position]).widened(probe.bounds.slack);
+        let shaft = Shaft::new(&bounds, light);
+        let blocks = |other: u32| match self.object_blocks(flats.others[other as usize], &shaft, probe, own, light) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        flats.boxes.for_each_in_shaft(&shaft, blocks).is_break()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_points_pay_for_trees_and_few_do_not() {
+        let chosen = |expected, triangles| {
+            SearchChoice::new(Acceleration::Auto, expected, triangles, &SearchCosts::MEASURED).chosen
+        };
+        assert_eq!(chosen(Expected::Places(3), 1 << 20), Search::Direct);
+        assert_ne!(chosen(Expected::Places(1 << 26), 1 << 10), Search::Direct);
+        assert_eq!(chosen(Expected::Loose(1 << 22), 1 << 16), Search::Direct, "light space is quick");
+        let asked = SearchChoice::new(Acceleration::Octree, Expected::Places(1), 1 << 20, &SearchCosts::MEASURED);
+        assert_eq!(asked.chosen, Search::Octree, "what is asked for is done");
+    }
+}
