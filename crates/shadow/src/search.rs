@@ -76,7 +76,7 @@ pub struct SearchCosts {
 }
 
 impl SearchCosts {
-    /// As `cargo xtask calibrate` measures them, on one thread.
+    /// On one thread, estimated by single runs; `cargo xtask calibrate` measures those of a machine.
     pub const MEASURED: Self = Self {
         places: RayCost { base: 900.0, doubling: 60.0, triangle: 250.0 },
         loose: RayCost { base: 40.0, doubling: 1.0, triangle: 450.0 },
@@ -93,7 +93,7 @@ impl Default for SearchCosts {
 }
 
 /// Something is built only where it should take less than this share of the time without: a model is no measurement.
-const CLEARLY: f64 = 0.8;
+const CLEARLY: f64 = 0.9;
 
 /// How the points of a light find their way, and why.
 #[derive(Clone, Copy, Debug, PartialEq)]

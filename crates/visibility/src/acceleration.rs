@@ -60,9 +60,9 @@ pub struct CostModel {
 impl CostModel {
     /// After the figures of `docs/projection.md`, on one thread. `cargo xtask calibrate` finds those of another machine.
     pub const MEASURED: Self = Self {
-        bvh: RayCost { base: 150.0, doubling: 13.0, triangle: 0.0 },
+        bvh: RayCost { base: 0.0, doubling: 9.5, triangle: 0.0 },
         octree: RayCost { base: 100.0, doubling: 14.0, triangle: 7000.0 },
-        projection: RayCost { base: 30.0, doubling: 4.0, triangle: 8500.0 },
+        projection: RayCost { base: 45.0, doubling: 4.0, triangle: 8500.0 },
     };
 }
 
@@ -73,7 +73,7 @@ impl Default for CostModel {
 }
 
 /// An octree is built only where it should take less than this share of the BVH's time: a model is no measurement.
-const CLEARLY: f64 = 0.8;
+const CLEARLY: f64 = 0.9;
 
 /// How the rays of a view find the triangles of an object, and why.
 #[derive(Clone, Copy, Debug, PartialEq)]

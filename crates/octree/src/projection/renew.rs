@@ -9,7 +9,7 @@
 //! the cube or the bounds on errors change (the scene's extent did, or its farthest corner), where memory has made tree or
 //! maps coarser, and, face by face, where the number of leaves asks for other tiles; maps of the source's modes too.
 //!
-//! *Cost.* O(triangles) comparisons and O(leaves + numbers) copies, some hundredths of a build; the rest as building what was touched.
+//! *Cost.* O(triangles) comparisons and O(leaves + numbers) copies, about a tenth of a build; the rest as building what was touched.
 
 use std::sync::Arc;
 
