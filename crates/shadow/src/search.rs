@@ -76,13 +76,13 @@ pub struct SearchCosts {
 }
 
 impl SearchCosts {
-    /// On one thread, estimated by single runs; `cargo xtask calibrate` measures those of a machine.
+    /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        places: RayCost { base: 900.0, doubling: 60.0, triangle: 250.0 },
-        loose: RayCost { base: 40.0, doubling: 1.0, triangle: 450.0 },
-        bvh: RayCost { base: 350.0, doubling: 10.0, triangle: 450.0 },
-        octree: RayCost { base: 400.0, doubling: 40.0, triangle: 7000.0 },
-        projection: RayCost { base: 300.0, doubling: 2.0, triangle: 8500.0 },
+        places: RayCost { base: 0.0, doubling: 93.7, triangle: 1049.0 },
+        loose: RayCost { base: 30.3, doubling: 1.8, triangle: 834.0 },
+        bvh: RayCost { base: 0.0, doubling: 24.1, triangle: 413.0 },
+        octree: RayCost { base: 0.0, doubling: 79.6, triangle: 10490.0 },
+        projection: RayCost { base: 0.0, doubling: 32.0, triangle: 5315.0 },
     };
 }
 
@@ -286,12 +286,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn many_points_pay_for_trees_and_few_do_not() {
+    fn what_is_quickest_to_build_serves_few_points_and_what_is_quick_many() {
         let chosen = |expected, triangles| {
             SearchChoice::new(Acceleration::Auto, expected, triangles, &SearchCosts::MEASURED).chosen
         };
-        assert_eq!(chosen(Expected::Places(3), 1 << 20), Search::Direct);
-        assert_ne!(chosen(Expected::Places(1 << 26), 1 << 10), Search::Direct);
+        assert_eq!(chosen(Expected::Places(3), 1 << 20), Search::Bvh);
+        assert_eq!(chosen(Expected::Places(1 << 26), 1 << 10), Search::Bvh);
         assert_eq!(chosen(Expected::Loose(1 << 22), 1 << 16), Search::Direct, "light space is quick");
         let asked = SearchChoice::new(Acceleration::Octree, Expected::Places(1), 1 << 20, &SearchCosts::MEASURED);
         assert_eq!(asked.chosen, Search::Octree, "what is asked for is done");
