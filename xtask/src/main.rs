@@ -10,6 +10,7 @@ mod fixtures;
 mod fuzz;
 mod layers;
 mod pictures;
+mod portals;
 mod projection;
 mod regress;
 mod soak;
@@ -44,6 +45,10 @@ enum Task {
     Bench(bench::Options),
     /// Measure rays looked up in projected octrees against ordinary traversal and the BVH
     Projection(projection::Options),
+    /// Write an office floor with cells and portals, of any number of rooms
+    Office(portals::OfficeOptions),
+    /// Measure what portals spare on offices of 200 to 10,000 rooms, and judge by rays that nothing visible is missing
+    Portals(portals::Options),
     /// Draw all fixtures and real models by all methods of hidden surfaces; no pixel may differ
     Pictures(pictures::Options),
     /// Measure what the choice between BVH, octree and projection goes by
@@ -75,6 +80,8 @@ fn main() -> ExitCode {
         Task::Regress { bless: Some(reason) } => regress::bless(&reason),
         Task::Bench(options) => bench::run(&options),
         Task::Projection(options) => projection::run(&options),
+        Task::Office(options) => portals::write_office(&options),
+        Task::Portals(options) => portals::run(&options),
         Task::Pictures(options) => pictures::run(&options),
         Task::Calibrate => projection::calibrate(),
         Task::Soft(options) => soft::run(&options),

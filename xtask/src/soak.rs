@@ -40,7 +40,7 @@ struct Judge {
     round: u64,
 }
 
-const JUDGES: [Judge; 12] = [
+const JUDGES: [Judge; 13] = [
     Judge {
         file: "watertight",
         test: "no_segment_leaves_a_closed_mesh",
@@ -97,6 +97,7 @@ const JUDGES: [Judge; 12] = [
         cases: 10_000,
         round: 300,
     },
+    Judge { file: "rooms", test: "nothing_that_is_seen_is_missing", unit: "eyes", cases: 10_000, round: 1_000 },
     Judge { file: "metamorphic", test: "axes_exchanged_and_mirrored", unit: "scenes", cases: 10_000, round: 200 },
     Judge {
         file: "metamorphic",

@@ -26,6 +26,7 @@ mod obj;
 mod options;
 mod picture;
 mod ply;
+mod rooms;
 mod scene_file;
 mod stl;
 mod sun;

@@ -16,6 +16,7 @@ use crate::{
     ledger::{Ledger, Quantity},
     lightmap::LightmapLayout,
     names::Names,
+    rooms::{self, ModelCell, ModelPortal},
 };
 
 /// A body as read. Its name need not be unique within a scene yet.
@@ -38,6 +39,8 @@ pub(crate) struct Model {
     pub(crate) families: FamilyTree,
     pub(crate) lights: Vec<Light>,
     pub(crate) camera: Option<Camera>,
+    pub(crate) cells: Vec<ModelCell>,
+    pub(crate) portals: Vec<ModelPortal>,
     pub(crate) findings: Findings,
 }
 
@@ -100,7 +103,7 @@ impl Findings {
 
 impl Model {
     /// Takes in the content of another file under one name: a single object gets the name itself, several become the
-    /// family `name` with objects `name/...`. Lights come along unless a part was picked; a camera never does.
+    /// family `name` with objects `name/...`. Lights, cells and portals come along unless a part was picked; a camera never does.
     pub(crate) fn take_in(&mut self, mut part: Self, name: &str, map: DAffine3, sides: Option<Sides>, picked: bool) {
         let alone = part.objects.len() == 1;
         let full = |inner: &str| if inner.is_empty() { name.to_owned() } else { format!("{name}/{inner}") };
@@ -132,6 +135,14 @@ impl Model {
                 .into_iter()
                 .filter_map(|light| moved_light(&light, &map).map(|moved| Light { name: full(&light.name), ..moved }));
             self.lights.extend(lights);
+            let cells = part.cells.into_iter();
+            self.cells.extend(cells.map(|cell| ModelCell { name: full(&cell.name), map: map * cell.map, ..cell }));
+            self.portals.extend(part.portals.into_iter().map(|portal| ModelPortal {
+                name: full(&portal.name),
+                cells: portal.cells.map(|cell| full(&cell)),
+                map: map * portal.map,
+                ..portal
+            }));
         }
     }
 
@@ -164,7 +175,8 @@ impl Model {
 
     /// Whether there are not too many objects, families and lights.
     pub(crate) fn check_size(&self, ledger: &Ledger) -> Result<(), LoadProblem> {
-        let parts = self.objects.len() + self.families.families.len() + self.lights.len();
+        let rooms = self.cells.len() + self.portals.len();
+        let parts = self.objects.len() + self.families.families.len() + self.lights.len() + rooms;
         ledger.check(Quantity::Parts, parts as u64)
     }
 
@@ -199,7 +211,8 @@ impl Model {
             lights.push(Light { name, ..moved });
         }
         let camera = self.camera.map(|camera| turned_camera(&camera, &turn));
-        Ok(Scene { objects, families: self.families, lights, camera, findings: self.findings.into_list() })
+        let cells = rooms::graph(self.cells, self.portals, &turn, &objects)?;
+        Ok(Scene { objects, families: self.families, lights, camera, cells, findings: self.findings.into_list() })
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a scene is: objects with their placements, families of objects, lights, a camera.
+//! What a scene is: objects with their placements, families of objects, lights, a camera, cells and portals.
 //!
 //! A scene is plain data, ready to use: every number in it has been accepted, every placement is regular, every
 //! index is in range. Readers (`umbriel-io`) and programs build it; the layers above only look at it.
@@ -8,12 +8,14 @@
 struct Readme;
 
 mod camera;
+mod cells;
 mod family;
 mod finding;
 mod light;
 mod object;
 
 pub use camera::{Camera, Projection};
+pub use cells::{CellDefect, CellEntry, CellGraph, Portal, Region, SceneCell};
 pub use family::{Family, FamilyTree, Member};
 pub use finding::{Finding, FindingKind};
 pub use light::{Extent, ExtentDefect, Light};
@@ -30,6 +32,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The camera of the file, if it has one.
     pub camera: Option<Camera>,
+    /// The cells and portals, made for the objects as they are; empty where nothing is said of them.
+    pub cells: CellGraph,
     /// What was taken otherwise than the file says.
     pub findings: Vec<Finding>,
 }

@@ -103,7 +103,7 @@ impl Object {
     }
 
     /// The local points whose images bound the body.
-    fn defining_points(&self) -> Vec<glam::DVec3> {
+    pub(crate) fn defining_points(&self) -> Vec<glam::DVec3> {
         match &self.shape {
             Shape::Mesh(mesh) => mesh.positions().to_vec(),
             Shape::Convex(body) => body.points().to_vec(),

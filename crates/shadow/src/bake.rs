@@ -18,6 +18,7 @@ use crate::{
     budget::{Limit, refine},
     coarse::{coarse_step, object_tree},
     fine::{lattice::Spacing, scan::Layout},
+    portals,
     progress::{Cancelled, Progress},
     receivers::{FaceSums, Receivers, spacing},
     report::{Cell, LightReport, ObjectReport, Report, SampleCount, Time, Work},
@@ -29,6 +30,8 @@ use crate::{
 
 /// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads.
 ///
+/// In a scene with cells, only what each light reaches through portals is modelled.
+///
 /// Cost: proportional to the shadow borders' length in cells, plus a look at every face.
 ///
 /// # Errors
@@ -37,6 +40,9 @@ use crate::{
 /// # Panics
 /// If the request names a light or an object that the scene does not have.
 pub fn bake(scene: &Scene, request: &Request, progress: &dyn Progress) -> Result<Report, Cancelled> {
+    if !scene.cells.is_empty() {
+        return portals::bake(scene, request, progress);
+    }
     let stage = Stage::new(scene, request);
     let mut effort = stage.effort();
     let mut lights = Vec::with_capacity(request.lights.len());
@@ -81,6 +87,11 @@ impl<'a> Stage<'a> {
     /// As [`Stage::new`], with the world boxes of the objects at hand.
     pub(crate) fn with_boxes(scene: &'a Scene, request: &'a Request, boxes: Vec<Aabb>) -> Self {
         Self::of_bodies(Instant::now(), scene, request, |scene| Bodies::with_boxes(scene, boxes))
+    }
+
+    /// As [`Stage::with_boxes`], with what is known of the objects that light may reach.
+    pub(crate) fn with_reached(scene: &'a Scene, request: &'a Request, boxes: Vec<Aabb>, reached: Vec<bool>) -> Self {
+        Self::of_bodies(Instant::now(), scene, request, |scene| Bodies::with_boxes(scene, boxes).reached(reached))
     }
 
     fn of_bodies(

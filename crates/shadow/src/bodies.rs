@@ -22,6 +22,8 @@ pub(crate) struct Bodies<'a> {
     pub(crate) scene: &'a Scene,
     /// World boxes, rounded outward.
     pub(crate) boxes: Vec<Aabb>,
+    /// Which objects light may reach; all if nothing is said.
+    reached: Option<Vec<bool>>,
     bodies: Vec<OnceLock<Body>>,
     edges: Vec<OnceLock<EdgeTable>>,
 }
@@ -36,7 +38,17 @@ impl<'a> Bodies<'a> {
     pub(crate) fn with_boxes(scene: &'a Scene, boxes: Vec<Aabb>) -> Self {
         let bodies = scene.objects.iter().map(|_| OnceLock::new()).collect();
         let edges = scene.objects.iter().map(|_| OnceLock::new()).collect();
-        Self { scene, boxes, bodies, edges }
+        Self { scene, boxes, reached: None, bodies, edges }
+    }
+
+    /// With what is known of the objects that light may reach, one entry an object.
+    pub(crate) fn reached(self, reached: Vec<bool>) -> Self {
+        Self { reached: Some(reached), ..self }
+    }
+
+    /// Whether it is known that no light reaches an object.
+    pub(crate) fn is_dark(&self, object: usize) -> bool {
+        self.reached.as_ref().is_some_and(|reached| !reached[object])
     }
 
     /// The object's body.

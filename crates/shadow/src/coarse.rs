@@ -1,17 +1,19 @@
 //! The coarse step: which objects may shadow which, by their boxes and families (Xie et al. 2001, "Coarse step").
 
 use umbriel_bvh::{Families, Influences, Member, ObjectTree, influences};
-use umbriel_geometry::LightSource;
+use umbriel_geometry::{Aabb, LightSource};
 use umbriel_scene::FamilyTree;
 
 use crate::bodies::Bodies;
 
-/// The tree of bounding cubes over a scene's families. A scene whose families do not form a tree over its objects is
+/// The tree of bounding cubes over a scene's families; what no light reaches is left out. A scene whose families do not form a tree over its objects is
 /// grouped by place instead.
 pub(crate) fn object_tree(bodies: &Bodies) -> ObjectTree {
     let families = families_of(&bodies.scene.families);
-    ObjectTree::build(&bodies.boxes, &families).unwrap_or_else(|_| {
-        ObjectTree::build(&bodies.boxes, &Families::default()).expect("fewer than 2^30 objects without families")
+    let lit = |(object, bounds): (usize, &Aabb)| if bodies.is_dark(object) { Aabb::EMPTY } else { *bounds };
+    let boxes: Vec<Aabb> = bodies.boxes.iter().enumerate().map(lit).collect();
+    ObjectTree::build(&boxes, &families).unwrap_or_else(|_| {
+        ObjectTree::build(&boxes, &Families::default()).expect("fewer than 2^30 objects without families")
     })
 }
 

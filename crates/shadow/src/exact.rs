@@ -58,6 +58,9 @@ pub(crate) fn flat_face_is_lit(
     turn: Option<Sign>,
 ) -> bool {
     let Body::Flat(facets) = bodies.get(object) else { return false };
+    if bodies.is_dark(object) {
+        return false;
+    }
     let turn = turn.unwrap_or_else(|| facets.turn(face, light));
     let side = if facets.is_mirrored() { turn.flipped() } else { turn };
     match side {

@@ -22,6 +22,7 @@ mod hours;
 mod levels;
 mod light_space;
 mod loose;
+mod portals;
 mod progress;
 mod query;
 mod receivers;
@@ -46,9 +47,12 @@ pub use hours::{
     bake_hours, hours,
 };
 pub use loose::{Points, PointsError};
+pub use portals::reached_receivers;
 pub use progress::{Cancelled, Progress, Silent};
 pub use query::{Answer, Place, Precision, Queries, QueryDefect};
-pub use report::{Cell, LightReport, LitArea, ObjectReport, Report, SampleAnswers, SampleCount, Time, Verdict, Work};
+pub use report::{
+    Cell, LightReport, LitArea, ObjectReport, PortalWork, Report, SampleAnswers, SampleCount, Time, Verdict, Work,
+};
 pub use request::{CellMethod, Detail, Request, Sampling};
 pub use sample_points::{SamplePoint, for_each_sample, most_samples};
 pub use search::{Expected, Search, SearchChoice, SearchCosts};

@@ -156,7 +156,10 @@ impl<'a> Receivers<'a> {
             is_lit_exactly: &is_lit_exactly,
             is_cancelled,
         };
-        let tally = patch.run();
+        let mut tally = patch.run();
+        if self.bodies.is_dark(object) {
+            tally.darken();
+        }
         let possible = tally.lit + tally.undecided;
         let all = possible + tally.shadowed;
         sums.areas.add(all, tally.lit, possible, tally.lit + tally.likely);

@@ -1,5 +1,7 @@
 //! What a bake answers.
 
+use std::ops::AddAssign;
+
 use umbriel_octree::Quadrant;
 
 /// What is known of all points of a cell.
@@ -169,6 +171,39 @@ pub struct Work {
     pub rays: u64,
     /// Decisions that went to exact arithmetic.
     pub exact_fallbacks: u64,
+    /// What cells and portals spared; zeros in a scene without them.
+    pub portals: PortalWork,
+}
+
+/// What the lights of a scene with cells reach, added up over the lights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PortalWork {
+    /// Cells that light enters.
+    pub cells: u64,
+    /// Times that light passes a portal.
+    pub passages: u64,
+    /// Objects that light may reach, which are modelled.
+    pub objects: u64,
+    /// Objects that no light of a lamp can reach: as occluders they are not modelled at all.
+    pub objects_left_out: u64,
+    /// Asked receivers among these: all of their surface is in shadow, and only its area is computed.
+    pub receivers_left_out: u64,
+    /// Lights that reach none of the asked receivers; for these, nothing else is modelled.
+    pub lights_left_out: u64,
+    /// Lights in no cell, which are taken to reach everything.
+    pub lights_outside: u64,
+}
+
+impl AddAssign for PortalWork {
+    fn add_assign(&mut self, other: Self) {
+        self.cells += other.cells;
+        self.passages += other.passages;
+        self.objects += other.objects;
+        self.objects_left_out += other.objects_left_out;
+        self.receivers_left_out += other.receivers_left_out;
+        self.lights_left_out += other.lights_left_out;
+        self.lights_outside += other.lights_outside;
+    }
 }
 
 impl Work {
@@ -181,6 +216,7 @@ impl Work {
         self.cells += other.cells;
         self.rays += other.rays;
         self.exact_fallbacks += other.exact_fallbacks;
+        self.portals += other.portals;
     }
 }
 

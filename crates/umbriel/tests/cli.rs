@@ -17,6 +17,8 @@ mod info;
 mod query;
 #[path = "cli/render.rs"]
 mod render;
+#[path = "cli/rooms.rs"]
+mod rooms;
 #[path = "cli/soft.rs"]
 mod soft;
 #[path = "cli/suns.rs"]

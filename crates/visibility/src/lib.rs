@@ -4,15 +4,19 @@
 //! - [`RayCaster`]: the object, face and (u, v) that a ray meets first, and so the picture of a view (ray casting).
 //! - [`hidden_surface`]: the face in each pixel by depth buffer, scan line, Warnock, ray casting or depth sort: all the same.
 //! - [`line_drawing`]: edges with hidden parts left out or dashed, shadows hatched (Roberts).
+//! - [`portals`]: the objects that an eye or a light may reach through the portals of a scene's cells.
+//! - [`two_pass`]: shadow polygons on planar faces, by projection and polygon overlay.
 //! - [`Acceleration`]: how its rays find the triangles of a mesh; by itself the way that a [`CostModel`] says is quickest.
 //!
-//! The layer is useful alone: no files, nothing about shadows.
+//! The layer is useful alone: no files, and of shadows only the polygons of `two_pass`.
 
 mod acceleration;
 pub mod hidden_surface;
 pub mod line_drawing;
 mod local;
+pub mod portals;
 mod ray_casting;
+pub mod two_pass;
 mod view;
 
 pub use acceleration::{Acceleration, Choice, CostModel, RayCost};

@@ -67,9 +67,18 @@ impl RayCaster {
     /// Builds the trees; meshes shared by several objects are built once. O(n log n) in the number of objects and of
     /// distinct triangles.
     pub fn new(scene: &Scene) -> Self {
+        Self::of_objects(scene, &Vec::from_iter(0..scene.objects.len()))
+    }
+
+    /// Only of some objects, by their indices; no ray meets the others.
+    ///
+    /// # Panics
+    /// If the scene does not have one of them.
+    pub fn of_objects(scene: &Scene, objects: &[usize]) -> Self {
         let mut meshes = HashMap::new();
-        let bodies = scene.objects.iter().map(|object| Body::new(object, &mut meshes)).collect();
-        let boxes: Vec<Aabb> = scene.objects.iter().map(Object::bounds).collect();
+        let mut bodies: Vec<Body> = scene.objects.iter().map(|_| Body::nothing()).collect();
+        objects.iter().for_each(|&object| bodies[object] = Body::new(&scene.objects[object], &mut meshes));
+        let boxes: Vec<Aabb> = bodies.iter().map(|body| body.bounds).collect();
         Self { tree: BoxTree::build(&boxes), bodies }
     }
 
@@ -144,6 +153,11 @@ impl RayCaster {
 }
 
 impl Body {
+    /// No ray meets it.
+    fn nothing() -> Self {
+        Self { shape: LocalShape::Unknown, to_local: DAffine3::IDENTITY, bounds: Aabb::EMPTY, prepared: None }
+    }
+
     fn new(object: &Object, meshes: &mut HashMap<*const Mesh, Arc<TriangleBvh>>) -> Self {
         let shape = match &object.shape {
             Shape::Mesh(mesh) => {

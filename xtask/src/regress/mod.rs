@@ -18,7 +18,7 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use umbriel_geometry::{Aabb, LightSource};
 use umbriel_io::{DetailSetting, LoadOptions, LoadedScene, load};
 use umbriel_scene::{Light, Object};
-use umbriel_shadow::{Detail, Report, Request, Silent, bake};
+use umbriel_shadow::{Detail, Report, Request, Silent, bake, reached_receivers};
 
 use crate::fixtures::folder;
 use result::SceneResult;
@@ -125,7 +125,9 @@ fn bake_fixture(path: &Path) -> Result<Baked> {
         }
         Some(other) => bail!("{name}: the detail {other:?} is not known here"),
     };
-    let request = Request { keep_cells: true, ..Request::everything(&loaded.scene, detail) };
+    let everything = Request::everything(&loaded.scene, detail);
+    let receivers = reached_receivers(&loaded.scene, &everything.lights);
+    let request = Request { keep_cells: true, receivers, ..everything };
     let report = bake(&loaded.scene, &request, &Silent).map_err(|_| anyhow!("{name}: cancelled"))?;
     Ok(Baked { name, loaded, report })
 }
@@ -145,6 +147,8 @@ fn add_lights(loaded: &mut LoadedScene) -> Result<()> {
 fn scenes() -> Result<Vec<PathBuf>> {
     let entries = fs::read_dir(folder()).context("there are no fixtures")?;
     let mut scenes = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<PathBuf>>>()?;
+    // In a folder of its own, with a file that is no scene by itself.
+    scenes.push(folder().join("office/office.toml"));
     let is_scene =
         |path: &PathBuf| path.extension().is_some_and(|e| ["toml", "obj", "gltf", "glb"].iter().any(|x| e == *x));
     scenes.retain(is_scene);

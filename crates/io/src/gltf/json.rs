@@ -164,6 +164,7 @@ pub(super) struct Node {
     pub(super) camera: Option<usize>,
     pub(super) skin: Option<usize>,
     pub(super) weights: Option<Vec<f64>>,
+    pub(super) extras: Option<serde_json::Value>,
     #[serde(default)]
     pub(super) extensions: NodeExtensions,
 }

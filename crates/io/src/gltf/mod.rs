@@ -16,6 +16,7 @@
 //! - Morph targets are added by the weights of the node, else of the mesh. Skins are taken at their bind pose.
 //! - A node without a mesh whose collider (KHR_physics_rigid_bodies) has a shape of KHR_implicit_shapes is that body; with
 //!   [`Colliders::InPlace`](crate::Colliders) a node with a mesh, too.
+//! - Nodes may be cells and portals by their names or extras ([`rooms`]).
 //! - Triangles of MASK materials are cut out by alpha ([`textures`]).
 
 mod accessor;
@@ -27,6 +28,7 @@ mod mesh;
 mod meshopt;
 mod nodes;
 mod primitive;
+mod rooms;
 mod shapes;
 mod skins;
 mod textures;

@@ -11,6 +11,7 @@ use super::{
     hierarchy::{Hierarchy, Placed, place},
     json::{Document, Eye, ImplicitShape, Instancing, Node, PunctualLight, element},
     mesh::{LoadedMesh, Meshes},
+    rooms,
     shapes::{self, Body},
     skins,
 };
@@ -40,7 +41,13 @@ pub(super) fn read(
             (Some(_), Colliders::WithoutMesh) => None,
             _ => shapes::declared(document, node).map_err(refused)?,
         };
-        if let Some(shape) = shape {
+        let role = rooms::role(node).map_err(refused)?;
+        if let Some(role) = role {
+            let mesh = node.mesh.map(|mesh| meshes.get(mesh, node.weights.as_deref())).transpose();
+            let mesh = mesh.map_err(|problem| within(problem, &place(placed.node, node)))?;
+            rooms::add(&mut model, role, placed, node, (placed.map, mesh)).map_err(refused)?;
+            model.check_size(accessors.ledger())?;
+        } else if let Some(shape) = shape {
             add_body(&mut model, placed, node, shape);
         } else if let Some(mesh) = node.mesh {
             let name = name_of(placed.node, node);

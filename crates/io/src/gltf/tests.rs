@@ -10,6 +10,7 @@ use crate::{model::ModelObject, options::Outside};
 mod bodies;
 mod compressed;
 mod masks;
+mod rooms;
 mod rules;
 
 /// Bytes of a buffer, with the views and accessors that describe them.

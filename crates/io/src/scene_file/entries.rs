@@ -1,7 +1,7 @@
 //! The scene file as written: every key that may stand in it, and no other.
 
 use serde::Deserialize;
-use toml::{Spanned, Value};
+use toml::Spanned;
 use umbriel_geometry::Analytic;
 
 #[derive(Debug, Deserialize)]
@@ -17,9 +17,30 @@ pub(super) struct SceneFile {
     pub(super) camera: Option<Spanned<CameraEntry>>,
     pub(super) detail: Option<Spanned<DetailEntry>>,
     #[serde(default)]
-    pub(super) cell: Vec<Spanned<Value>>,
+    pub(super) cell: Vec<Spanned<CellEntry>>,
     #[serde(default)]
-    pub(super) portal: Vec<Spanned<Value>>,
+    pub(super) portal: Vec<Spanned<PortalEntry>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CellEntry {
+    pub(super) name: Option<String>,
+    pub(super) points: Option<Vec<[f64; 3]>>,
+    #[serde(rename = "box")]
+    pub(super) cuboid: Option<[[f64; 3]; 2]>,
+    pub(super) planes: Option<Vec<[f64; 4]>>,
+    pub(super) mesh: Option<String>,
+    pub(super) node: Option<String>,
+    pub(super) outdoors: Option<bool>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PortalEntry {
+    pub(super) name: Option<String>,
+    pub(super) cells: [String; 2],
+    pub(super) corners: Vec<[f64; 3]>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]

@@ -14,6 +14,16 @@
 //! name = "sun"
 //! sun = { azimuth = 135.0, elevation = 40.0 }   # or direction = [x, y, z]; or point = { position }, rectangle = { center, u, v }
 //!
+//! [[cell]]
+//! name = "room"
+//! points = [[0, 0, 0], [4, 0, 0], ...]          # their hull; or box = [[min], [max]], planes = [[nx, ny, nz, offset], ...] (n·x <= offset),
+//!                                               # mesh = "file" (closed, convex) with node = "part", outdoors = true
+//!
+//! [[portal]]
+//! name = "door"
+//! cells = ["room", "hall"]
+//! corners = [[4, 0, 1], [4, 0, 2], [4, 2, 2], [4, 2, 1]]  # a convex polygon in the boundaries of both
+//!
 //! [camera]
 //! eye = [10.0, 8.0, 10.0]
 //! target = [0.0, 0.0, 0.0]                      # up (default: the up axis); vertical_degrees (default 45) or height in metres
@@ -29,6 +39,7 @@
 mod entries;
 mod lights;
 mod objects;
+mod rooms;
 
 use std::path::Path;
 
@@ -61,14 +72,16 @@ pub(crate) fn read(
         let line = bytes[..fault.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count() + 1;
         in_file(LoadProblem::line(line, "the text is not UTF-8"))
     })?;
-    let places = Places { text };
+    let places = Places::new(text);
     let file: SceneFile = toml::from_str(text).map_err(|fault| in_file(places.fault(&fault)))?;
     let stated = state(&file, &places).map_err(in_file)?;
     let up = options.up.or(stated.up).unwrap_or_default();
     let north = options.north_degrees.unwrap_or(stated.north);
     let mut model = Model::default();
     let reading = Reading::new(options, options.up.or(stated.up));
-    objects::read(&mut model, path, &file.object, &objects::Context { places: &places, folder, reading })?;
+    let context = objects::Context { places: &places, folder, reading };
+    objects::read(&mut model, path, &file.object, &context)?;
+    rooms::read(&mut model, path, (&file.cell, &file.portal), &context)?;
     lights::read(&mut model, &file.light, &places, up, north).map_err(in_file)?;
     if let Some(entry) = &file.camera {
         let eye = camera_of(entry.get_ref(), up);
@@ -79,13 +92,6 @@ pub(crate) fn read(
 
 /// What the file says about the scene as a whole.
 fn state(file: &SceneFile, places: &Places) -> Result<Stated, LoadProblem> {
-    let unread = |kind: &str, span| places.at(span, format!("[[{kind}]] is not available yet; take it out"));
-    if let Some(cell) = file.cell.first() {
-        return Err(unread("cell", cell.span()));
-    }
-    if let Some(portal) = file.portal.first() {
-        return Err(unread("portal", portal.span()));
-    }
     let detail = file.detail.as_ref().map(|entry| {
         detail_of(entry.get_ref()).map_err(|message| places.at(entry.span(), format!("detail: {message}")))
     });
@@ -146,18 +152,27 @@ fn camera_of(entry: &CameraEntry, up: UpAxis) -> Result<Camera, &'static str> {
 /// Lines and columns of the text.
 pub(super) struct Places<'a> {
     text: &'a str,
+    /// Where each line begins.
+    lines: Vec<usize>,
 }
 
-impl Places<'_> {
+impl<'a> Places<'a> {
+    fn new(text: &'a str) -> Self {
+        let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(newline, _)| newline + 1)).collect();
+        Self { text, lines }
+    }
+
     /// A problem at the beginning of a span.
     fn at(&self, span: std::ops::Range<usize>, message: impl Into<String>) -> LoadProblem {
-        let before = self.text.get(..span.start).unwrap_or(self.text);
-        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        LoadProblem::Text {
-            line: before.matches('\n').count() + 1,
-            column: Some(before[line_start..].chars().count() + 1),
-            message: message.into(),
-        }
+        let (line, column) = self.line_and_column(span);
+        LoadProblem::Text { line, column: Some(column), message: message.into() }
+    }
+
+    /// Where a span begins, counted from 1.
+    fn line_and_column(&self, span: std::ops::Range<usize>) -> (usize, usize) {
+        let line = self.lines.partition_point(|&line| line <= span.start).max(1);
+        let before = self.text.get(self.lines[line - 1]..span.start).unwrap_or_default();
+        (line, before.chars().count() + 1)
     }
 
     /// What the TOML parser refuses.

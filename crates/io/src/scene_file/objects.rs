@@ -55,7 +55,8 @@ pub(super) fn read(
                 let place = format!("object \"{name}\"");
                 let located = context.folder.resolve(file, &place).map_err(|problem| problem.in_file(path))?;
                 if !files.contains_key(&located.real) {
-                    let content = read_file(&located, place, entry, path, context)?;
+                    let is_turned = entry.rotation.is_some() || entry.matrix.is_some();
+                    let content = read_file(&located, place, is_turned, path, context)?;
                     files.insert(located.real.clone(), content);
                 }
                 let whole = &files[&located.real];
@@ -110,10 +111,11 @@ fn map_of(entry: &ObjectEntry) -> Result<DAffine3, String> {
     from_parts(entry.translation.unwrap_or([0.0; 3]), entry.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]), scale)
 }
 
-fn read_file(
+/// The content of a mesh file; an entry that turns its mesh has said which way is up.
+pub(super) fn read_file(
     file: &Located,
     place: String,
-    entry: &ObjectEntry,
+    is_turned: bool,
     scene: &Path,
     context: &Context,
 ) -> Result<Model, LoadError> {
@@ -123,8 +125,7 @@ fn read_file(
         return Err(LoadProblem::element(place, message).in_file(scene));
     };
     let bytes = context.folder.ledger().read(file).map_err(|problem| problem.in_file(scene))?;
-    // An entry that turns its mesh has said which way is up.
-    let up_is_stated = context.reading.up_is_stated || entry.rotation.is_some() || entry.matrix.is_some();
+    let up_is_stated = context.reading.up_is_stated || is_turned;
     read_mesh(&file.shown, format, &bytes, context.folder, &Reading { up_is_stated, ..context.reading })
 }
 

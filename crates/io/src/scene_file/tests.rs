@@ -214,8 +214,8 @@ fn faults_name_their_place() {
             "[[object]]\nhyperboloid = { waist_radius = 2, end_radius = 1, height = 1 }\n",
             &["object1", "end radius is smaller"],
         ),
-        ("[[cell]]\nname = \"a\"\n", &["[[cell]]", "not available yet"]),
-        ("[[portal]]\nname = \"a\"\n", &["[[portal]]", "not available yet"]),
+        ("[[cell]]\nname = \"a\"\n", &["line 1", "cell \"a\"", "exactly one of points, box"]),
+        ("[[portal]]\nname = \"a\"\n", &["line 1", "missing field"]),
         ("[[object]]\nname = \"a\"\nbox = { size = [1, 0, 1] }\n", &["object \"a\"", "size"]),
         ("[[object]]\nname = \"a\"\nsphere = { radius = -1 }\n", &["object \"a\"", "size"]),
         ("[[object]]\nname = \"a\"\nsphere = { radius = nan }\n", &["object \"a\"", "size"]),
@@ -301,4 +301,59 @@ fn unreadable_files_are_told_apart() {
     std::fs::write(folder.path().join("latin.toml"), b"# caf\xe9\n").expect("a file");
     let latin = load(&folder.path().join("latin.toml"), &LoadOptions::default()).expect_err("not UTF-8");
     assert!(!latin.is_unreadable() && latin.to_string().contains("line 1"), "{latin}");
+}
+
+/// Two rooms and the outdoors, each kind of cell, and a door.
+const ROOMS: &str = "[[object]]\nname = \"table\"\nbox = { size = [1, 1, 1] }\ntranslation = [1, 1, 1]\n\
+    [[cell]]\nname = \"west\"\nbox = [[0, 0, 0], [4, 3, 4]]\n\
+    [[cell]]\nname = \"east\"\nplanes = [[1, 0, 0, 8], [-1, 0, 0, -4], [0, 1, 0, 3], [0, -1, 0, 0], [0, 0, 1, 4], [0, 0, -1, 0]]\n\
+    [[cell]]\nname = \"north\"\npoints = [[0, 0, -4], [4, 0, -4], [0, 0, 0], [4, 0, 0], [0, 3, -4], [4, 3, -4], [0, 3, 0], [4, 3, 0]]\n\
+    [[cell]]\nname = \"outside\"\noutdoors = true\n\
+    [[portal]]\nname = \"door\"\ncells = [\"west\", \"east\"]\ncorners = [[4, 0, 1], [4, 0, 2], [4, 2, 2], [4, 2, 1]]\n";
+
+#[test]
+fn cells_and_portals() {
+    let cells = loaded(ROOMS).scene.cells;
+    assert_eq!((cells.cells().len(), cells.portals().len(), cells.outdoors()), (4, 1, Some(3)));
+    assert_eq!((cells.objects_in(0), cells.objects_in(1)), (&[0][..], &[][..]));
+    // With z up, all of it is turned, exactly.
+    let turned = loaded(&format!("up = \"z\"\n{ROOMS}")).scene;
+    assert_eq!(turned.cells.objects_in(0), [0]);
+    assert_eq!(turned.cells.cells_at(DVec3::new(1.0, 1.0, -1.0)), [0]);
+    // A mesh that is a cell, alone and as a part of a file.
+    let tetrahedron = "o room\nv 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    for cell in ["mesh = \"a.obj\"", "mesh = \"a.obj\"\nnode = \"room\""] {
+        let files = Files::new(&format!("{FLOOR}[[cell]]\nname = \"tent\"\n{cell}\n")).with("a.obj", tetrahedron);
+        let scene = files.load().unwrap_or_else(|error| panic!("{error}")).scene;
+        assert_eq!((scene.objects.len(), scene.cells.objects_in(0)), (1, &[0][..]));
+    }
+}
+
+#[test]
+fn faults_of_cells_and_portals() {
+    for (change, parts) in [
+        (("outdoors = true", "outdoors = false"), &["line 14", "cell \"outside\"", "exactly one of"][..]),
+        (("name = \"east\"", "name = \"west\""), &["line 8", "another cell"]),
+        (("[1, 0, 0, 8], ", ""), &["line 8", "cell \"east\"", "unbounded towards +x"]),
+        (("[4, 3, 0]]", "[4, nan, 0]]"), &["line 11", "cell \"north\"", "not finite"]),
+        (("[0, 1, 0, 3]", "[0, inf, 0, 3]"), &["line 8", "cell \"east\"", "not finite"]),
+        (("box = [[0, 0, 0], [4, 3, 4]]", "box = [[0, 0, 0], [4, 0, 4]]"), &["line 5", "cell \"west\""]),
+        (("[\"west\", \"east\"]", "[\"west\", \"attic\"]"), &["line 17", "portal \"door\"", "no cell \"attic\""]),
+        (("[\"west\", \"east\"]", "[\"west\", \"outside\"]"), &[]),
+        (("[\"west\", \"east\"]", "[\"north\", \"outside\"]"), &["line 17", "corner 0", "boundary"]),
+        (("[[4, 0, 1], ", "[[4, 1e300, 1], "), &["line 17", "corner 0", "coordinate 1", "larger than"]),
+    ] {
+        let text = ROOMS.replacen(change.0, change.1, 1);
+        assert_ne!(text, ROOMS);
+        match Files::new(&text).load() {
+            Ok(_) => assert!(parts.is_empty(), "{change:?}"),
+            Err(error) => {
+                let message = error.to_string();
+                assert!(!parts.is_empty() && parts.iter().all(|part| message.contains(part)), "{change:?}: {message}");
+            }
+        }
+    }
+    let many = "[1, 0, 0, 1], ".repeat(crate::rooms::MOST_PLANES + 1);
+    let many = format!("{FLOOR}[[cell]]\nname = \"a\"\nplanes = [{many}]\n");
+    assert!(refused(&many).to_string().contains("at most"), "counts are limited");
 }

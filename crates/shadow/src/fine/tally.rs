@@ -5,7 +5,7 @@
 
 use umbriel_geometry::Approx;
 
-use crate::report::{Cell, SampleCount};
+use crate::report::{Cell, SampleCount, Verdict};
 
 /// The level of the unit; finer cells do not occur (21 levels of the octree, faces no larger than its root).
 const UNIT_LEVEL: u32 = 29;
@@ -69,6 +69,16 @@ pub(crate) struct Tally<M> {
 }
 
 impl<M: Measure> Tally<M> {
+    /// All of it is in shadow after all: no light reaches the object.
+    pub(crate) fn darken(&mut self) {
+        let Self { lit, shadowed, undecided, .. } = self;
+        shadowed.add(lit);
+        shadowed.add(undecided);
+        (self.lit, self.undecided, self.likely) = (M::zero(), M::zero(), M::zero());
+        self.cells.iter_mut().for_each(|cell| cell.verdict = Verdict::Shadowed);
+        self.samples.lit = 0;
+    }
+
     /// Nothing counted yet.
     pub(crate) fn new() -> Self {
         Self {

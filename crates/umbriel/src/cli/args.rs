@@ -6,7 +6,11 @@ use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
 use umbriel_io::duration_of_hours;
 
 use crate::{
-    cli::{acceleration::AccelerationChoice, render_args::RenderArgs},
+    cli::{
+        acceleration::AccelerationChoice,
+        reach::{VisibleFrom, visible_from},
+        render_args::RenderArgs,
+    },
     output::{csv::Rows, glb::Coloring},
 };
 
@@ -161,6 +165,10 @@ pub(crate) struct BakeArgs {
     /// Only objects whose name matches, with * and ? (repeatable); all objects cast shadows
     #[arg(long, value_name = "GLOB")]
     pub(crate) receiver: Vec<String>,
+    /// Only objects that a camera may see, through portals where the scene has cells: scene for the scene's own camera, or
+    /// the eye, what it looks at, metres, and if you like the vertical field of view in degrees; pictures are 3:2
+    #[arg(long, value_name = "CAMERA", allow_hyphen_values = true, value_parser = visible_from, conflicts_with = "suns")]
+    pub(crate) visible_from: Option<VisibleFrom>,
     /// Write results to a .json, .csv, .vtu, .glb or .png file (repeatable); .png: light maps
     #[arg(short, long = "output", value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,

@@ -15,7 +15,7 @@ use crate::{
         Failure, acceleration,
         args::{BakeArgs, FormArgs},
         plan::{self, CellUse},
-        suns,
+        reach, suns,
     },
     output::{
         self, Format, Target,
@@ -38,7 +38,8 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     let mut loaded = plan::load_with_layouts(&args.scene, layouts)?;
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     outputs.check_lights(lights.len())?;
-    let receivers = plan::choose_receivers(&loaded.file.scene, &args.receiver)?;
+    let scene = &loaded.file.scene;
+    let receivers = reach::choose_receivers(scene, &args.receiver, &lights, args.visible_from, args.scene.quiet)?;
     outputs.name_lightmaps(&loaded.file, &receivers, &args.scene.scene)?;
     outputs.check_unread(&loaded.file)?;
     let interrupt = &Interrupt::install();

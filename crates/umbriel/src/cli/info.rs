@@ -8,7 +8,7 @@ use umbriel_io::surface_findings;
 use umbriel_scene::{Finding, FindingKind, Object, Projection, Scene, Shape};
 
 use crate::{
-    cli::{Failure, args::InfoArgs, plan},
+    cli::{Failure, args::InfoArgs, plan, reach},
     output::{self, findings, table::number},
 };
 
@@ -26,6 +26,7 @@ fn text(scene: &Scene, north_degrees: f64) -> String {
     let _ = extents(&mut text, scene, north_degrees);
     let _ = lights(&mut text, scene);
     let _ = objects(&mut text, scene, &all);
+    let _ = reach::graph_text(&mut text, &scene.cells);
     let _ = told(&mut text, &all);
     text
 }

@@ -12,6 +12,7 @@ mod lines;
 mod memory;
 mod plan;
 mod query;
+mod reach;
 mod render;
 mod render_args;
 mod soft;

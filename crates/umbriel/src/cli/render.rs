@@ -11,11 +11,12 @@ use crate::{
     cli::{
         Failure, acceleration, lines,
         plan::{self, CellUse},
-        render_args::RenderArgs,
+        reach,
+        render_args::{RenderArgs, SurfaceMethod},
         suns, surfaces,
     },
     output::{
-        self, Format, hours_picture,
+        self, Format, hours_picture, legend,
         picture::{Studio, Undecided},
         viewpoint,
     },
@@ -26,7 +27,12 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     if let Some(table) = &args.suns.suns {
         return run_hours(args, table);
     }
-    if args.lines {
+    let draws_lines = args.lines || args.method == Some(SurfaceMethod::Lines);
+    if args.dashed && !draws_lines || args.undecided.is_some() && draws_lines {
+        let text = "--dashed is for drawings (--lines or --method lines), --undecided for pictures of surfaces";
+        return Err(Failure::Unusable(text.to_owned()));
+    }
+    if draws_lines {
         return lines::run(args);
     }
     let files = output::targets(&args.output, &[Format::Png], &[&args.scene.scene])?;
@@ -38,9 +44,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     loaded.file.scene.camera = args.camera.or(loaded.file.scene.camera);
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
-    let mut caster = RayCaster::new(scene);
-    let [width, height] = args.size;
-    let view = viewpoint::choose(scene, &caster, &lights, width, height);
+    let (view, objects, mut caster) = stand(args, scene, &lights)?;
     interrupt.check()?;
     if args.method.is_none() {
         prepare(&mut caster, &view, args);
@@ -60,13 +64,30 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
             named.zip(&choices).for_each(|(name, choice)| acceleration::tell_light(name, choice));
         }
     }
-    let picture = match args.method {
+    let mut picture = match args.method {
         None => studio.picture(&view, args.aa, &bar)?,
         Some(method) => {
-            surfaces::Canvas { scene, studio: &studio, view, subpixels: args.aa, bar: &bar }.draw(method)?
+            surfaces::Canvas { scene, objects: &objects, studio: &studio, view, subpixels: args.aa, bar: &bar }
+                .draw(method)?
         }
     };
+    if let Some(undecided) = args.undecided {
+        legend::add(&mut picture, undecided);
+    }
     write(&picture, &files, &bar)
+}
+
+/// Where the picture is taken from, the objects that it is drawn from, and what casts its rays.
+fn stand(args: &RenderArgs, scene: &Scene, lights: &[usize]) -> Result<(View, Vec<usize>, RayCaster), Failure> {
+    let [width, height] = args.size;
+    let whole = || RayCaster::new(scene);
+    let view = match scene.camera {
+        Some(_) => View::of(scene, width, height),
+        None => viewpoint::choose(scene, &whole(), lights, width, height),
+    };
+    let objects = reach::submitted(scene, &view, args.scene.quiet)?;
+    let caster = RayCaster::of_objects(scene, &objects);
+    Ok((view, objects, caster))
 }
 
 /// The picture of a day of suns. Its cells are all that is known: every object that is seen is baked.
@@ -81,9 +102,7 @@ fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
     loaded.file.scene.camera = args.camera.or(loaded.file.scene.camera);
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
-    let mut caster = RayCaster::new(scene);
-    let [width, height] = args.size;
-    let view = viewpoint::choose(scene, &caster, &[], width, height);
+    let (view, _, mut caster) = stand(args, scene, &[])?;
     interrupt.check()?;
     prepare(&mut caster, &view, args);
     let coverage = caster.coverage(&view);

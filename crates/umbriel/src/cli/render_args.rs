@@ -37,8 +37,8 @@ pub(crate) struct RenderArgs {
     /// Draw edges instead of surfaces, hidden parts left out, shadows hatched: to a .svg file
     #[arg(long, conflicts_with_all = ["suns", "acceleration", "method", "undecided"])]
     pub(crate) lines: bool,
-    /// Dash hidden parts instead of leaving them out; with --lines
-    #[arg(long, requires = "lines")]
+    /// Dash hidden parts instead of leaving them out; with --lines or --method lines
+    #[arg(long)]
     pub(crate) dashed: bool,
     /// Where the eye is and what it looks at, metres, and if you like the vertical field of view in degrees
     #[arg(long, value_name = "X,Y,Z,X,Y,Z[,DEG]", allow_hyphen_values = true, value_parser = camera)]
@@ -69,15 +69,17 @@ pub(crate) enum SurfaceMethod {
     Octree,
     /// Depth sort with splitting
     Sort,
-    /// All of them, side by side
+    /// All of these, side by side
     All,
+    /// Edges with hidden parts left out, as --lines
+    Lines,
 }
 
 /// Vertical field of view where none is given, degrees.
 const FIELD_OF_VIEW: f64 = 40.0;
 
 /// Eye, target and field of view.
-fn camera(text: &str) -> Result<Camera, String> {
+pub(crate) fn camera(text: &str) -> Result<Camera, String> {
     let numbers = text.split(',').map(finite).collect::<Result<Vec<f64>, String>>()?;
     let (place, vertical_degrees) = match numbers[..] {
         [a, b, c, d, e, f] => ([a, b, c, d, e, f], FIELD_OF_VIEW),

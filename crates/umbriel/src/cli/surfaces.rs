@@ -37,6 +37,8 @@ const COLUMNS: usize = 3;
 /// What a picture is drawn from.
 pub(crate) struct Canvas<'a> {
     pub(crate) scene: &'a Scene,
+    /// The objects that it is drawn from.
+    pub(crate) objects: &'a [usize],
     pub(crate) studio: &'a Studio<'a>,
     pub(crate) view: View,
     /// Samples along each edge of a pixel.
@@ -57,7 +59,8 @@ impl Canvas<'_> {
     pub(crate) fn draw(&self, method: SurfaceMethod) -> Result<Picture, Failure> {
         let fine =
             View { width: self.view.width * self.subpixels, height: self.view.height * self.subpixels, ..self.view };
-        let shot = Shot::new(self.scene, &fine).map_err(|defect| Failure::Unusable(defect.to_string()))?;
+        let shot = Shot::of_objects(self.scene, self.objects, &fine)
+            .map_err(|defect| Failure::Unusable(defect.to_string()))?;
         let methods = methods(method, &shot);
         let mut rows: Vec<Row> = methods.iter().map(|method| Row::new(method.as_ref())).collect();
         let mut pixels: Vec<Vec<[u8; 3]>> = vec![Vec::new(); methods.len()];
@@ -116,7 +119,7 @@ fn methods(method: SurfaceMethod, shot: &Shot) -> Vec<Box<dyn HiddenSurface>> {
             SurfaceMethod::Raycast => Box::new(RayCasting::new(shot, RayTree::Boxes)),
             SurfaceMethod::Octree => Box::new(RayCasting::new(shot, RayTree::Octree)),
             SurfaceMethod::Sort => Box::new(DepthSort::default()),
-            SurfaceMethod::All => return None,
+            SurfaceMethod::All | SurfaceMethod::Lines => return None,
         })
     };
     let all = <SurfaceMethod as clap::ValueEnum>::value_variants();

@@ -123,7 +123,38 @@ struct Work {
     cells: u64,
     rays: u64,
     exact_fallbacks: u64,
+    /// Only in scenes with cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    portals: Option<Portals>,
     decisions: DecisionCounts,
+}
+
+/// What the lights reach through portals, added up over the lights.
+#[derive(Debug, Serialize)]
+struct Portals {
+    cells: u64,
+    passages: u64,
+    objects: u64,
+    objects_left_out: u64,
+    receivers_left_out: u64,
+    lights_left_out: u64,
+    lights_outside: u64,
+}
+
+impl Portals {
+    fn of(work: umbriel_shadow::PortalWork) -> Option<Self> {
+        let umbriel_shadow::PortalWork { cells, passages, objects, objects_left_out, .. } = work;
+        let umbriel_shadow::PortalWork { receivers_left_out, lights_left_out, lights_outside, .. } = work;
+        (work != umbriel_shadow::PortalWork::default()).then_some(Self {
+            cells,
+            passages,
+            objects,
+            objects_left_out,
+            receivers_left_out,
+            lights_left_out,
+            lights_outside,
+        })
+    }
 }
 
 /// Signs and orders that were decided, by what settled them: in the whole command, reading included.
@@ -230,6 +261,7 @@ impl Work {
             cells: work.cells,
             rays: work.rays,
             exact_fallbacks: work.exact_fallbacks,
+            portals: Portals::of(work.portals),
             decisions: DecisionCounts::of_process(),
         }
     }

@@ -73,5 +73,8 @@ fn edges_are_drawn_as_svg() {
     let (seen, dashed) = (text("seen.svg"), text("dashed.svg"));
     assert!(seen.contains("id=\"visible\"") && !seen.contains("id=\"hidden\""), "{seen}");
     assert!(dashed.starts_with("<svg ") && dashed.contains("viewBox=\"0 0 90 60\""), "{dashed}");
+    workspace.run("render noon.toml --method lines --dashed -o same.svg --size 90x60").succeeds();
+    assert_eq!(text("same.svg"), dashed);
+    workspace.run("render noon.toml --dashed -o seen.png").fails(2, &["--lines"]);
     workspace.run("render noon.toml --lines -o seen.png").fails(2, &[".svg"]);
 }

@@ -32,6 +32,7 @@ mod proofs;
 mod queries;
 mod random_scenes;
 mod rivals;
+mod rooms;
 mod same_answers;
 mod soft_fixtures;
 mod solids_by_hand;

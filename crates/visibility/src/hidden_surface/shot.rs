@@ -72,6 +72,17 @@ impl Shot {
     /// # Errors
     /// [`ShotDefect`].
     pub fn new(scene: &Scene, view: &View) -> Result<Self, ShotDefect> {
+        Self::of_objects(scene, &Vec::from_iter(0..scene.objects.len()), view)
+    }
+
+    /// As [`Shot::new`], of some objects only, by their indices, ascending.
+    ///
+    /// # Errors
+    /// [`ShotDefect`].
+    ///
+    /// # Panics
+    /// If the scene does not have one of them.
+    pub fn of_objects(scene: &Scene, objects: &[usize], view: &View) -> Result<Self, ShotDefect> {
         let View { width, height, .. } = *view;
         if [width, height].iter().any(|&edge| edge == 0 || edge > Self::LARGEST_EDGE) {
             return Err(ShotDefect::Size { width, height });
@@ -82,7 +93,9 @@ impl Shot {
         }
         let eye = frame.eye()?;
         let picture = Window { left: 0, top: 0, right: width, bottom: height };
-        let bodies: Vec<Body> = scene.objects.par_iter().map(Body::of).collect();
+        let is_taken = |object: usize| objects.binary_search(&object).is_ok();
+        let body = |(number, object): (usize, &Object)| if is_taken(number) { Body::of(object) } else { Body::Unknown };
+        let bodies: Vec<Body> = scene.objects.par_iter().enumerate().map(body).collect();
         let scope = Scope { frame: &frame, picture, eye: &eye };
         let found: Vec<Found> =
             bodies.par_iter().enumerate().map(|(object, body)| scope.faces_of(object as u32, body)).collect();

@@ -1,0 +1,89 @@
+//! Cells and portals by names and extras.
+
+use umbriel_geometry::Placement;
+use umbriel_scene::{CellGraph, Region, Scene, Sides};
+
+use super::*;
+use crate::ledger::Ledger;
+
+/// Mesh 0 a plate in the plane x = 1 over y and z from 0 to 1, mesh 1 the cube from 0 to 1.
+fn document(nodes: &Value) -> (Value, Data) {
+    let mut data = Data::default();
+    let plate = data.floats(&[[1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0], [1.0, 0.0, 1.0]]);
+    let corner = |i: u32, bit: u32| (i >> bit & 1) as f32;
+    let cube: Vec<[f32; 3]> = (0..8).map(|i| [corner(i, 0), corner(i, 1), corner(i, 2)]).collect();
+    let cube = data.floats(&cube);
+    let index = |data: &mut Data, sides: &[[u8; 4]]| {
+        let corners: Vec<u8> = sides.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]).collect();
+        data.add(&corners, 5121, "SCALAR", corners.len(), false)
+    };
+    let plate_index = index(&mut data, &[[0, 1, 2, 3]]);
+    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let cube_index = index(&mut data, &sides);
+    let primitive = |positions: usize, indices: usize| json!({ "primitives": [{ "attributes": { "POSITION": positions }, "indices": indices }] });
+    let meshes = [primitive(plate, plate_index), primitive(cube, cube_index)];
+    (json!({ "asset": { "version": "2.0" }, "nodes": nodes, "meshes": meshes }), data)
+}
+
+fn scene(nodes: &Value) -> Result<Scene, LoadProblem> {
+    parse(document(nodes))?.into_scene(glam::DAffine3::IDENTITY, Sides::Auto, &Ledger::default())
+}
+
+fn described(graph: &CellGraph) -> Vec<(&str, bool, usize)> {
+    let cells = graph.cells().iter().enumerate();
+    cells.map(|(n, cell)| (&*cell.name, cell.region == Region::Outdoors, graph.objects_in(n).len())).collect()
+}
+
+#[test]
+fn nodes_are_cells_and_portals_by_name_or_extras() {
+    let box_in = |x: f64| json!({ "name": "box", "mesh": 1, "translation": [x, 0.25, 0.25], "scale": [0.5, 0.5, 0.5] });
+    let by_name = json!([
+        { "name": "cell:one", "mesh": 1 }, { "name": "cell:other", "mesh": 1, "translation": [1, 0, 0] },
+        { "name": "cell:garden" }, { "name": "portal:one|other", "mesh": 0 },
+        { "name": "portal:garden|other", "mesh": 0, "translation": [1, 0, 0] }, box_in(0.25), box_in(0.75),
+    ]);
+    let by_extras = json!([
+        { "name": "one", "mesh": 1, "extras": { "cell": true } },
+        { "name": "other", "mesh": 1, "translation": [1, 0, 0], "extras": { "cell": true, "remark": [1, null] } },
+        { "name": "garden", "extras": { "cell": true } },
+        { "name": "door", "mesh": 0, "extras": { "portal": ["one", "other"] } },
+        { "mesh": 0, "translation": [1, 0, 0], "extras": { "portal": ["garden", "other"] } }, box_in(0.25), box_in(0.75),
+    ]);
+    for nodes in [by_name, by_extras] {
+        let scene = scene(&nodes).expect("two rooms");
+        assert_eq!(scene.objects.len(), 2, "cells and portals are no objects");
+        assert_eq!(described(&scene.cells), [("one", false, 2), ("other", false, 1), ("garden", true, 0)]);
+        assert_eq!(scene.cells.portals().len(), 2);
+        assert_eq!(scene.cells.portals_of(1), [0, 1]);
+    }
+    let plain = scene(&json!([{ "name": "a", "mesh": 1, "extras": { "cell": 7, "portal": "x" } }])).expect("a box");
+    assert!(plain.cells.is_empty() && plain.objects.len() == 1, "other extras mean nothing here");
+}
+
+#[test]
+fn what_is_no_cell_is_refused_with_its_node() {
+    let refused = |nodes: Value| scene(&nodes).expect_err("a defect").to_string();
+    let with_box = |node: Value| json!([{ "name": "box", "mesh": 1 }, { "name": "cell:a", "mesh": 1 }, node]);
+    for (node, parts) in [
+        (json!({ "name": "cell:flat", "mesh": 0 }), &["node 2", "cell \"flat\"", "flat"][..]),
+        (json!({ "name": "cell:a", "mesh": 1 }), &["node 2", "another cell"]),
+        (json!({ "name": "portal:a|b", "mesh": 0 }), &["node 2", "no cell \"b\""]),
+        (json!({ "name": "portal:a", "mesh": 0 }), &["node 2", "portal:ONE|OTHER"]),
+        (json!({ "name": "portal:a|a", "mesh": 0 }), &["node 2", "two different cells"]),
+        (json!({ "name": "portal:a|b" }), &["node 2", "flat mesh"]),
+        (json!({ "mesh": 0, "extras": { "portal": ["a"] } }), &["node 2", "two cells"]),
+    ] {
+        let message = refused(with_box(node));
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+    }
+}
+
+#[test]
+fn a_placement_moves_cells_as_it_moves_objects() {
+    let nodes = json!([{ "name": "house", "translation": [8, 0, 0], "children": [1, 2] },
+        { "name": "cell:a", "mesh": 1 }, { "name": "box", "mesh": 1, "scale": [0.5, 0.5, 0.5] }]);
+    let scene = scene(&nodes).expect("a house");
+    assert_eq!(scene.cells.objects_in(0), [0]);
+    let bounds = scene.objects[0].bounds();
+    assert!(scene.objects[0].placement != Placement::IDENTITY && bounds.min.x == 8.0);
+}

@@ -1,0 +1,171 @@
+//! Cells and portals as read, and the step from there to those of a scene.
+//!
+//! Counts are limited, since a small file may ask for much exact work: points and triangles of a cell, half-spaces of a cell, corners
+//! of a portal, and cells and portals count as parts of the scene.
+
+use std::{collections::HashMap, sync::Arc};
+
+use glam::{DAffine3, DVec3};
+use umbriel_geometry::{Brep, HalfSpace, Mesh, Placement, accept_point};
+use umbriel_scene::{CellEntry, CellGraph, Object, Portal, Region, SceneCell};
+
+use crate::error::{LoadProblem, excerpt};
+
+/// Half-spaces that a cell may be given by; each costs a look at all corners so far, exactly.
+pub(crate) const MOST_PLANES: usize = 256;
+/// Points or triangles that a cell, and points that a portal may be given by.
+pub(crate) const MOST_POINTS: usize = 4096;
+
+/// Where an entry stands in its file.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum EntryPlace {
+    /// Line and column of a text.
+    Text(usize, usize),
+    /// An element by its name.
+    Element(String),
+}
+
+impl EntryPlace {
+    /// A problem there.
+    pub(crate) fn problem(&self, message: String) -> LoadProblem {
+        match self {
+            Self::Text(line, column) => LoadProblem::Text { line: *line, column: Some(*column), message },
+            Self::Element(place) => LoadProblem::element(place.clone(), message),
+        }
+    }
+}
+
+/// What a cell is, in its own coordinates.
+#[derive(Clone, Debug)]
+pub(crate) enum CellShape {
+    Outdoors,
+    /// The hull of points.
+    Points(Vec<DVec3>),
+    /// A closed convex mesh.
+    Mesh(Arc<Mesh>),
+}
+
+/// A cell as read.
+#[derive(Clone, Debug)]
+pub(crate) struct ModelCell {
+    pub(crate) name: String,
+    pub(crate) shape: CellShape,
+    /// Local to the file's coordinates.
+    pub(crate) map: DAffine3,
+    pub(crate) place: EntryPlace,
+}
+
+/// A portal as read.
+#[derive(Clone, Debug)]
+pub(crate) struct ModelPortal {
+    pub(crate) name: String,
+    /// The names of the two cells.
+    pub(crate) cells: [String; 2],
+    pub(crate) outline: Outline,
+    /// Local to the file's coordinates.
+    pub(crate) map: DAffine3,
+    pub(crate) place: EntryPlace,
+}
+
+/// What a portal's polygon is given by.
+#[derive(Clone, Debug)]
+pub(crate) enum Outline {
+    /// Its corners, in order.
+    Corners(Vec<DVec3>),
+    /// Points of which it is the hull.
+    HullOf(Vec<DVec3>),
+}
+
+/// The points of a body that half-spaces [nx, ny, nz, offset] have in common: n·x ≤ offset.
+pub(crate) fn points_of_planes(planes: &[[f64; 4]]) -> Result<Vec<DVec3>, String> {
+    if planes.len() > MOST_PLANES {
+        return Err(format!("it has {} planes; at most {MOST_PLANES} are read", planes.len()));
+    }
+    let half_space = |&[x, y, z, offset]: &[f64; 4]| HalfSpace { normal: [x, y, z], offset };
+    let body = Brep::of_half_spaces(&planes.iter().map(half_space).collect::<Vec<_>>());
+    body.map(|body| body.vertices().to_vec()).map_err(|defect| format!("planes: {defect}"))
+}
+
+/// The cells of a scene, everything turned by `turn`.
+pub(crate) fn graph(
+    cells: Vec<ModelCell>,
+    portals: Vec<ModelPortal>,
+    turn: &DAffine3,
+    objects: &[Object],
+) -> Result<CellGraph, LoadProblem> {
+    let mut numbers = HashMap::new();
+    let mut regions = Vec::with_capacity(cells.len());
+    let (mut cell_places, mut portal_places) = (Vec::new(), Vec::new());
+    for (number, cell) in cells.into_iter().enumerate() {
+        let refused = |message: String| cell.place.problem(format!("cell \"{}\": {message}", cell.name));
+        if numbers.insert(cell.name.clone(), number).is_some() {
+            return Err(refused("another cell has this name".to_owned()));
+        }
+        let region = region(&cell.shape, *turn * cell.map).map_err(refused)?;
+        cell_places.push((cell.place, cell.name.clone()));
+        regions.push(SceneCell { name: cell.name, region });
+    }
+    let mut joined = Vec::with_capacity(portals.len());
+    for portal in portals {
+        let refused = |message: String| portal.place.problem(format!("portal \"{}\": {message}", portal.name));
+        let number = |name: &String| {
+            let unknown = || refused(format!("there is no cell \"{}\"", excerpt(name)));
+            numbers.get(name).copied().ok_or_else(unknown)
+        };
+        let ends = [number(&portal.cells[0])?, number(&portal.cells[1])?];
+        let corners = corners(&portal.outline, *turn * portal.map).map_err(refused)?;
+        portal_places.push((portal.place, portal.name.clone()));
+        joined.push(Portal { name: portal.name, cells: ends, corners });
+    }
+    CellGraph::new(regions, joined, objects).map_err(|(entry, defect)| {
+        let (kind, (place, name)) = match entry {
+            CellEntry::Cell(number) => ("cell", &cell_places[number]),
+            CellEntry::Portal(number) => ("portal", &portal_places[number]),
+        };
+        place.problem(format!("{kind} \"{name}\": {defect}"))
+    })
+}
+
+fn region(shape: &CellShape, map: DAffine3) -> Result<Region, String> {
+    let placed = |points: &[DVec3]| -> Result<Vec<DVec3>, String> {
+        if points.len() > MOST_POINTS {
+            return Err(format!("it has {} points; at most {MOST_POINTS} are read", points.len()));
+        }
+        placed_points(points, map, "point")
+    };
+    match shape {
+        CellShape::Outdoors => Ok(Region::Outdoors),
+        CellShape::Points(points) => {
+            Brep::hull(placed(points)?).map(Region::Convex).map_err(|defect| defect.to_string())
+        }
+        CellShape::Mesh(mesh) => {
+            if mesh.triangles().len() > MOST_POINTS {
+                return Err(format!("it has {} triangles; at most {MOST_POINTS} are read", mesh.triangles().len()));
+            }
+            let positions = placed(mesh.positions())?.into_iter().map(|position| position.to_array()).collect();
+            let placed = Mesh::new(positions, mesh.triangles().to_vec()).map_err(|defect| defect.to_string())?;
+            Brep::of_mesh(&placed).map(Region::Convex).map_err(|defect| format!("its mesh is no convex body: {defect}"))
+        }
+    }
+}
+
+fn corners(outline: &Outline, map: DAffine3) -> Result<Vec<DVec3>, String> {
+    match outline {
+        Outline::Corners(corners) => placed_points(corners, map, "corner"),
+        Outline::HullOf(points) if points.len() > MOST_POINTS => {
+            Err(format!("it has {} points; at most {MOST_POINTS} are read", points.len()))
+        }
+        Outline::HullOf(points) => Ok(Portal::outline_of(&placed_points(points, map, "point")?)),
+    }
+}
+
+/// Points in the scene's coordinates; `what` they are called where one is refused.
+fn placed_points(points: &[DVec3], map: DAffine3, what: &str) -> Result<Vec<DVec3>, String> {
+    let placement = Placement::new(map).map_err(|defect| defect.to_string())?;
+    let place = |(number, point): (usize, &DVec3)| {
+        let accepted = accept_point(point.to_array());
+        let local = accepted.map_err(|(axis, defect)| format!("{what} {number}: coordinate {axis} {defect}"))?;
+        Ok(placement.round(local))
+    };
+    points.iter().enumerate().map(place).collect()
+}

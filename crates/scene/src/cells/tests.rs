@@ -1,0 +1,157 @@
+use std::sync::Arc;
+
+use umbriel_geometry::{Cuboid, Mesh, Placement};
+
+use super::*;
+use crate::{Shape, Sides};
+
+fn room(name: &str, min: [f64; 3], max: [f64; 3]) -> SceneCell {
+    let ends = [DVec3::from_array(min), DVec3::from_array(max)];
+    let corner = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z);
+    SceneCell { name: name.into(), region: Region::Convex(Brep::hull((0..8).map(corner)).expect("a box")) }
+}
+
+fn outdoors() -> SceneCell {
+    SceneCell { name: "outdoors".into(), region: Region::Outdoors }
+}
+
+/// A door in the plane x = 4.
+fn door(cells: [usize; 2]) -> Portal {
+    let corners = [[4.0, 0.0, 1.0], [4.0, 0.0, 2.0], [4.0, 2.0, 2.0], [4.0, 2.0, 1.0]];
+    Portal { name: "door".into(), cells, corners: corners.map(DVec3::from_array).to_vec() }
+}
+
+fn rooms() -> Vec<SceneCell> {
+    vec![room("west", [0.0; 3], [4.0, 3.0, 4.0]), room("east", [4.0, 0.0, 0.0], [8.0, 3.0, 4.0]), outdoors()]
+}
+
+fn cube(name: &str, size: [f64; 3], center: [f64; 3]) -> Object {
+    let placement = Placement::new(glam::DAffine3::from_translation(center.into())).expect("regular");
+    Object::new(name.into(), Shape::Cuboid(Cuboid { size }), placement, Sides::Auto).expect("a box")
+}
+
+fn refused(cells: Vec<SceneCell>, portal: Portal) -> CellDefect {
+    CellGraph::new(cells, vec![portal], &[]).expect_err("a defect").1
+}
+
+#[test]
+fn the_first_cell_of_a_portal_is_in_front_of_it() {
+    for cells in [[0, 1], [1, 0]] {
+        let graph = CellGraph::new(rooms(), vec![door(cells)], &[]).expect("rooms");
+        let Portal { cells, corners, .. } = &graph.portals()[0];
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        assert_eq!(normal.x < 0.0, cells[0] == 0, "it looks at the first cell");
+        assert_eq!((graph.portals_of(0), graph.portals_of(1), graph.portals_of(2)), (&[0][..], &[0][..], &[][..]));
+    }
+}
+
+#[test]
+fn objects_are_in_every_cell_that_they_meet() {
+    let wall = cube("wall", [0.25, 3.0, 4.0], [4.0, 1.5, 2.0]);
+    let table = cube("table", [1.0; 3], [1.0, 0.75, 1.0]);
+    let shelf = cube("shelf", [0.5, 1.0, 1.0], [4.25, 1.0, 2.0]);
+    let front = cube("front", [8.0, 3.0, 0.25], [4.0, 1.5, 0.0]);
+    let far = cube("far", [1.0; 3], [20.0, 0.0, 0.0]);
+    let objects = [wall, table, shelf, front, far];
+    let graph = CellGraph::new(rooms(), Vec::new(), &objects).expect("rooms");
+    // The shelf touches the plane between the rooms.
+    assert_eq!(graph.objects_in(0), [0, 1, 2, 3]);
+    assert_eq!(graph.objects_in(1), [0, 2, 3]);
+    // The wall between the rooms touches the floor and the ceiling of the building.
+    assert_eq!(graph.objects_in(2), [0, 3, 4]);
+    assert_eq!(graph.loose_objects(), 0);
+    let without = CellGraph::new(rooms()[..2].to_vec(), Vec::new(), &objects).expect("rooms");
+    assert_eq!(without.loose_objects(), 1);
+}
+
+#[test]
+fn a_slanted_object_beside_a_cell_is_not_in_it() {
+    // Its box meets the west room, the triangle itself passes the room's edge at x = 4, z = 4.
+    let mesh = Mesh::new(vec![[3.5, 1.0, 6.0], [6.0, 1.0, 3.5], [6.0, 2.0, 6.0]], vec![[0, 1, 2]]).expect("a mesh");
+    let object =
+        Object::new("sail".into(), Shape::Mesh(Arc::new(mesh)), Placement::IDENTITY, Sides::Auto).expect("fine");
+    let cells = vec![room("west", [0.0; 3], [4.0, 3.0, 4.0])];
+    let graph = CellGraph::new(cells, Vec::new(), std::slice::from_ref(&object)).expect("a room");
+    assert_eq!(graph.objects_in(0), [0], "planes of the room alone do not tell");
+    let slanted = Brep::hull(
+        [[0.0, 0.0, 0.0], [8.0, 0.0, 0.0], [0.0, 0.0, 8.0], [0.0, 3.0, 0.0], [8.0, 3.0, 0.0], [0.0, 3.0, 8.0]]
+            .map(DVec3::from_array),
+    );
+    let cells = vec![SceneCell { name: "wedge".into(), region: Region::Convex(slanted.expect("a wedge")) }];
+    let graph = CellGraph::new(cells, Vec::new(), &[object]).expect("a room");
+    assert_eq!(graph.objects_in(0), [0; 0], "all of it lies beyond x + z = 8");
+}
+
+#[test]
+fn points_are_in_the_cells_that_hold_them() {
+    let graph = CellGraph::new(rooms(), vec![door([0, 1])], &[]).expect("rooms");
+    let at = |x, y, z| graph.cells_at(DVec3::new(x, y, z));
+    assert_eq!(at(1.0, 1.0, 1.0), [0]);
+    assert_eq!(at(4.0, 1.0, 1.0), [0, 1], "on the common boundary, inside the building");
+    assert_eq!(at(4.0, 3.0, 1.0), [0, 1, 2], "on the roof");
+    assert_eq!(at(9.0, 1.0, 1.0), [2]);
+}
+
+#[test]
+fn portals_lie_in_both_boundaries() {
+    assert!(CellGraph::new(rooms(), vec![door([0, 1])], &[]).is_ok());
+    assert_eq!(refused(rooms(), door([0, 0])), CellDefect::Ends);
+    assert_eq!(refused(rooms(), door([0, 3])), CellDefect::Ends);
+    let moved = |by: DVec3| {
+        let mut portal = door([0, 1]);
+        portal.corners.iter_mut().for_each(|corner| *corner += by);
+        portal
+    };
+    assert_eq!(refused(rooms(), moved(DVec3::X * 0.5)), CellDefect::NotInBoundary { corner: 0, end: 0 });
+    assert_eq!(refused(rooms(), moved(DVec3::Y * -1.0)), CellDefect::NotInBoundary { corner: 0, end: 0 });
+    let mut bent = door([0, 1]);
+    bent.corners[3].x = 3.5;
+    assert_eq!(refused(rooms(), bent), CellDefect::NotPlanar { corner: 3 });
+    let mut dent = door([0, 1]);
+    dent.corners[2] = DVec3::new(4.0, 0.5, 1.25);
+    assert!(matches!(refused(rooms(), dent), CellDefect::NotConvex { .. }));
+    let mut star = door([0, 1]);
+    star.corners.swap(1, 2);
+    assert!(matches!(refused(rooms(), star), CellDefect::NotConvex { .. }));
+    let mut line = door([0, 1]);
+    line.corners.truncate(2);
+    assert_eq!(refused(rooms(), line), CellDefect::Corners(2));
+    let twice = vec![outdoors(), outdoors()];
+    assert_eq!(
+        CellGraph::new(twice, Vec::new(), &[]).expect_err("two"),
+        (CellEntry::Cell(1), CellDefect::SecondOutdoors)
+    );
+    let nested = vec![room("a", [0.0; 3], [4.0, 3.0, 4.0]), room("b", [2.0, 0.0, 0.0], [4.0, 3.0, 4.0])];
+    assert_eq!(refused(nested, door([0, 1])), CellDefect::SameSide);
+    let mut endless = door([0, 1]);
+    endless.corners[0].y = f64::NAN;
+    assert!(matches!(refused(rooms(), endless), CellDefect::Coordinate { corner: 0, axis: 1, .. }));
+}
+
+#[test]
+fn a_turned_house_is_taken_with_rounded_corners() {
+    // Every angle rounds the corners otherwise; the door stays in the boundaries of both rooms.
+    for step in 1..40 {
+        let turn = glam::DQuat::from_euler(glam::EulerRot::YXZ, 0.1 * f64::from(step), 0.03 * f64::from(step), 0.7);
+        let turned = |cell: SceneCell| {
+            let Region::Convex(body) = &cell.region else { return cell };
+            let body = Brep::hull(body.vertices().iter().map(|&vertex| turn * vertex)).expect("a box");
+            SceneCell { region: Region::Convex(body), ..cell }
+        };
+        let cells = rooms().into_iter().map(turned).collect();
+        let mut portal = door([0, 1]);
+        portal.corners.iter_mut().for_each(|corner| *corner = turn * *corner);
+        let graph = CellGraph::new(cells, vec![portal], &[]);
+        assert!(graph.is_ok(), "step {step}: {:?}", graph.map(drop));
+    }
+}
+
+#[test]
+fn outlines_are_strictly_convex() {
+    let points = [[4.0, 0.0, 1.0], [4.0, 2.0, 2.0], [4.0, 1.0, 1.5], [4.0, 0.0, 2.0], [4.0, 2.0, 1.0], [4.0, 0.0, 1.5]];
+    let outline = Portal::outline_of(&points.map(DVec3::from_array));
+    assert_eq!(outline.len(), 4);
+    let portal = Portal { corners: outline, ..door([0, 1]) };
+    assert!(CellGraph::new(rooms(), vec![portal], &[]).is_ok());
+    assert!(Portal::outline_of(&[DVec3::ZERO, DVec3::X, DVec3::X * 2.0]).len() < 3);
+}

@@ -1,0 +1,163 @@
+use glam::{DAffine3, DVec3};
+use proptest::prelude::*;
+use umbriel_geometry::{Aabb, Brep, Cuboid, Placement};
+use umbriel_scene::{Camera, Portal, Region, SceneCell, Shape, Sides};
+
+use super::*;
+
+fn room(name: &str, min: DVec3, max: DVec3) -> SceneCell {
+    let ends = [min, max];
+    let corner = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z);
+    SceneCell { name: name.into(), region: Region::Convex(Brep::hull((0..8).map(corner)).expect("a box")) }
+}
+
+/// A row of cubes of 4 m along x with a door of 1 m in each wall between two, all in line; a small box in the middle of each room.
+fn enfilade(rooms: usize) -> Scene {
+    let at = |number: usize| 4.0 * number as f64;
+    let cells = (0..rooms)
+        .map(|number| room(&format!("{number}"), DVec3::X * at(number), DVec3::new(at(number + 1), 4.0, 4.0)))
+        .collect();
+    let door = |number: usize| Portal {
+        name: format!("door {number}"),
+        cells: [number - 1, number],
+        corners: [[0.0, 1.5], [0.0, 2.5], [2.0, 2.5], [2.0, 1.5]].map(|[y, z]| DVec3::new(at(number), y, z)).to_vec(),
+    };
+    let object = |number: usize, z: f64| {
+        let place = Placement::new(DAffine3::from_translation(DVec3::new(at(number) + 2.0, 1.0, z))).expect("regular");
+        Object::new(format!("box {number}"), Shape::Cuboid(Cuboid { size: [0.5; 3] }), place, Sides::Auto)
+            .expect("a box")
+    };
+    // One in line with the doors, one in a corner, in each room.
+    let objects: Vec<Object> = (0..rooms).flat_map(|number| [object(number, 2.0), object(number, 0.5)]).collect();
+    let cells = CellGraph::new(cells, (1..rooms).map(door).collect(), &objects).expect("rooms");
+    Scene { objects, cells, ..Scene::default() }
+}
+
+fn lamp(x: f64, y: f64, z: f64) -> LightSource {
+    LightSource::point([x, y, z]).expect("a lamp")
+}
+
+#[test]
+fn doors_in_line_show_what_is_in_line() {
+    let scene = enfilade(6);
+    let reach = reach_of_light(&scene, &lamp(1.0, 1.0, 2.0));
+    assert_eq!((reach.cells.len(), reach.passages, reach.start), (6, 5, Start::Cells));
+    // From the second room on the corners are hidden: in room k the cone is 1 m · (4k + 1)/3 wide at most.
+    let seen: Vec<usize> = reach.indices().collect();
+    assert!([0, 1, 2, 4, 6, 8, 10].iter().all(|object| seen.contains(object)), "{seen:?}");
+    assert!(!seen.contains(&3), "{seen:?}");
+    // From beside the door nothing of the third room is seen.
+    let reach = reach_of_light(&scene, &lamp(3.5, 1.0, 0.25));
+    assert_eq!(reach.cells, [0, 1]);
+}
+
+#[test]
+fn an_eye_in_the_plane_of_a_door_looks_both_ways() {
+    let scene = enfilade(3);
+    let reach = reach_of_light(&scene, &lamp(4.0, 1.0, 2.0));
+    assert_eq!(reach.cells, [0, 1, 2]);
+    assert_eq!(reach.objects.first().expect("an object").object, 0);
+    // Under the lintel's line, beside the door, the plane itself is all that is seen of the other side.
+    assert!(reach_of_light(&scene, &lamp(4.0, 3.5, 0.5)).cells.starts_with(&[0, 1]));
+}
+
+#[test]
+fn an_eye_in_no_cell_sees_what_its_frustum_meets() {
+    let scene = enfilade(3);
+    let camera = |eye: DVec3, target: DVec3| {
+        let projection = Projection::Perspective { vertical_degrees: 30.0 };
+        View { camera: Camera { eye, target, up: DVec3::Y, projection }, width: 100, height: 100 }
+    };
+    let outside = camera(DVec3::new(2.0, 1.0, -10.0), DVec3::new(2.0, 1.0, 0.0));
+    let reach = reach_of_eye(&scene, &outside).expect("an eye");
+    assert_eq!(reach.start, Start::OutsideCells);
+    assert_eq!(reach.indices().collect::<Vec<_>>(), frustum_culling(&scene, &outside).expect("an eye"));
+    assert!(reach.objects.len() < scene.objects.len());
+    let inside = camera(DVec3::new(1.0, 1.0, 2.0), DVec3::new(2.0, 1.0, 2.0));
+    let reach = reach_of_eye(&scene, &inside).expect("an eye");
+    assert_eq!((reach.start, reach.cells.len()), (Start::Cells, 3));
+    let back = reach_of_eye(&scene, &camera(DVec3::new(1.0, 1.0, 2.0), DVec3::new(0.0, 1.0, 2.0))).expect("an eye");
+    assert_eq!(back.cells, [0], "the door is behind the eye");
+    let parallel =
+        View { camera: Camera { projection: Projection::Orthographic { height: 3.0 }, ..inside.camera }, ..inside };
+    assert_eq!(reach_of_eye(&scene, &parallel).expect("a view").start, Start::Parallel);
+}
+
+#[test]
+fn two_chains_collect_an_object_once() {
+    // Two doors side by side between two rooms; the box stands behind both.
+    let mut scene = enfilade(2);
+    let portal = |name: &str, z: f64| Portal {
+        name: name.into(),
+        cells: [0, 1],
+        corners: [[0.0, z], [0.0, z + 0.5], [2.0, z + 0.5], [2.0, z]].map(|[y, z]| DVec3::new(4.0, y, z)).to_vec(),
+    };
+    let portals = vec![portal("left", 1.5), portal("right", 2.0)];
+    scene.cells = CellGraph::new(scene.cells.cells().to_vec(), portals, &scene.objects).expect("rooms");
+    let reach = reach_of_light(&scene, &lamp(1.0, 1.0, 2.0));
+    let behind: Vec<&Reached> = reach.objects.iter().filter(|reached| reached.object == 2).collect();
+    assert_eq!(behind.len(), 1);
+    assert_eq!(behind[0].frusta.len(), 2);
+    assert!(behind[0].frusta.iter().all(|&frustum| reach.frusta[frustum].sides() == 4));
+}
+
+#[test]
+fn the_sun_looks_in_through_windows_only() {
+    let mut scene = enfilade(2);
+    let mut cells = scene.cells.cells().to_vec();
+    cells.push(SceneCell { name: "outdoors".into(), region: Region::Outdoors });
+    let mut portals = scene.cells.portals().to_vec();
+    let window = [[1.0, 1.0], [1.5, 1.0], [1.5, 3.0], [1.0, 3.0]].map(|[x, y]| DVec3::new(x, y, 0.0)).to_vec();
+    portals.push(Portal { name: "window".into(), cells: [0, 2], corners: window });
+    scene.cells = CellGraph::new(cells, portals, &scene.objects).expect("rooms");
+    let sun = |direction| LightSource::sun(direction).expect("a sun");
+    let reach = reach_of_light(&scene, &sun([1.0, -1.0, 1.5]));
+    // It falls into the first room, and no ray of it comes through the door.
+    assert_eq!(reach.cells, [0, 2]);
+    assert_eq!(reach_of_light(&scene, &sun([1.0, -0.5, -1.5])).cells, [2], "it shines at the back");
+    // Flat enough along x, it passes the door as well.
+    assert_eq!(reach_of_light(&scene, &sun([3.0, -0.5, 2.0])).cells, [0, 1, 2]);
+}
+
+proptest! {
+    /// A ray that passes two random portals in turn is inside what is seen through both.
+    #[test]
+    fn rays_through_two_portals_are_in_the_cone_of_both(
+        eye in proptest::array::uniform3(-1.0..1.0f64),
+        a in proptest::array::uniform8(-1.0..1.0f64),
+        b in proptest::array::uniform8(-2.0..2.0f64),
+        s in 0.0..1.0f64, t in 0.0..1.0f64, is_sun in any::<bool>(),
+    ) {
+        // Two convex polygons in the planes x = 2 and x = 4.
+        let polygon = |x: f64, p: [f64; 8]| {
+            Portal::outline_of(&[0, 1, 2, 3].map(|k| DVec3::new(x, p[2 * k], p[2 * k + 1])))
+        };
+        let (first, second) = (polygon(2.0, a), polygon(4.0, b));
+        let eye = if is_sun { LightSource::sun([1.0, eye[1], eye[2]]) } else { LightSource::point(eye) }.expect("an eye");
+        let inside = |polygon: &[DVec3]| {
+            let along = polygon[0].lerp(polygon[1], s);
+            along.lerp(polygon[2], t)
+        };
+        let through = inside(&first);
+        let direction = if eye.is_sun() { -eye.xyz() } else { through - eye.xyz() };
+        let target = through + direction * ((4.0 - through.x) / direction.x);
+        // Strictly inside the second polygon?
+        let turns: Vec<f64> = (0..second.len()).map(|k| {
+            let (p, q) = (second[k], second[(k + 1) % second.len()]);
+            (q - p).cross(target - p).x
+        }).collect();
+        let is_inside = turns.iter().all(|&turn| turn > 1e-9) || turns.iter().all(|&turn| turn < -1e-9);
+        let seen = Frustum::everything(eye).through(&first).and_then(|frustum| frustum.through(&second));
+        if is_inside {
+            let seen = seen.expect("the ray passes both");
+            let beyond = target + direction * 3.0;
+            let point = Aabb { min: beyond, max: beyond };
+            prop_assert!(!seen.misses(&point));
+        } else if turns.iter().any(|&turn| turn > 1e-9) && turns.iter().any(|&turn| turn < -1e-9) && let Some(seen) = seen {
+            // A point off the second polygon is outside its cone, as planes go.
+            let beyond = target + direction * 3.0;
+            let point = Aabb { min: beyond, max: beyond };
+            prop_assert!(seen.misses(&point));
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! One receiving face: its plane, and what occluders cover of it.
+//!
+//! An occluder is a convex polygon. Corners are before the receiver's plane by exact signs; where an edge goes through the plane it is cut
+//! in floats. Then it is cut by the planes through the light and each edge of the receiver, so that all of its projection lies on the
+//! receiver, and is projected: along the sun's direction, or from the lamp at height H, which stretches what lies at height h by H/(H − h).
+
+use glam::DVec3;
+use umbriel_bvh::Ray;
+use umbriel_geometry::{Aabb, Facets, LightSource, Point, Sign, predicates};
+
+/// A face that light falls on.
+pub(super) struct Receiver<'a> {
+    light: &'a LightSource,
+    pub(super) origin: DVec3,
+    pub(super) axes: [DVec3; 2],
+    /// Towards the light's side.
+    normal: DVec3,
+    /// Counter-clockwise seen from the light.
+    corners: Vec<DVec3>,
+    /// Three exact corners of the plane, the light in front.
+    plane: [Point<'a>; 3],
+    pub(super) bounds: Aabb,
+}
+
+impl<'a> Receiver<'a> {
+    pub(super) fn new(facets: &'a Facets, face: usize, light: &'a LightSource) -> Self {
+        let numbers: Vec<u32> = facets.facet(face).corners().iter().copied().collect();
+        let mut points: Vec<Point> = numbers.into_iter().map(|number| facets.point(number)).collect();
+        let plane = |points: &[Point<'a>]| [points[0], points[1], points[points.len() - 1]];
+        let [a, b, c] = plane(&points);
+        if predicates::light_side(&a, &b, &c, light) == Sign::Negative {
+            points.reverse();
+        }
+        let corners: Vec<DVec3> = points.iter().map(|point| point.position).collect();
+        let (along, across) = (corners[1] - corners[0], corners[corners.len() - 1] - corners[0]);
+        let normal = along.cross(across).normalize_or_zero();
+        let first = along.normalize_or_zero();
+        let axes = [first, normal.cross(first)];
+        let bounds = facets.facet_bounds(face);
+        Self { light, origin: corners[0], axes, normal, plane: plane(&points), corners, bounds }
+    }
+
+    fn flat(&self, point: DVec3) -> [f64; 2] {
+        self.axes.map(|axis| axis.dot(point - self.origin))
+    }
+
+    /// Its own outline in plane coordinates.
+    pub(super) fn outline(&self) -> Vec<[f64; 2]> {
+        self.corners.iter().map(|&corner| self.flat(corner)).collect()
+    }
+
+    /// How much area may be off along a contour: by the grid of 2^-28 of the extent that the overlay rounds to, and by floats that a projection stretches.
+    pub(super) fn slack(&self, contour: &[[f64; 2]], stretch: f64) -> f64 {
+        let extent = self.bounds.size().max_element();
+        let reach = self.bounds.max.abs().max(self.bounds.min.abs()).max_element();
+        let off = extent * GRID + 256.0 * f64::EPSILON * (reach + extent) * stretch;
+        let edges = contour.iter().zip(contour.iter().cycle().skip(1));
+        4.0 * off * edges.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).sum::<f64>()
+    }
+
+    /// What a face covers, counter-clockwise, and how much the projection stretches it; nothing if it does not lie before the receiver.
+    pub(super) fn project(&self, facets: &Facets, face: usize) -> Option<(Vec<[f64; 2]>, f64)> {
+        let numbers: Vec<u32> = facets.facet(face).corners().iter().copied().collect();
+        let heights: Vec<f64> = numbers.iter().map(|&number| self.exact_height(&facets.point(number))).collect();
+        if heights.iter().all(|&height| height <= 0.0) {
+            return None;
+        }
+        let corners: Vec<DVec3> = numbers.iter().map(|&number| facets.point(number).position).collect();
+        let mut polygon = cut(&corners, &heights);
+        for k in 0..self.corners.len() {
+            let side = self.side_plane(self.corners[k], self.corners[(k + 1) % self.corners.len()]);
+            let values: Vec<f64> = polygon.iter().map(|&point| side.direction.dot(point - side.origin)).collect();
+            polygon = cut(&polygon, &values);
+        }
+        if polygon.len() < 3 {
+            return None;
+        }
+        let mut stretch: f64 = 1.0;
+        let mut cover: Vec<[f64; 2]> = Vec::with_capacity(polygon.len());
+        for point in polygon {
+            let (landed, own) = self.land(point)?;
+            stretch = stretch.max(own);
+            cover.push(self.flat(landed));
+        }
+        let twice: f64 = (1..cover.len() - 1)
+            .map(|k| {
+                let from = |p: [f64; 2]| [p[0] - cover[0][0], p[1] - cover[0][1]];
+                let (p, q) = (from(cover[k]), from(cover[k + 1]));
+                p[0] * q[1] - p[1] * q[0]
+            })
+            .sum();
+        if twice < 0.0 {
+            cover.reverse();
+        }
+        Some((cover, stretch))
+    }
+
+    /// A number with the exact sign of the side of the receiver's plane, in proportion to the distance.
+    fn exact_height(&self, point: &Point) -> f64 {
+        let [a, b, c] = &self.plane;
+        predicates::side_value(a, b, c, predicates::Target::Point(point)).value
+    }
+
+    /// The plane through the light and an edge, as a point of it and the direction to the receiver's side.
+    fn side_plane(&self, from: DVec3, to: DVec3) -> Ray {
+        let towards = self.light.xyz() - self.light.w() * from;
+        // The receiver is left of its edges, seen from the light.
+        Ray::new(from, towards.cross(to - from).normalize_or_zero())
+    }
+
+    /// Where the light's ray through a point lands, and how much nearby points are spread; nothing at the light itself.
+    fn land(&self, point: DVec3) -> Option<(DVec3, f64)> {
+        let height = self.normal.dot(point - self.origin);
+        if self.light.is_sun() {
+            let climb = self.normal.dot(self.light.xyz());
+            let stretch = self.light.xyz().length() / climb;
+            return (climb > 0.0).then(|| (point - self.light.xyz() * (height / climb), stretch));
+        }
+        let lamp = self.normal.dot(self.light.xyz() - self.origin);
+        let left = lamp - height;
+        let stretch = lamp / left;
+        (left > 0.0).then(|| (self.light.xyz() + (point - self.light.xyz()) * stretch, stretch))
+    }
+}
+
+/// The overlay's integers have 32 bits with a sign, and leave some free: 2^-28 of the extent is no finer than their grid.
+const GRID: f64 = 1.0 / (1 << 28) as f64;
+
+/// The part of a convex polygon where values at its corners are not negative.
+fn cut(polygon: &[DVec3], values: &[f64]) -> Vec<DVec3> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (k, (&corner, &value)) in polygon.iter().zip(values).enumerate() {
+        let next = (k + 1) % polygon.len();
+        if value >= 0.0 {
+            kept.push(corner);
+        }
+        if (value > 0.0 && values[next] < 0.0) || (value < 0.0 && values[next] > 0.0) {
+            kept.push(corner.lerp(polygon[next], value / (value - values[next])));
+        }
+    }
+    kept
+}

@@ -1,0 +1,204 @@
+//! `cargo xtask portals`: what cells and portals spare, and whether anything visible is missing; `cargo xtask office` writes the scenes.
+//!
+//! On offices of 200, 2,000 and 10,000 rooms: objects submitted for eyes in random rooms, by portals and by plain frustum culling; time to
+//! bake the shadow of one lamp after loading. Then random eyes and lamps on the stored office: rays in random directions, cast
+//! against all objects, must meet nothing that is not among what is reached. The table goes to `docs/portals.md` by hand, with the
+//! machine that it was taken on.
+
+use std::{path::PathBuf, time::Instant};
+
+use anyhow::{Context, Result, anyhow, ensure};
+use glam::DVec3;
+use umbriel_geometry::LightSource;
+use umbriel_io::{LoadOptions, load};
+use umbriel_scene::{Camera, Projection, Scene};
+use umbriel_shadow::{Detail, Request, Silent, bake, reached_receivers};
+use umbriel_visibility::{
+    Ray, RayCaster, View,
+    portals::{Start, frustum_culling, reach_of_eye, reach_of_light},
+};
+
+use crate::fixtures::{Office, SplitMix64};
+
+/// How often a lamp is baked.
+const RUNS: usize = 9;
+
+/// Which office.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct OfficeOptions {
+    /// At least so many rooms
+    #[arg(long, value_name = "N", default_value = "200")]
+    rooms: usize,
+    /// Rooms with a lamp
+    #[arg(long, value_name = "N", default_value = "5")]
+    lamps: usize,
+    /// The folder to write office.toml and office-parts.glb to
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+}
+
+/// How much is measured and judged.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct Options {
+    /// Numbers of rooms
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "200,2000,10000")]
+    rooms: Vec<usize>,
+    /// Eyes for which submitted objects are counted
+    #[arg(long, value_name = "N", default_value = "100")]
+    eyes: usize,
+    /// Random eyes and lamps whose rays judge
+    #[arg(long, value_name = "N", default_value = "10000")]
+    judged: usize,
+    /// Rays of each
+    #[arg(long, value_name = "N", default_value = "100")]
+    rays: usize,
+}
+
+/// Writes an office.
+pub(crate) fn write_office(options: &OfficeOptions) -> Result<()> {
+    let office = Office::with_rooms(options.rooms, options.lamps);
+    let (text, parts) = office.files()?;
+    std::fs::create_dir_all(&options.output)?;
+    std::fs::write(options.output.join("office.toml"), text)?;
+    std::fs::write(options.output.join("office-parts.glb"), parts)?;
+    println!("{} rooms in {}", office.rooms(), options.output.join("office.toml").display());
+    Ok(())
+}
+
+pub(crate) fn run(options: &Options) -> Result<()> {
+    println!("| rooms | objects | load s | frustum | portals | fewer | reached by a lamp | bake ms |");
+    println!("|---|---|---|---|---|---|---|---|");
+    for &rooms in &options.rooms {
+        measure(rooms, options.eyes)?;
+    }
+    let scene = office(200)?.0;
+    let (rays, met) = judge(&scene, options.judged, options.rays)?;
+    println!(
+        "\n{} eyes and {} lamps, {rays} rays, {met} met something: all of it was among what is reached",
+        options.judged, options.judged
+    );
+    Ok(())
+}
+
+/// An office as the program loads it, and the seconds that took.
+fn office(rooms: usize) -> Result<(Scene, f64)> {
+    let folder = std::env::temp_dir().join(format!("umbriel-office-{}-{rooms}", std::process::id()));
+    write_files(&folder, rooms)?;
+    let start = Instant::now();
+    let loaded = load(&folder.join("office.toml"), &LoadOptions::default()).context("the office is not read");
+    let seconds = start.elapsed().as_secs_f64();
+    std::fs::remove_dir_all(&folder)?;
+    Ok((loaded?.scene, seconds))
+}
+
+fn write_files(folder: &std::path::Path, rooms: usize) -> Result<()> {
+    let (text, parts) = Office::with_rooms(rooms, 5).files()?;
+    std::fs::create_dir_all(folder)?;
+    std::fs::write(folder.join("office.toml"), text)?;
+    std::fs::write(folder.join("office-parts.glb"), parts)?;
+    Ok(())
+}
+
+/// A row of the table.
+fn measure(rooms: usize, eyes: usize) -> Result<()> {
+    let (scene, seconds) = office(rooms)?;
+    let mut random = SplitMix64::new(5);
+    let (mut by_frustum, mut by_portals) = (0, 0);
+    for _ in 0..eyes {
+        let view = view(eye(&scene, &mut random), &mut random);
+        by_frustum += frustum_culling(&scene, &view).context("an eye")?.len();
+        let reach = reach_of_eye(&scene, &view).context("an eye")?;
+        ensure!(reach.start == Start::Cells, "an eye is in no cell");
+        by_portals += reach.objects.len();
+    }
+    let (reached, milliseconds) = bake_lamps(&scene)?;
+    let rooms = scene.cells.cells().iter().filter(|cell| cell.name.starts_with("room")).count();
+    println!(
+        "| {rooms} | {} | {seconds:.2} | {:.0} | {:.0} | {:.0} times | {reached:.0} | {milliseconds:.1} |",
+        scene.objects.len(),
+        by_frustum as f64 / eyes as f64,
+        by_portals as f64 / eyes as f64,
+        by_frustum as f64 / by_portals as f64,
+    );
+    Ok(())
+}
+
+/// Bakes each lamp's shadow by itself: the objects that one reaches, and milliseconds, the quickest of some runs; means over the lamps.
+fn bake_lamps(scene: &Scene) -> Result<(f64, f64)> {
+    let (mut reached, mut seconds) = (0, 0.0);
+    for lamp in 0..scene.lights.len() {
+        let mut best = f64::INFINITY;
+        for run in 0..RUNS {
+            let start = Instant::now();
+            let receivers = reached_receivers(scene, &[lamp]);
+            reached += if run == 0 { receivers.len() } else { 0 };
+            let detail = Detail::Depth { interior: 2, boundary: 6 };
+            let request = Request { lights: vec![lamp], receivers, ..Request::everything(&Scene::default(), detail) };
+            bake(scene, &request, &Silent).map_err(|_| anyhow!("cancelled"))?;
+            best = best.min(start.elapsed().as_secs_f64());
+        }
+        seconds += best;
+    }
+    let lamps = scene.lights.len() as f64;
+    Ok((reached as f64 / lamps, 1e3 * seconds / lamps))
+}
+
+/// A place in a random cell of the building, off the walls.
+fn eye(scene: &Scene, random: &mut SplitMix64) -> DVec3 {
+    let cells = scene.cells.cells();
+    loop {
+        if let umbriel_scene::Region::Convex(body) = &cells[random.below(cells.len())].region {
+            let bounds = body.bounds();
+            let at =
+                |axis: usize, random: &mut SplitMix64| random.between(bounds.min[axis] + 0.1, bounds.max[axis] - 0.1);
+            return DVec3::new(at(0, random), at(1, random), at(2, random));
+        }
+    }
+}
+
+fn direction(random: &mut SplitMix64) -> DVec3 {
+    loop {
+        let vector = DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0));
+        if (0.01..1.0).contains(&vector.length_squared()) {
+            return vector;
+        }
+    }
+}
+
+/// A view along a random direction that is about level.
+fn view(eye: DVec3, random: &mut SplitMix64) -> View {
+    let ahead = direction(random) * DVec3::new(1.0, 0.2, 1.0);
+    let projection = Projection::Perspective { vertical_degrees: random.between(20.0, 90.0) };
+    let camera = Camera { eye, target: eye + ahead, up: DVec3::Y, projection };
+    View { camera, width: 160, height: 100 }
+}
+
+/// Casts rays from random eyes and lamps against the whole scene; what they meet must be among what is reached.
+fn judge(scene: &Scene, places: usize, rays: usize) -> Result<(usize, usize)> {
+    let caster = RayCaster::new(scene);
+    let mut random = SplitMix64::new(11);
+    let (mut cast, mut met) = (0, 0);
+    for number in 0..places {
+        let view = view(eye(scene, &mut random), &mut random);
+        let reach = reach_of_eye(scene, &view).context("an eye")?;
+        let seen: Vec<usize> = reach.indices().collect();
+        let lamp = eye(scene, &mut random);
+        let lit: Vec<usize> = reach_of_light(scene, &LightSource::point(lamp.to_array())?).indices().collect();
+        for _ in 0..rays {
+            let pixel = [random.between(0.0, 160.0), random.between(0.0, 100.0)];
+            for (ray, reached, what) in
+                [(view.ray(pixel[0], pixel[1]), &seen, "eye"), (Ray::new(lamp, direction(&mut random)), &lit, "lamp")]
+            {
+                cast += 1;
+                let Some(hit) = caster.nearest(&ray) else { continue };
+                met += 1;
+                let name = &scene.objects[hit.object].name;
+                ensure!(
+                    reached.binary_search(&hit.object).is_ok(),
+                    "{what} {number}: {name} is seen by {ray:?} and missing"
+                );
+            }
+        }
+    }
+    Ok((cast, met))
+}
