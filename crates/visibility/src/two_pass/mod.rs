@@ -6,7 +6,7 @@
 //!
 //! - Source: a lecture on visible-surface determination, shadows by two passes; Atherton, Weiler and Greenberg, "Polygon shadow generation", SIGGRAPH 1978.
 //! - Which faces are turned to the light, and which corners lie before a face, are exact signs. Polygons are made in floats: an occluder is cut by the
-//!   receiver's plane and by the planes through the light and the receiver's edges ([`projection`]), projected, and `i_overlay` unites what comes out on a grid of integers. Lit areas
+//!   receiver's plane and by the planes through the light and the receiver's edges (`projection`), projected, and `i_overlay` unites what comes out on a grid of integers. Lit areas
 //!   carry a bound: that grid and the floats, along all edges ([`FaceShadow::error`]). It is an estimate of the worst case, not a proof; the pipeline proves, and this is
 //!   an independent way to its areas.
 //! - Cost: for each lit face the faces of all objects that a shaft finds in its way, and a sweep over their edges. Curved bodies and meshes with
