@@ -37,4 +37,5 @@ mod same_answers;
 mod soft_fixtures;
 mod solids_by_hand;
 mod tessellation;
+mod two_pass;
 mod watertight;
