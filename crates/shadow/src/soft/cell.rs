@@ -104,9 +104,10 @@ impl<'a> Receiver<'a> {
             return (receiver, InShaft::default());
         }
         let whole = Cell::flat(corners(facets, face).collect());
-        let mut found = in_shaft(queries, &receiver.shaft(&whole));
+        let shaft = receiver.shaft(&whole);
+        let mut found = in_shaft(queries, &shaft);
         found.faces.retain(|&(object, face)| !receiver.cannot_hide(facets, object, face));
-        receiver.add_polyhedra(&whole, &mut found);
+        receiver.add_polyhedra(&shaft, &mut found);
         (receiver, found)
     }
 
@@ -121,16 +122,16 @@ impl<'a> Receiver<'a> {
         let (hull, is_convex) = (LightHull::of(light), side.body.body().is_convex());
         let side = LitSide::Patch(side);
         let receiver = Self { queries, light, hull, object: object as u32, face: face as u32, side };
-        let mut found = in_shaft(queries, &receiver.shaft(whole));
+        let shaft = receiver.shaft(whole);
+        let mut found = in_shaft(queries, &shaft);
         // A convex body is behind each of its tangent planes.
         found.bodies.retain(|&body| body as usize != object || !is_convex);
-        receiver.add_polyhedra(whole, &mut found);
+        receiver.add_polyhedra(&shaft, &mut found);
         (receiver, found)
     }
 
     /// Finds the triangles of polyhedra that may be in the shaft.
-    fn add_polyhedra(&self, whole: &Cell, found: &mut InShaft) {
-        let shaft = self.shaft(whole);
+    fn add_polyhedra(&self, shaft: &HullShaft, found: &mut InShaft) {
         for &body in &found.bodies {
             let Some(polyhedra) = polyhedra_before(self.queries, body, self.light, &self.hull) else { continue };
             for (facets, list) in [(&polyhedra.inner, &mut found.inner), (&polyhedra.outer, &mut found.outer)] {

@@ -51,8 +51,7 @@ impl Polyhedra {
         let margin = margin(half, placement).filter(|margin| *margin < MOST_MARGIN)?;
         let placed = |outline: &Outline, wider: f64, scale: f64| {
             let corner = |point: DVec3| (middle + (point - middle) * scale).to_array();
-            let is_sheet = outline.len() == 1;
-            let (points, triangles) = turned(outline, wider, is_sheet);
+            let (points, triangles) = turned(outline, wider);
             let positions = points.into_iter().map(|point| corner(point * stretch)).collect();
             Some(Facets::of_mesh(Mesh::new(positions, triangles).ok()?, placement))
         };
@@ -142,11 +141,11 @@ fn margin(half: DVec3, placement: &Placement) -> Option<f64> {
     share.is_finite().then_some(ROUNDING + 24.0 * share)
 }
 
-/// Corners and triangles of an outline turned about the y axis, `wider` times as large; closed at both ends, or a sheet.
-fn turned(outline: &Outline, wider: f64, is_sheet: bool) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+/// Corners and triangles of an outline turned about the y axis, `wider` times as large; closed at both ends, of a single point a sheet.
+fn turned(outline: &Outline, wider: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let (mut points, mut triangles) = (Vec::new(), Vec::new());
     let on_axis = |point: &[f64; 2]| [0.0, point[1]];
-    let ends = if is_sheet { None } else { outline.last().map(on_axis) };
+    let ends = if outline.len() == 1 { None } else { outline.last().map(on_axis) };
     let whole = outline.first().map(on_axis).into_iter().chain(outline.iter().copied()).chain(ends);
     let mut before: Option<(u32, bool)> = None;
     for [radius, y] in whole {
