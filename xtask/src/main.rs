@@ -15,6 +15,7 @@ mod projection;
 mod regress;
 mod soak;
 mod soft;
+mod svg;
 mod tidy;
 mod tradeoff;
 mod workspace;

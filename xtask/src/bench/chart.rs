@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::{options::short, scaling::Series, table::Row};
+use crate::svg::{Axis, stroke, text};
 
 /// The picture of a run: all ratios, then a panel a series.
 pub(super) fn draw(rows: &[Row], series: &[Series]) -> String {
@@ -89,42 +90,6 @@ fn points(series: &Series, seconds: impl Fn(&Row) -> Option<f64>) -> Vec<[f64; 2
 /// Processor time on one thread, the clock's on several.
 fn measure(row: &Row, seconds: super::clock::Seconds) -> f64 {
     if row.threads == 1 { seconds.cpu } else { seconds.wall }
-}
-
-/// A logarithmic axis.
-struct Axis {
-    min: f64,
-    max: f64,
-}
-
-impl Axis {
-    /// From the least to the greatest coordinate; `None` without points.
-    fn over(points: &[[f64; 2]], axis: usize) -> Option<Self> {
-        let coordinates = || points.iter().map(|point| point[axis]);
-        let (min, max) = (coordinates().fold(f64::INFINITY, f64::min), coordinates().fold(0.0, f64::max));
-        (min > 0.0 && max >= min).then_some(Self { min, max })
-    }
-
-    /// Where a value stands, 0 to 1.
-    fn part(&self, value: f64) -> f64 {
-        let width = (self.max / self.min).ln();
-        if width > 0.0 { (value / self.min).ln() / width } else { 0.5 }
-    }
-
-    /// 1, 2 and 5 times powers of ten inside.
-    fn ticks(&self) -> impl Iterator<Item = f64> {
-        let values = (-6..6).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10f64.powi(power)));
-        values.filter(|value| (self.min..=self.max).contains(value))
-    }
-}
-
-fn text(body: &mut String, [x, y]: [f64; 2], anchor: &str, words: &str) {
-    let _ = writeln!(body, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{words}</text>");
-}
-
-fn stroke(body: &mut String, points: &[[f64; 2]], colour: &str) {
-    let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-    let _ = writeln!(body, "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\"/>", path.join(" "));
 }
 
 #[cfg(test)]

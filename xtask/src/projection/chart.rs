@@ -4,6 +4,7 @@
 use std::fmt::Write;
 
 use super::measure::{Method, Rays, Row};
+use crate::svg::{Axis, stroke, text};
 
 /// Width and height of a panel with its margins.
 const PANEL: [f64; 2] = [270.0, 170.0];
@@ -20,8 +21,8 @@ pub(super) fn draw(rows: &[Row]) -> String {
     let mut body = String::new();
     let times: Vec<f64> =
         rows.iter().flat_map(|row| METHODS.iter().filter_map(|(method, ..)| nanoseconds(row, *method))).collect();
-    let nanos = Axis::over(&times);
-    let sides = Axis::over(&rows.iter().map(|row| row.side as f64).collect::<Vec<_>>());
+    let nanos = Axis::around(&times);
+    let sides = Axis::around(&rows.iter().map(|row| row.side as f64).collect::<Vec<_>>());
     legend(&mut body);
     for (line, model) in models.iter().enumerate() {
         for (column, rays) in Rays::ALL.into_iter().enumerate() {
@@ -78,45 +79,13 @@ fn nanoseconds(row: &Row, method: Method) -> Option<f64> {
     Some(row.figure(method)?.seconds * 1e9 / row.count.max(1) as f64)
 }
 
-/// A logarithmic axis.
-struct Axis {
-    min: f64,
-    max: f64,
-}
-
-impl Axis {
-    fn over(values: &[f64]) -> Self {
-        let (min, max) = values.iter().fold((f64::MAX, 0.0f64), |(min, max), &x| (min.min(x), max.max(x)));
-        Self { min: min / 1.1, max: max * 1.1 }
-    }
-
-    /// Where a value stands, 0 to 1.
-    fn part(&self, value: f64) -> f64 {
-        let width = (self.max / self.min).ln();
-        if width > 0.0 { (value / self.min).ln() / width } else { 0.5 }
-    }
-
-    fn holds(&self, value: f64) -> bool {
-        (self.min..=self.max).contains(&value)
-    }
-}
-
-fn text(body: &mut String, [x, y]: [f64; 2], anchor: &str, words: &str) {
-    let _ = writeln!(body, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{words}</text>");
-}
-
-fn stroke(body: &mut String, points: &[[f64; 2]], colour: &str) {
-    let path: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
-    let _ = writeln!(body, "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\"/>", path.join(" "));
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn axes_hold_their_values() {
-        let axis = Axis::over(&[10.0, 1000.0]);
+        let axis = Axis::around(&[10.0, 1000.0]);
         assert!(axis.holds(10.0) && axis.holds(1000.0) && !axis.holds(2000.0));
         assert!((axis.part(100.0) - 0.5).abs() < 1e-12);
         assert!(draw(&[]).ends_with("</svg>\n"));
