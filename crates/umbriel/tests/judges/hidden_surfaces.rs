@@ -1,7 +1,6 @@
 //! All methods of hidden surfaces on all fixtures: no pixel differs. `cargo xtask pictures` does the same with large pictures.
 
-use std::path::{Path, PathBuf};
-
+use crate::stored;
 use umbriel::{
     io::{LoadOptions, load},
     scene::{Camera, Projection, Scene},
@@ -10,15 +9,6 @@ use umbriel::{
         hidden_surface::{DepthBuffer, DepthSort, HiddenSurface, RayCasting, RayTree, ScanLine, Shot, Warnock, draw},
     },
 };
-
-fn fixtures() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
-    let files = folder.read_dir().expect("the fixtures").map(|entry| entry.expect("a file").path());
-    let is_scene = |path: &PathBuf| {
-        path.extension().is_some_and(|kind| ["toml", "obj", "gltf", "glb"].iter().any(|known| kind == *known))
-    };
-    files.filter(is_scene).collect()
-}
 
 /// Two perspectives, and one along an axis in parallel, where edges run through many pixel centres.
 fn views(scene: &Scene) -> [View; 3] {
@@ -32,7 +22,7 @@ fn views(scene: &Scene) -> [View; 3] {
 #[test]
 fn all_methods_show_the_same_faces_of_all_fixtures() {
     let mut covered = 0;
-    for path in fixtures() {
+    for path in stored::scenes() {
         let scene = load(&path, &LoadOptions::default()).expect("a fixture").scene;
         for view in views(&scene) {
             let shot = Shot::new(&scene, &view).expect("a shot");

@@ -9,6 +9,7 @@ mod floor;
 mod forms;
 mod oracle;
 mod proving;
+mod stored;
 #[path = "../../../../fuzz/src/targets/mod.rs"]
 mod targets;
 

@@ -1,7 +1,6 @@
 //! Lit areas from shadow polygons, which know nothing of cells, lie inside the pipeline's bounds on every fixture of polygons.
 
-use std::path::{Path, PathBuf};
-
+use crate::stored;
 use umbriel::{
     geometry::LightSource,
     io::{LoadOptions, load},
@@ -9,17 +8,6 @@ use umbriel::{
     shadow::{Detail, Request, Silent, bake},
     visibility::two_pass::ShadowPolygons,
 };
-
-fn fixtures() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
-    let files = folder.read_dir().expect("the fixtures").map(|entry| entry.expect("a file").path());
-    let is_scene = |path: &PathBuf| {
-        path.extension().is_some_and(|kind| ["toml", "obj", "gltf", "glb"].iter().any(|known| kind == *known))
-    };
-    let mut paths: Vec<PathBuf> = files.filter(is_scene).collect();
-    paths.sort();
-    paths
-}
 
 /// The lights of the scene, a slanted sun, and a lamp a little above its middle.
 fn lit(mut scene: Scene) -> Scene {
@@ -34,7 +22,7 @@ fn lit(mut scene: Scene) -> Scene {
 #[test]
 fn shadow_polygons_agree_with_the_bounds() {
     let (mut compared, mut partly) = (0, 0);
-    for path in fixtures() {
+    for path in stored::scenes() {
         let scene = lit(load(&path, &LoadOptions::default()).expect("a fixture").scene);
         let lights: Vec<LightSource> = scene.lights.iter().map(|light| light.source).collect();
         let Ok(shadows) = lights.iter().map(|light| ShadowPolygons::cast(&scene, light)).collect::<Result<Vec<_>, _>>()
