@@ -1,7 +1,7 @@
 //! `cargo xtask portals`: what cells and portals spare, and whether anything visible is missing; `cargo xtask office` writes the scenes.
 //!
 //! On offices of 200, 2,000 and 10,000 rooms: objects submitted for eyes in random rooms, by portals and by plain frustum culling; time to
-//! bake the shadow of one lamp after loading. Then random eyes and lamps on the stored office: rays in random directions, cast
+//! bake the shadow of one lamp after loading, beside that in a scene of only what it reaches. Then random eyes and lamps on the stored office: rays in random directions, cast
 //! against all objects, must meet nothing that is not among what is reached. The table goes to `docs/portals.md` by hand, with the
 //! machine that it was taken on.
 
@@ -66,8 +66,10 @@ pub(crate) fn write_office(options: &OfficeOptions) -> Result<()> {
 }
 
 pub(crate) fn run(options: &Options) -> Result<()> {
-    println!("| rooms | objects | load s | frustum | portals | fewer | reached by a lamp | bake ms |");
-    println!("|---|---|---|---|---|---|---|---|");
+    println!(
+        "| rooms | objects | load s | frustum | portals | fewer | reached by a lamp | bake ms | alone ms | bake/alone |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
     for &rooms in &options.rooms {
         measure(rooms, options.eyes)?;
     }
@@ -111,36 +113,62 @@ fn measure(rooms: usize, eyes: usize) -> Result<()> {
         ensure!(reach.start == Start::Cells, "an eye is in no cell");
         by_portals += reach.objects.len();
     }
-    let (reached, milliseconds) = bake_lamps(&scene)?;
+    let lamps = bake_lamps(&scene)?;
     let rooms = scene.cells.cells().iter().filter(|cell| cell.name.starts_with("room")).count();
     println!(
-        "| {rooms} | {} | {seconds:.2} | {:.0} | {:.0} | {:.0} times | {reached:.0} | {milliseconds:.1} |",
+        "| {rooms} | {} | {seconds:.2} | {:.0} | {:.0} | {:.0} times | {:.0} | {:.1} | {:.1} | {:.2} |",
         scene.objects.len(),
         by_frustum as f64 / eyes as f64,
         by_portals as f64 / eyes as f64,
         by_frustum as f64 / by_portals as f64,
+        lamps.reached,
+        lamps.milliseconds,
+        lamps.alone,
+        lamps.milliseconds / lamps.alone,
     );
     Ok(())
 }
 
-/// Bakes each lamp's shadow by itself: the objects that one reaches, and milliseconds, the quickest of some runs; means over the lamps.
-fn bake_lamps(scene: &Scene) -> Result<(f64, f64)> {
-    let (mut reached, mut seconds) = (0, 0.0);
+/// Means over the lamps of an office.
+struct Lamps {
+    /// Objects that one reaches.
+    reached: f64,
+    /// Bakes one in the office, and in a scene of only the objects that it reaches: the quickest of some runs.
+    milliseconds: f64,
+    alone: f64,
+}
+
+/// Bakes each lamp's shadow by itself, in turns with and without the rest of the office.
+fn bake_lamps(scene: &Scene) -> Result<Lamps> {
+    let mut sum = Lamps { reached: 0.0, milliseconds: 0.0, alone: 0.0 };
     for lamp in 0..scene.lights.len() {
-        let mut best = f64::INFINITY;
-        for run in 0..RUNS {
-            let start = Instant::now();
-            let receivers = reached_receivers(scene, &[lamp]);
-            reached += if run == 0 { receivers.len() } else { 0 };
-            let detail = Detail::Depth { interior: 2, boundary: 6 };
-            let request = Request { lights: vec![lamp], receivers, ..Request::everything(&Scene::default(), detail) };
-            bake(scene, &request, &Silent).map_err(|_| anyhow!("cancelled"))?;
-            best = best.min(start.elapsed().as_secs_f64());
+        let receivers = reached_receivers(scene, &[lamp]);
+        let part = Scene {
+            objects: receivers.iter().map(|&object| scene.objects[object].clone()).collect(),
+            lights: vec![scene.lights[lamp].clone()],
+            ..Scene::default()
+        };
+        let (mut best, mut alone) = (f64::INFINITY, f64::INFINITY);
+        for _ in 0..RUNS {
+            best = best.min(bake_lamp(scene, lamp)?);
+            alone = alone.min(bake_lamp(&part, 0)?);
         }
-        seconds += best;
+        sum.reached += receivers.len() as f64;
+        sum.milliseconds += 1e3 * best;
+        sum.alone += 1e3 * alone;
     }
     let lamps = scene.lights.len() as f64;
-    Ok((reached as f64 / lamps, 1e3 * seconds / lamps))
+    Ok(Lamps { reached: sum.reached / lamps, milliseconds: sum.milliseconds / lamps, alone: sum.alone / lamps })
+}
+
+/// Seconds to find what a lamp reaches and to bake its shadow on all of it.
+fn bake_lamp(scene: &Scene, lamp: usize) -> Result<f64> {
+    let start = Instant::now();
+    let receivers = reached_receivers(scene, &[lamp]);
+    let detail = Detail::Depth { interior: 2, boundary: 6 };
+    let request = Request { lights: vec![lamp], receivers, ..Request::everything(&Scene::default(), detail) };
+    bake(scene, &request, &Silent).map_err(|_| anyhow!("cancelled"))?;
+    Ok(start.elapsed().as_secs_f64())
 }
 
 /// A place in a random cell of the building, off the walls.

@@ -12,7 +12,7 @@ pub(super) struct ClosedForm {
 }
 
 pub(super) fn all() -> Vec<ClosedForm> {
-    let tables = [ball_over_floor(), box_over_floor(), lamp_in_box(), touching(), placed(), z_up()];
+    let tables = [ball_over_floor(), box_over_floor(), lamp_in_box(), touching(), placed(), z_up(), lattice()];
     tables.into_iter().flatten().collect()
 }
 
@@ -113,4 +113,11 @@ fn placed() -> Vec<ClosedForm> {
 /// A box of 2 × 1.5 × 1 high, the sun in the south at 45 degrees: the shadow grows by the height, 2 wide.
 fn z_up() -> Vec<ClosedForm> {
     of("z-up", &[("sun", "floor", 64.0 - (3.0 + 2.0))])
+}
+
+/// Half of a sheet of 2 × 2 over a floor of 64 m²: a level sheet casts its own form, however the sun stands. A sheet itself has no shadow.
+fn lattice() -> Vec<ClosedForm> {
+    let floor = 64.0 - 0.5 * 4.0;
+    let rows = ["noon", "slant"].map(|sun| [(sun, "ground", floor), (sun, "lattice", 4.0)]);
+    of("lattice", &rows.concat())
 }

@@ -192,7 +192,7 @@ pub(crate) struct FormArgs {
     #[arg(long, value_name = "N", default_value = "512", value_parser = clap::value_parser!(u32).range(1..=8192))]
     pub(crate) lightmap_size: u32,
     /// How the points of light maps that no cell decides find what is in their way; the maps are the same
-    #[arg(long, value_enum, value_name = "HOW", default_value = "auto")]
+    #[arg(long, value_enum, value_name = "HOW", default_value = "auto", conflicts_with = "suns")]
     pub(crate) acceleration: AccelerationChoice,
     /// Which texture coordinates of a glTF lay out light maps: 1 for TEXCOORD_1 (an OBJ has one set)
     #[arg(long, value_name = "SET", default_value = "1")]
