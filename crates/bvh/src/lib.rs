@@ -30,4 +30,4 @@ pub use influence::{cannot_shadow, may_shadow};
 pub use object_tree::{Families, FamilyDefect, Member, NodeId, ObjectTree};
 pub use ray::Ray;
 pub use shaft::{Segment, Shaft};
-pub use triangle_bvh::{BuildQuality, Hit, Towards, TriangleBvh, TriangleRay};
+pub use triangle_bvh::{BuildQuality, Hit, Steps, Towards, TriangleBvh, TriangleRay};

@@ -39,6 +39,7 @@ use self::{
 use crate::{box_tree::TreeDefect, shaft::Segment};
 
 pub use build::BuildQuality;
+pub use nearest::Steps;
 pub use triangle_ray::{Hit, TriangleRay};
 
 /// The triangles of a mesh in a tree of boxes. Both sides of a triangle count. The mesh is shared, not copied.
@@ -111,10 +112,21 @@ impl TriangleBvh {
     ///
     /// `direction` may have any length but zero; t counts in that length. Rounded: for pictures, not for proofs.
     pub fn nearest_hit(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
+        simd::dispatch(&mut self.search::<false>(origin, direction, t_max)?)
+    }
+
+    /// What [`TriangleBvh::nearest_hit`] looks at for the same ray.
+    pub fn nearest_steps(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Steps {
+        let Some(mut search) = self.search::<true>(origin, direction, t_max) else { return Steps::default() };
+        simd::dispatch(&mut search);
+        search.steps
+    }
+
+    #[inline(always)]
+    fn search<const COUNTED: bool>(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Nearest<'_, COUNTED>> {
         let way = Way { origin, direction, end: t_max, slack: 0.0 };
         let local = LocalRay::new(&self.parts.frame, &way, self.parts.corner_error)?;
-        let ray = TriangleRay::new(origin, direction)?;
-        simd::dispatch(&mut Nearest { bvh: self, ray, local, t_max })
+        Some(Nearest { bvh: self, ray: TriangleRay::new(origin, direction)?, local, t_max, steps: Steps::default() })
     }
 }
 

@@ -50,6 +50,20 @@ impl Approx {
         if self.value.abs() > self.error || self.error == 0.0 { Some(Sign::of(self.value)) } else { None }
     }
 
+    /// The square. Of an interval round zero it begins at zero, where the product of two equal intervals would not.
+    #[must_use]
+    pub fn squared(self) -> Self {
+        let size = self.value.abs();
+        if self.error <= 0.25 * size || !self.error.is_finite() {
+            return self * self;
+        }
+        let [least, greatest] = [(size - self.error).max(0.0), size + self.error];
+        let (low, high) =
+            (least * least * (1.0 - 4.0 * UNIT_ROUNDOFF), greatest * greatest * (1.0 + 4.0 * UNIT_ROUNDOFF));
+        let value = 0.5 * (low + high);
+        Self { value, error: (high - value).max(value - low) * ERROR_PADDING + f64::MIN_POSITIVE }
+    }
+
     /// The square root of a number that is known not to be negative.
     #[must_use]
     pub fn square_root(self) -> Self {
@@ -171,6 +185,14 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn squares_hold_and_are_not_negative(a in -1e3..1e3, e in 0.0..1e3, t in -1.0..1.0) {
+            let x = Approx { value: a, error: e };
+            let truth = Dyadic::new(a) + Dyadic::new(t * e);
+            prop_assert!(inside(x.squared(), &(truth.clone() * truth)), "{:?}", x.squared());
+            prop_assert!(e < 0.25 * a.abs() || x.squared().lower() >= -1e-9 * x.squared().value);
+        }
+
         #[test]
         fn sums_of_three_hold_in_any_order(terms in proptest::array::uniform3((-1e3..1e3f64, 0.0..1e-9f64)), shift in 0i32..60) {
             let [a, b, c] = terms.map(|(value, error)| Approx { value, error });

@@ -18,9 +18,10 @@ use crate::{
     edge_uses::weld,
     light::LightSource,
     mesh::Mesh,
+    parallelogram::{Parallelogram, area_between, area_between_floats},
     placement::Placement,
     point::{ExactPoint, Point},
-    predicates::{Target, side_value, symmetric_sum},
+    predicates::{Target, side_value},
     rectangle::Rectangle,
     ring::Sign,
     topology::Topology,
@@ -112,7 +113,7 @@ enum Faces {
     /// The triangles of a mesh.
     OfMesh(Arc<Mesh>),
     Triangles(Vec<[u32; 3]>),
-    Parallelograms(Vec<[u32; 4]>),
+    Parallelograms(Vec<Parallelogram>),
 }
 
 /// The placed faces of one object. A mesh that is not moved is shared, not copied.
@@ -183,8 +184,8 @@ impl Facets {
         let positions: Vec<DVec3> = corners.iter().map(|&corner| placement.round(corner)).collect();
         let inexact: Vec<Inexact> = corners.iter().map(|&corner| Inexact::new(placement, corner)).collect();
         let exact = inexact.iter().all(|point| point.slack == DVec3::ZERO);
-        let facets =
-            Self::new(Positions::Placed(positions), Faces::Parallelograms(faces.to_vec()), placement.is_mirrored());
+        let faces = faces.iter().map(|&face| Parallelogram::new(face, corners, placement)).collect();
+        let facets = Self::new(Positions::Placed(positions), Faces::Parallelograms(faces), placement.is_mirrored());
         Self { inexact: if exact { Vec::new() } else { inexact }, ..facets }
     }
 
@@ -211,7 +212,7 @@ impl Facets {
         match &self.faces {
             Faces::OfMesh(mesh) => Facet::Triangle(mesh.triangles()[facet]),
             Faces::Triangles(faces) => Facet::Triangle(faces[facet]),
-            Faces::Parallelograms(faces) => Facet::Parallelogram(faces[facet]),
+            Faces::Parallelograms(faces) => Facet::Parallelogram(faces[facet].corners),
         }
     }
 
@@ -300,12 +301,20 @@ impl Facets {
     /// If there is no such facet.
     #[inline(always)]
     pub fn base(&self, facet: usize) -> Base {
-        let at = |corner: u32| self.positions()[corner as usize];
-        match self.facet(facet) {
-            Facet::Triangle(corners) => Base::of_triangle(corners, corners.map(at)),
-            Facet::Parallelogram([a, b, _, d]) => {
-                Base { corner: 0, sides: [length_squared(at(b) - at(a)).sqrt(), length_squared(at(d) - at(a)).sqrt()] }
-            }
+        if let Faces::Parallelograms(faces) = &self.faces {
+            return Base { corner: 0, sides: faces[facet].sides };
+        }
+        let corners = self.triangle(facet);
+        Base::of_triangle(corners, corners.map(|corner| self.positions()[corner as usize]))
+    }
+
+    /// The corners of a triangle; of a parallelogram all but the last one.
+    #[inline(always)]
+    fn triangle(&self, facet: usize) -> [u32; 3] {
+        match &self.faces {
+            Faces::OfMesh(mesh) => mesh.triangles()[facet],
+            Faces::Triangles(faces) => faces[facet],
+            Faces::Parallelograms(faces) => [0, 1, 2].map(|corner| faces[facet].corners[corner]),
         }
     }
 
@@ -332,7 +341,7 @@ impl Facets {
                 Faces::OfMesh(mesh) => triangles(mesh.triangles()),
                 Faces::Triangles(faces) => triangles(faces),
                 Faces::Parallelograms(faces) => {
-                    let halves: Vec<_> = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+                    let halves: Vec<_> = faces.iter().flat_map(|face| halves(face.corners)).collect();
                     let mut topology = triangles(&halves);
                     topology.component_of = topology.component_of.iter().copied().step_by(2).collect();
                     topology
@@ -370,40 +379,30 @@ impl Facets {
         Sign::of(side_value(&a, &b, &c, Target::Light(light)).value)
     }
 
-    /// The facet's area in square metres, with its bound: half the length of the cross product of the sides at its base (twice
-    /// that for a parallelogram). The squares are added smallest first, so the axes may change places without changing the sum.
+    /// The facet's area in square metres, with its bound: of a triangle half the length of the cross product of the sides at its base, of
+    /// the exact image of a parallelogram that of its sides. The squares are added smallest first, so the axes may change places without
+    /// changing the sum.
     ///
     /// # Panics
     /// If there is no such facet.
     #[inline(always)]
     pub fn area(&self, facet: usize) -> Approx {
-        let corners = match self.from_base(facet) {
-            Facet::Triangle(corners) => corners,
-            Facet::Parallelogram([a, b, _, d]) => [a, b, d],
-        };
-        let at = |corner: u32| self.positions()[corner as usize];
-        if self.inexact.is_empty()
-            && let Some(area) = area_of_exact([at(corners[0]), at(corners[1]), at(corners[2])])
-        {
-            let scale = if matches!(self.faces, Faces::OfMesh(_) | Faces::Triangles(_)) { 0.5 } else { 1.0 };
-            return Approx { value: area.value * scale, error: area.error * scale };
+        if let Faces::Parallelograms(faces) = &self.faces {
+            return faces[facet].area;
         }
-        self.area_with_bounds(corners)
+        let mut corners = self.triangle(facet);
+        corners.rotate_left(usize::from(self.base(facet).corner));
+        let [a, b, c] = corners.map(|corner| self.positions()[corner as usize]);
+        let doubled = area_between_floats(b - a, c - a).unwrap_or_else(|| {
+            let side = |end: DVec3| [0, 1, 2].map(|axis| Approx::exact(end[axis]) - Approx::exact(a[axis]));
+            area_between(side(b), side(c))
+        });
+        Approx { value: 0.5 * doubled.value, error: 0.5 * doubled.error }
     }
 
-    /// The area of a facet with a first, second and last corner of any kind.
-    #[inline(never)]
-    fn area_with_bounds(&self, corners: [u32; 3]) -> Approx {
-        let [a, b, d] = corners.map(|corner| self.point(corner).coordinates());
-        let (u, v): ([Approx; 3], [Approx; 3]) =
-            (std::array::from_fn(|i| b[i] - a[i]), std::array::from_fn(|i| d[i] - a[i]));
-        let squares = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
-            let component = u[i] * v[j] - u[j] * v[i];
-            component * component
-        });
-        let doubled = Approx::sum_of_three(squares).square_root();
-        let half = if matches!(self.faces, Faces::OfMesh(_) | Faces::Triangles(_)) { 0.5 } else { 1.0 };
-        Approx { value: doubled.value * half, error: doubled.error * half }
+    /// The areas of all facets.
+    pub fn areas(&self) -> impl ExactSizeIterator<Item = Approx> {
+        (0..self.len()).map(|facet| self.area(facet))
     }
 
     /// The box of a facet, rounded outward.
@@ -423,23 +422,9 @@ impl Facets {
     }
 }
 
-/// The length of the cross product of b − a and d − a, for corners that are floats; `None` where a square may
-/// underflow.
-///
-/// With each difference, product and sum rounded once (u = 2^-53), a component is off by 4.1u times the sum P of its two
-/// products' sizes, a vector by no more than the sum of its components' errors, and squares, sums and root add 3u.
-#[inline(always)]
-fn area_of_exact([a, b, d]: [DVec3; 3]) -> Option<Approx> {
-    let (u, v) = (b - a, d - a);
-    let normal = u.cross(v);
-    let sizes = u.abs();
-    let other = v.abs();
-    let pairs = DVec3::new(other.y + other.z, other.z + other.x, other.x + other.y);
-    let products = symmetric_sum(sizes * pairs);
-    let sum = length_squared(normal);
-    let value = sum.sqrt();
-    let is_normal = sum > 1e-280 && sum < 1e280;
-    is_normal.then_some(Approx { value, error: (products * 5.0 + value * 4.0) * (f64::EPSILON / 2.0) })
+/// A parallelogram as two triangles.
+fn halves([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
+    [[a, b, c], [a, c, d]]
 }
 
 /// The vertices of the hull of `points` in the order of these, and the loops of its faces, from their first vertex on, sorted;

@@ -28,6 +28,7 @@ mod light;
 mod mesh;
 mod number;
 mod pair;
+mod parallelogram;
 mod placement;
 mod point;
 pub mod predicates;

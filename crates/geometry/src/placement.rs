@@ -8,10 +8,10 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use crate::{
     aabb::Aabb,
-    approx::Approx,
+    approx::{Approx, UNDERFLOW_LIMIT},
     decisions::decide,
     dyadic::Dyadic,
-    expansion::two_sum,
+    expansion::{two_product, two_sum},
     number::{NumberDefect, accept},
     point::ExactPoint,
     ring::{Ring, Sign, determinant},
@@ -34,6 +34,14 @@ pub enum PlacementDefect {
     /// The determinant is exactly zero.
     #[error("the matrix is singular: it flattens the object")]
     Singular,
+}
+
+/// A product that knows whether it was rounded.
+fn product(a: f64, b: f64) -> Approx {
+    let rounded = Approx::exact(a) * Approx::exact(b);
+    // What a normal product is off by is a float.
+    let is_exact = rounded.value.abs() > UNDERFLOW_LIMIT && two_product(a, b)[1] == 0.0;
+    if is_exact { Approx::exact(rounded.value) } else { rounded }
 }
 
 /// A regular affine map, local to world: x ↦ M·x + t.
@@ -84,6 +92,15 @@ impl Placement {
             let sum = DoubleDouble::of(&row, local.to_array());
             sum.rounded().unwrap_or_else(|| exact_coordinate::<Dyadic>(&row, local).to_nearest()) + 0.0
         }))
+    }
+
+    /// The image of a vector along an axis: the translation has no part in it. No error where no product is rounded.
+    pub(crate) fn side(&self, local: DVec3) -> [Approx; 3] {
+        std::array::from_fn(|axis| {
+            let row = self.row(axis);
+            let products = (0..3).filter(|&k| local[k] != 0.0).map(|k| product(row[k], local[k]));
+            products.reduce(|sum, product| sum + product).unwrap_or_default()
+        })
     }
 
     /// The exact image of a point.

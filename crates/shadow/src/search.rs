@@ -67,8 +67,10 @@ pub struct SearchCosts {
     pub places: RayCost,
     /// Light space, for [`Expected::Loose`].
     pub loose: RayCost,
-    /// The BVH.
+    /// The BVH, for [`Expected::Places`].
     pub bvh: RayCost,
+    /// The BVH, for [`Expected::Loose`].
+    pub loose_bvh: RayCost,
     /// The octree.
     pub octree: RayCost,
     /// Maps.
@@ -81,6 +83,7 @@ impl SearchCosts {
         places: RayCost { base: 0.0, doubling: 93.7, triangle: 1049.0 },
         loose: RayCost { base: 30.3, doubling: 1.8, triangle: 834.0 },
         bvh: RayCost { base: 0.0, doubling: 24.1, triangle: 413.0 },
+        loose_bvh: RayCost { base: 0.0, doubling: 18.0, triangle: 330.0 },
         octree: RayCost { base: 0.0, doubling: 79.6, triangle: 10490.0 },
         projection: RayCost { base: 0.0, doubling: 32.0, triangle: 5315.0 },
     };
@@ -111,11 +114,14 @@ pub struct SearchChoice {
 impl SearchChoice {
     const WAYS: [Search; 4] = [Search::Direct, Search::Bvh, Search::Octree, Search::Projection];
 
-    fn new(asked: Acceleration, expected: Expected, triangles: usize, costs: &SearchCosts) -> Self {
-        let direct = if matches!(expected, Expected::Loose(_)) { costs.loose } else { costs.places };
+    /// What is quickest by the model for so many triangles, or what is asked for.
+    pub fn new(asked: Acceleration, expected: Expected, triangles: usize, costs: &SearchCosts) -> Self {
+        let [direct, bvh] = match expected {
+            Expected::Loose(_) => [costs.loose, costs.loose_bvh],
+            Expected::Places(_) => [costs.places, costs.bvh],
+        };
         let points = expected.count();
-        let expected =
-            [direct, costs.bvh, costs.octree, costs.projection].map(|cost| cost.nanoseconds(points, triangles));
+        let expected = [direct, bvh, costs.octree, costs.projection].map(|cost| cost.nanoseconds(points, triangles));
         let chosen = match asked {
             Acceleration::Bvh => Search::Bvh,
             Acceleration::Octree => Search::Octree,

@@ -23,7 +23,8 @@ impl AreaSums {
     pub(crate) fn add(&mut self, area: Approx, lit: Approx, possible: Approx, likely: Approx) {
         self.add_whole(area);
         self.lower.add(lit.lower().max(0.0));
-        self.upper.add(possible.upper());
+        // No more than all of it: the sum over its cells may be bounded less well.
+        self.upper.add(possible.upper().min(area.upper()));
         self.estimate.add(if likely.value.is_finite() { likely.value } else { 0.0 });
     }
 

@@ -1,14 +1,16 @@
 //! How the rays of a view find the triangles of a mesh: by a BVH, by an octree, or looked up in the octree's projection.
 //!
-//! All ways give the same hits. Which is quickest depends on the mesh and on how many rays there are: a projection is built for
-//! one viewpoint, so its building must pay in one picture. The model is linear: so many rays through a mesh of n triangles take
-//! rays · (base + doubling · log₂ n) + triangle · n nanoseconds, where the last term is building, and touching everything
-//! for the first time. `cargo xtask calibrate` measures the coefficients.
+//! All ways give the same hits. Which is quickest depends on the mesh, on the view, and on how many rays there are: a projection is built for
+//! one viewpoint, so its building must pay in one picture. The BVH is there: some rays of the view are sent through it, and what they look at is
+//! counted ([`StepCost`]; counts, not times, so the choice is the same everywhere). What a ray costs the other ways goes with that, and building goes with the
+//! places of triangles in leaves, whose number integral geometry expects ([`LookupCost`], [`ProjectionOptions::expected_items`]). `cargo xtask calibrate`
+//! measures the coefficients.
 
 use std::sync::Arc;
 
 use glam::DAffine3;
-use umbriel_bvh::{Hit, Ray, TriangleBvh};
+use umbriel_bvh::{Hit, Ray, Steps, TriangleBvh};
+use umbriel_geometry::Mesh;
 use umbriel_octree::{Projection, ProjectionOptions, Viewpoint};
 
 use crate::view::Beam;
@@ -27,7 +29,8 @@ pub enum Acceleration {
     Auto,
 }
 
-/// What rays cost one way, nanoseconds; see the header.
+/// What rays cost one way, nanoseconds: so many through a mesh of n triangles take rays · (base + doubling · log₂ n) + triangle · n, where
+/// the last term is building, and touching everything for the first time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayCost {
     /// Of any ray.
@@ -46,23 +49,68 @@ impl RayCost {
     }
 }
 
+/// What a ray costs in a BVH that is there, nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepCost {
+    /// Of any ray.
+    pub ray: f64,
+    /// Of a node of eight boxes.
+    pub node: f64,
+    /// Of a pack of eight triangles.
+    pub pack: f64,
+    /// Of a triangle that is measured.
+    pub triangle: f64,
+}
+
+impl StepCost {
+    /// Nanoseconds a ray, where so many rays looked at all of this.
+    pub fn nanoseconds(&self, steps: Steps, rays: usize) -> f64 {
+        let [nodes, packs, triangles] = [steps.nodes, steps.packs, steps.triangles].map(f64::from);
+        self.ray + (self.node * nodes + self.pack * packs + self.triangle * triangles) / rays.max(1) as f64
+    }
+}
+
+/// What rays cost in an octree that is to be built, nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LookupCost {
+    /// Of any ray.
+    pub base: f64,
+    /// For each nanosecond that the ray takes in the BVH.
+    pub share: f64,
+    /// More of a ray for each doubling of the triangles' places in leaves above [`LookupCost::CACHED`].
+    pub beyond: f64,
+    /// Of building: each expected place of a triangle in a leaf.
+    pub item: f64,
+}
+
+impl LookupCost {
+    /// Places of triangles in leaves that caches hold with their maps.
+    pub const CACHED: f64 = 262_144.0;
+
+    /// Nanoseconds for so many rays that take `bvh` nanoseconds each in the BVH, building included.
+    pub fn nanoseconds(&self, rays: u64, bvh: f64, items: f64) -> f64 {
+        let beyond = (items / Self::CACHED).max(1.0).log2();
+        rays as f64 * (self.base + self.share * bvh + self.beyond * beyond) + self.item * items
+    }
+}
+
 /// What decides for [`Acceleration::Auto`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CostModel {
     /// The BVH, which is there already.
-    pub bvh: RayCost,
+    pub bvh: StepCost,
     /// The octree, built.
-    pub octree: RayCost,
+    pub octree: LookupCost,
     /// The projection, built.
-    pub projection: RayCost,
+    pub projection: LookupCost,
 }
 
 impl CostModel {
-    /// After the figures of `docs/projection.md`, on one thread. `cargo xtask calibrate` finds those of another machine.
+    /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        bvh: RayCost { base: 0.0, doubling: 9.5, triangle: 0.0 },
-        octree: RayCost { base: 100.0, doubling: 14.0, triangle: 7000.0 },
-        projection: RayCost { base: 45.0, doubling: 4.0, triangle: 8500.0 },
+        bvh: StepCost { ray: 30.0, node: 8.0, pack: 6.0, triangle: 8.0 },
+        octree: LookupCost { base: 50.0, share: 2.0, beyond: 40.0, item: 3000.0 },
+        projection: LookupCost { base: 40.0, share: 0.45, beyond: 40.0, item: 3000.0 },
     };
 }
 
@@ -75,8 +123,19 @@ impl Default for CostModel {
 /// An octree is built only where it should take less than this share of the BVH's time: a model is no measurement.
 const CLEARLY: f64 = 0.9;
 
+/// What is known of the rays that may meet an object.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sampled {
+    /// How many rays are expected.
+    pub rays: u64,
+    /// What some of them looked at in the BVH.
+    pub steps: Steps,
+    /// How many that were.
+    pub sent: usize,
+}
+
 /// How the rays of a view find the triangles of an object, and why.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
     /// Index into the scene's objects.
     pub object: usize,
@@ -84,29 +143,32 @@ pub struct Choice {
     pub chosen: Acceleration,
     /// Triangles of the object.
     pub triangles: usize,
-    /// Rays that are expected to come near it.
-    pub rays: u64,
+    /// What rays are expected.
+    pub sampled: Sampled,
     /// Nanoseconds that the model expects: BVH, octree, projection.
     pub expected: [f64; 3],
 }
 
 impl Choice {
-    pub(crate) fn new(
-        object: usize,
-        acceleration: Acceleration,
-        triangles: usize,
-        rays: u64,
-        costs: &CostModel,
-    ) -> Self {
-        let expected = [costs.bvh, costs.octree, costs.projection].map(|cost| cost.nanoseconds(rays, triangles));
-        let [bvh, octree, projection] = expected;
+    /// What is quickest by the model, or what is asked for. O(triangles) where an octree may pay, else O(1).
+    pub fn new(object: usize, acceleration: Acceleration, mesh: &Mesh, sampled: Sampled, costs: &CostModel) -> Self {
+        let triangles = mesh.triangles().len();
+        let (rays, one) = (sampled.rays, costs.bvh.nanoseconds(sampled.steps, sampled.sent));
+        let bvh = rays as f64 * one;
+        // There are as many places as triangles at least. Only where so few would pay they are counted.
+        let built = |items: f64| [costs.octree, costs.projection].map(|cost| cost.nanoseconds(rays, one, items));
+        let mut others = built(triangles as f64);
+        if others[0].min(others[1]) < bvh {
+            others = built(ProjectionOptions::expected_items(mesh));
+        }
+        let [octree, projection] = others;
         let chosen = match acceleration {
             Acceleration::Auto if octree.min(projection) > CLEARLY * bvh => Acceleration::Bvh,
             Acceleration::Auto if octree < projection => Acceleration::Octree,
             Acceleration::Auto => Acceleration::Projection,
             asked => asked,
         };
-        Self { object, chosen, triangles, rays, expected }
+        Self { object, chosen, triangles, sampled, expected: [bvh, octree, projection] }
     }
 }
 
@@ -136,7 +198,7 @@ impl Prepared {
         let options = ProjectionOptions {
             max_level: ProjectionOptions::level_for(choice.triangles) + if is_looked_up { 0 } else { 2 },
             // Without maps to speak of where nothing is looked up.
-            rays: if is_looked_up { choice.rays } else { 0 },
+            rays: if is_looked_up { choice.sampled.rays } else { 0 },
             ..ProjectionOptions::default()
         };
         match Projection::build(Arc::clone(bvh.mesh()), viewpoint, &options) {
@@ -161,13 +223,24 @@ impl Prepared {
 mod tests {
     use super::*;
 
+    /// So many small triangles side by side.
+    fn strip(triangles: usize) -> Mesh {
+        let positions = (0..triangles + 2).map(|k| [(k / 2) as f64, (k % 2) as f64, 0.0]).collect();
+        Mesh::new(positions, (0..triangles as u32).map(|k| [k, k + 1, k + 2]).collect()).expect("a strip")
+    }
+
     #[test]
     fn many_rays_pay_for_a_projection_and_few_do_not() {
-        let chosen = |rays, triangles| Choice::new(0, Acceleration::Auto, triangles, rays, &CostModel::MEASURED).chosen;
-        assert_eq!(chosen(1 << 24, 1 << 12), Acceleration::Projection);
-        assert_eq!(chosen(1 << 8, 1 << 20), Acceleration::Bvh);
-        assert_eq!(chosen(0, 0), Acceleration::Bvh);
-        let asked = Choice::new(0, Acceleration::Octree, 1 << 20, 1, &CostModel::MEASURED);
+        let steps = Steps { nodes: 500, packs: 300, triangles: 200 };
+        let choice = |acceleration, rays, triangles| {
+            let sampled = Sampled { rays, steps, sent: 10 };
+            Choice::new(0, acceleration, &strip(triangles), sampled, &CostModel::MEASURED)
+        };
+        let chosen = |rays, triangles| choice(Acceleration::Auto, rays, triangles).chosen;
+        assert_eq!(chosen(1 << 26, 1 << 10), Acceleration::Projection);
+        assert_eq!(chosen(1 << 8, 1 << 16), Acceleration::Bvh);
+        assert_eq!(chosen(0, 1), Acceleration::Bvh);
+        let asked = choice(Acceleration::Octree, 1, 1 << 16);
         assert_eq!(asked.chosen, Acceleration::Octree, "what is asked for is done");
     }
 }

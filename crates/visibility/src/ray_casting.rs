@@ -4,16 +4,16 @@
 //! pulled into local coordinates. Rectangles, boxes and analytic bodies are hit as they are, not tessellated. O(log n) a ray in
 //! practice. Double precision, rounded: for pictures, not for proofs. Equal distances go to the lower object and face.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{collections::HashMap, ops::Add, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
-use umbriel_bvh::{BoxTree, Ray, TriangleBvh};
+use umbriel_bvh::{BoxTree, Ray, Steps, TriangleBvh};
 use umbriel_geometry::{Aabb, Cuboid, Mesh, PlacedAnalytic, Rectangle};
 use umbriel_scene::{Object, Scene, Shape};
 
 use crate::{
-    acceleration::{Acceleration, Choice, CostModel, Prepared},
+    acceleration::{Acceleration, Choice, CostModel, Prepared, Sampled},
     local::{self, LocalHit},
     view::View,
 };
@@ -96,13 +96,8 @@ impl RayCaster {
         let prepare = |(object, body): (usize, &mut Body)| {
             body.prepared = None;
             let LocalShape::Mesh(bvh) = &body.shape else { return None };
-            let choice = Choice::new(
-                object,
-                acceleration,
-                bvh.len(),
-                rays_in(view, &body.bounds) * u64::from(rays_a_pixel),
-                costs,
-            );
+            let sampled = sampled(view, rays_a_pixel, &body.bounds, &body.to_local, bvh);
+            let choice = Choice::new(object, acceleration, bvh.mesh(), sampled, costs);
             let (choice, prepared) = Prepared::new(choice, bvh, &body.to_local, &view.beam());
             body.prepared = prepared;
             Some(choice)
@@ -210,14 +205,19 @@ impl Body {
     }
 }
 
-/// How many pixels' rays meet a box, by a grid of them.
-fn rays_in(view: &View, bounds: &Aabb) -> u64 {
+/// How many of the picture's rays meet a box, and what they look at in the BVH inside, by a grid of them.
+fn sampled(view: &View, rays_a_pixel: u32, bounds: &Aabb, to_local: &DAffine3, bvh: &TriangleBvh) -> Sampled {
     const GRID: u32 = 24;
     let [width, height] = [view.width, view.height].map(f64::from);
     let at = |n: u32| (f64::from(n) + 0.5) / f64::from(GRID);
-    let meets = |n: &u32| view.ray(at(n % GRID) * width, at(n / GRID) * height).span(bounds).is_some();
-    let met = (0..GRID * GRID).filter(meets).count() as u64;
-    u64::from(view.width) * u64::from(view.height) * met / u64::from(GRID * GRID)
+    let rays = (0..GRID * GRID).map(|n| view.ray(at(n % GRID) * width, at(n / GRID) * height));
+    let met: Vec<Ray> = rays.filter(|ray| ray.span(bounds).is_some()).collect();
+    let steps = met.iter().map(|ray| {
+        let (origin, direction) = (to_local.transform_point3(ray.origin), to_local.transform_vector3(ray.direction));
+        bvh.nearest_steps(origin, direction, f64::INFINITY)
+    });
+    let pixels = u64::from(view.width) * u64::from(view.height) * met.len() as u64 / u64::from(GRID * GRID);
+    Sampled { rays: pixels * u64::from(rays_a_pixel), steps: steps.fold(Steps::default(), Steps::add), sent: met.len() }
 }
 
 fn mesh_hit(bvh: &TriangleBvh, prepared: Option<&Prepared>, ray: &Ray, t_max: f64) -> Option<LocalHit> {

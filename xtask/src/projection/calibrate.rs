@@ -2,18 +2,19 @@
 //!
 //! Times of all ways on meshes of several sizes, with few rays and with many, are fitted by least squares of relative
 //! errors over coefficients that are not negative (coordinate descent, which converges for a convex problem). Rays of the eye have the BVH
-//! ready; points that ask for a light have nothing. Building counts, in processor time.
+//! ready; points that ask for a light have nothing. Building counts, in processor time. Then the choices that the library makes, by the coefficients
+//! that it has, are held against the times.
 
 use std::sync::Arc;
 
 use anyhow::Result;
 use glam::DVec3;
-use umbriel_bvh::TriangleBvh;
+use umbriel_bvh::{Ray, Steps, TriangleBvh};
 use umbriel_geometry::{LightSource, Placement};
 use umbriel_octree::{Projection, ProjectionOptions};
 use umbriel_scene::{Object, Scene, Shape, Sides};
-use umbriel_shadow::{Expected, Place, Points, Queries, SearchCosts, Silent};
-use umbriel_visibility::{Acceleration, RayCost};
+use umbriel_shadow::{Expected, Place, Points, Queries, Search, SearchChoice, SearchCosts, Silent};
+use umbriel_visibility::{Acceleration, Choice, CostModel, LookupCost, Sampled, StepCost};
 
 use super::{
     measure::{Method, Questions, Rays, by_bvh, by_projection, quickest},
@@ -38,19 +39,24 @@ struct Sample {
     kind: Kind,
     rays: u64,
     triangles: usize,
+    /// Of the eye's rays: what some looked at in the BVH, and expected places in leaves.
+    sampled: Sampled,
+    items: f64,
     /// Direct, BVH, octree, maps; of the eye's rays the direct way is the BVH.
     seconds: [f64; 4],
+    /// Which of them the library takes.
+    chosen: usize,
 }
 
 /// Rays along a side of the pictures, and how many points ask.
-const SIDES: [u64; 4] = [64, 256, 512, 1024];
+const SIDES: [u64; 5] = [64, 256, 512, 1024, 2048];
 const POINTS: [u64; 4] = [1 << 10, 1 << 14, 1 << 17, 1 << 19];
+
+/// About so many rays of a picture are sent through the BVH to see what they look at.
+const SENT: usize = 512;
 
 /// Larger models take too long to build so often.
 const MOST_TRIANGLES: usize = 1 << 18;
-
-/// As the library has it: something is built where it should need less than this share of the time without.
-const CLEARLY: f64 = 0.9;
 
 /// Rounds of the descent: far more than three unknowns need.
 const ROUNDS: usize = 20_000;
@@ -72,50 +78,90 @@ pub(crate) fn run() -> Result<()> {
             samples.push(points(&model, &scene, ("lamp", model.lamp_source()?), Kind::Loose, count));
         }
     }
-    let of = |kinds: &[Kind]| samples.iter().filter(|sample| kinds.contains(&sample.kind)).collect::<Vec<_>>();
-    let (eye, both) = (of(&[Kind::Eye]), of(&[Kind::Places, Kind::Loose]));
-    let eye_costs = [1, 1, 2, 3].map(|way| fit(&eye, way));
-    let tree_costs = [1, 2, 3].map(|way| fit(&both, way));
-    let [bvh, octree, projection] = tree_costs;
-    let [places, loose] = [Kind::Places, Kind::Loose].map(|kind| fit(&of(&[kind]), 0));
-    tell("CostModel", &[("bvh", eye_costs[1]), ("octree", eye_costs[2]), ("projection", eye_costs[3])]);
-    let points = [("places", places), ("loose", loose), ("bvh", bvh), ("octree", octree), ("projection", projection)];
-    tell("SearchCosts", &points);
-    let costs_of = |kind| match kind {
-        Kind::Eye => eye_costs,
-        Kind::Places => [places, bvh, octree, projection],
-        Kind::Loose => [loose, bvh, octree, projection],
-    };
+    let of = |kind: Kind| samples.iter().filter(|sample| sample.kind == kind).collect::<Vec<_>>();
+    tell_eye(&of(Kind::Eye));
+    tell_points(&of(Kind::Places), &of(Kind::Loose));
     println!(
         "| rays | count | direct | BVH | octree | maps | `auto` takes | over the best |\n|---|---|---|---|---|---|---|---|"
     );
-    let worst = samples.iter().map(|sample| judge(sample, &costs_of(sample.kind))).fold(1.0, f64::max);
+    let worst = samples.iter().map(judge).fold(1.0, f64::max);
     println!("at worst {worst:.2} times the best");
     Ok(())
 }
 
-/// Prints coefficients as the library has them.
-fn tell(model: &str, costs: &[(&str, RayCost)]) {
-    println!("{model}:");
-    for (name, RayCost { base, doubling, triangle }) in costs {
-        println!("    {name}: RayCost {{ base: {base:.1}, doubling: {doubling:.1}, triangle: {triangle:.1} }},");
+/// Fits and prints the model of costs of pictures.
+fn tell_eye(samples: &[&Sample]) {
+    let looked = |sample: &Sample| {
+        let Sampled { steps, sent, .. } = sample.sampled;
+        let each = sample.rays as f64 / sent.max(1) as f64;
+        [
+            sample.rays as f64,
+            each * f64::from(steps.nodes),
+            each * f64::from(steps.packs),
+            each * f64::from(steps.triangles),
+        ]
+    };
+    let [ray, node, pack, triangle] = fit(samples.iter().map(|sample| (looked(sample), sample.seconds[1])));
+    let bvh = StepCost { ray, node, pack, triangle };
+    println!(
+        "CostModel:\n    bvh: StepCost {{ ray: {ray:.1}, node: {node:.1}, pack: {pack:.1}, triangle: {triangle:.1} }},"
+    );
+    for (name, way) in [("octree", 2), ("projection", 3)] {
+        let terms = |sample: &Sample| {
+            let rays = sample.rays as f64;
+            let one = bvh.nanoseconds(sample.sampled.steps, sample.sampled.sent);
+            let beyond = (sample.items / LookupCost::CACHED).max(1.0).log2();
+            [rays, rays * one, rays * beyond, sample.items]
+        };
+        let [base, share, beyond, item] = fit(samples.iter().map(|sample| (terms(sample), sample.seconds[way])));
+        println!(
+            "    {name}: LookupCost {{ base: {base:.1}, share: {share:.2}, beyond: {beyond:.1}, item: {item:.1} }},"
+        );
     }
 }
 
-/// What is chosen by these costs, as a row; how many times the best it takes.
-fn judge(sample: &Sample, costs: &[RayCost; 4]) -> f64 {
-    let expected = costs.map(|cost| cost.nanoseconds(sample.rays, sample.triangles));
-    let best = (1..4).fold(1, |best, way| if expected[way] < expected[best] { way } else { best });
-    let chosen = if expected[best] < CLEARLY * expected[0] { best } else { 0 };
-    let ratio = sample.seconds[chosen] / sample.seconds.into_iter().fold(f64::INFINITY, f64::min);
+/// Fits and prints the model of costs of points.
+fn tell_points(places: &[&Sample], loose: &[&Sample]) {
+    let both = || places.iter().chain(loose).copied();
+    println!("SearchCosts:");
+    tell("places", places.iter().copied(), 0);
+    tell("loose", loose.iter().copied(), 0);
+    tell("bvh", places.iter().copied(), 1);
+    tell("loose_bvh", loose.iter().copied(), 1);
+    tell("octree", both(), 2);
+    tell("projection", both(), 3);
+}
+
+/// Fits and prints one way of points.
+fn tell<'a>(name: &str, samples: impl Iterator<Item = &'a Sample>, way: usize) {
+    let terms = |sample: &Sample| {
+        let (rays, triangles) = (sample.rays as f64, sample.triangles as f64);
+        [rays, rays * triangles.log2(), triangles]
+    };
+    let [base, doubling, triangle] = fit(samples.map(|sample| (terms(sample), sample.seconds[way])));
+    println!("    {name}: RayCost {{ base: {base:.1}, doubling: {doubling:.1}, triangle: {triangle:.1} }},");
+}
+
+/// What is chosen, as a row; how many times the best it takes.
+fn judge(sample: &Sample) -> f64 {
+    let ratio = sample.seconds[sample.chosen] / sample.seconds.into_iter().fold(f64::INFINITY, f64::min);
     let told = sample.seconds.map(|seconds| format!("{:.1} ms", seconds * 1e3)).join(" | ");
-    println!("| {} | {} | {told} | {} | {ratio:.2} |", sample.name, sample.rays, WAYS[chosen]);
+    println!("| {} | {} | {told} | {} | {ratio:.2} |", sample.name, sample.rays, WAYS[sample.chosen]);
     ratio
 }
 
-/// Eye rays of a picture.
+/// Eye rays of a picture: those that come near the model.
 fn eye(model: &Model, bvh: &TriangleBvh, side: u64) -> Result<Sample> {
-    let questions = Questions::new(model, bvh, Rays::Eye, side);
+    let (eye, bounds) = (model.picture.eye, model.mesh.bounds());
+    let all = (0..side * side).map(|pixel| model.picture.direction(pixel, side));
+    let directions: Vec<DVec3> = all.filter(|&ray| Ray::new(eye, ray).span(&bounds).is_some()).collect();
+    let some = directions.iter().step_by(directions.len().div_ceil(SENT).max(1));
+    let (mut steps, mut sent) = (Steps::default(), 0);
+    some.for_each(|&ray| (steps, sent) = (steps + bvh.nearest_steps(eye, ray, f64::INFINITY), sent + 1));
+    let rays = directions.len() as u64;
+    let sampled = Sampled { rays, steps, sent };
+    let choice = Choice::new(0, Acceleration::Auto, &model.mesh, sampled.clone(), &CostModel::MEASURED);
+    let questions = Questions::Directions { eye, directions };
     let triangles = model.mesh.triangles().len();
     let by = |method: Method, rays: u64| -> Result<f64> {
         let deeper = if method == Method::Octree { 2 } else { 0 };
@@ -127,9 +173,15 @@ fn eye(model: &Model, bvh: &TriangleBvh, side: u64) -> Result<Sample> {
         Ok(build.cpu + quickest(|| by_projection(&built, method, &questions)).0)
     };
     let ready = quickest(|| by_bvh(bvh, model, Rays::Eye, &questions)).0;
-    let seconds = [ready, ready, by(Method::Octree, 0)?, by(Method::Maps, questions.len() as u64)?];
+    let seconds = [ready, ready, by(Method::Octree, 0)?, by(Method::Maps, rays)?];
+    let chosen = match choice.chosen {
+        Acceleration::Octree => 2,
+        Acceleration::Projection => 3,
+        Acceleration::Auto | Acceleration::Bvh => 1,
+    };
     let name = format!("{} ({triangles}), eye", model.name);
-    Ok(Sample { name, kind: Kind::Eye, rays: questions.len() as u64, triangles, seconds })
+    let items = ProjectionOptions::expected_items(&model.mesh);
+    Ok(Sample { name, kind: Kind::Eye, rays, triangles, sampled, items, seconds, chosen })
 }
 
 /// The model as a scene of one object.
@@ -167,8 +219,19 @@ fn points(model: &Model, scene: &Scene, (name, light): (&str, LightSource), kind
         timed(run).1.cpu
     };
     let seconds = [None, Some(Acceleration::Bvh), Some(Acceleration::Octree), Some(Acceleration::Projection)].map(ask);
-    let form = if kind == Kind::Loose { "loose points" } else { "points of faces" };
-    Sample { name: format!("{} ({triangles}), {form}, {name}", model.name), kind, rays: count, triangles, seconds }
+    let (form, expected) = match kind {
+        Kind::Loose => ("loose points", Expected::Loose(count)),
+        _ => ("points of faces", Expected::Places(count)),
+    };
+    let choice = SearchChoice::new(Acceleration::Auto, expected, triangles, &SearchCosts::MEASURED);
+    let chosen = match choice.chosen {
+        Search::Direct => 0,
+        Search::Bvh => 1,
+        Search::Octree => 2,
+        Search::Projection => 3,
+    };
+    let name = format!("{} ({triangles}), {form}, {name}", model.name);
+    Sample { name, kind, rays: count, triangles, sampled: Sampled::default(), items: 0.0, seconds, chosen }
 }
 
 /// A point over a face, by a thousandth of its longest edge.
@@ -178,27 +241,21 @@ fn beside(model: &Model, face: usize, [u, v]: [f64; 2]) -> DVec3 {
     a + (b - a) * u + (c - a) * v + over
 }
 
-/// The coefficients of one way.
-fn fit(samples: &[&Sample], way: usize) -> RayCost {
+/// The coefficients, nanoseconds each, of terms whose sums should be these times, seconds.
+fn fit<const K: usize>(samples: impl Iterator<Item = ([f64; K], f64)>) -> [f64; K] {
     // Each row over its own time: relative errors count.
-    let rows: Vec<[f64; 3]> = samples
-        .iter()
-        .map(|sample| {
-            let nanoseconds = sample.seconds[way] * 1e9;
-            let triangles = sample.triangles as f64;
-            [sample.rays as f64, sample.rays as f64 * triangles.log2(), triangles].map(|term| term / nanoseconds)
-        })
-        .collect();
-    let mut x = [0.0; 3];
+    let rows: Vec<[f64; K]> = samples.map(|(terms, seconds)| terms.map(|term| term / (seconds * 1e9))).collect();
+    let mut x = [0.0; K];
     for _ in 0..ROUNDS {
-        for j in 0..3 {
-            let rest = |row: &[f64; 3]| 1.0 - (0..3).filter(|&k| k != j).map(|k| row[k] * x[k]).sum::<f64>();
+        for j in 0..K {
+            let rest = |row: &[f64; K]| 1.0 - (0..K).filter(|&k| k != j).map(|k| row[k] * x[k]).sum::<f64>();
             let along = rows.iter().map(|row| row[j] * rest(row)).sum::<f64>();
             let square = rows.iter().map(|row| row[j] * row[j]).sum::<f64>();
-            x[j] = (along / square).max(0.0);
+            // A term that is nowhere counts nothing.
+            x[j] = if square > 0.0 { (along / square).max(0.0) } else { 0.0 };
         }
     }
-    RayCost { base: x[0], doubling: x[1], triangle: x[2] }
+    x
 }
 
 #[cfg(test)]
@@ -207,19 +264,13 @@ mod tests {
 
     #[test]
     fn a_model_that_is_one_is_found() {
-        let truth = RayCost { base: 100.0, doubling: 20.0, triangle: 3000.0 };
-        let sample = |(rays, triangles): (u64, usize)| Sample {
-            name: String::new(),
-            kind: Kind::Eye,
-            rays,
-            triangles,
-            seconds: [truth.nanoseconds(rays, triangles) / 1e9; 4],
+        let truth = [100.0, 20.0, 3000.0];
+        let cases = [1e3, 1e5, 1e6].into_iter().flat_map(|rays| [(rays, 100.0), (rays, 5e3), (rays, 3e5)]);
+        let sample = |(rays, triangles): (f64, f64)| {
+            let terms = [rays, rays * triangles.log2(), triangles];
+            (terms, terms.iter().zip(truth).map(|(term, cost)| term * cost).sum::<f64>() / 1e9)
         };
-        let cases =
-            [1 << 12, 1 << 16, 1 << 20].into_iter().flat_map(|rays| [(rays, 100), (rays, 5_000), (rays, 300_000)]);
-        let samples: Vec<Sample> = cases.map(sample).collect();
-        let found = fit(&samples.iter().collect::<Vec<_>>(), 1);
-        assert!((found.base - 100.0).abs() < 5.0 && (found.triangle - 3000.0).abs() < 30.0, "{found:?}");
-        assert!((found.doubling - 20.0).abs() < 1.0, "{found:?}");
+        let found = fit(cases.map(sample));
+        assert!(found.iter().zip(truth).all(|(found, truth)| (found / truth - 1.0).abs() < 0.05), "{found:?}");
     }
 }

@@ -132,7 +132,7 @@ const VARIANTS: [(Numbering, Layout, u8); 3] = [
 const LARGE: usize = 1 << 20;
 
 /// Triangles that the loops over all of them look at, for each model and kind of rays.
-const LOOPED: usize = 1 << 19;
+const LOOPED: usize = 1 << 26;
 
 /// What was compared.
 #[derive(Clone, Copy, Debug, Default)]
@@ -253,16 +253,45 @@ impl Judge<'_> {
 /// The nearest hit by looking at every triangle.
 fn nearest_by_loop(mesh: &Mesh, origin: DVec3, direction: DVec3) -> Option<Hit> {
     let ray = TriangleRay::new(origin, direction)?;
+    let near = Nearby::new(origin, direction);
     let corners = |triangle: &[u32; 3]| triangle.map(|corner| mesh.positions()[corner as usize]);
-    let hits = (0u32..).zip(mesh.triangles()).filter_map(|(name, triangle)| ray.hit(corners(triangle), name));
+    let hits = (0u32..).zip(mesh.triangles()).filter_map(|(name, triangle)| {
+        let corners = corners(triangle);
+        if near.misses(&corners) { None } else { ray.hit(corners, name) }
+    });
     hits.min_by(|a, b| a.t.total_cmp(&b.t).then(a.triangle.cmp(&b.triangle)))
 }
 
-/// Whether a segment is blocked, in exact arithmetic alone, by looking at every triangle.
+/// Whether a segment is blocked, in exact arithmetic alone, by looking at every triangle that its line may come near.
 fn is_blocked_by_loop(mesh: &Mesh, x: DVec3, light: &LightSource) -> bool {
+    let way = light.xyz() - light.w() * x;
+    let near = Nearby::new(x, way);
     let [x, light] = [ExactPoint::<Dyadic>::from_position(x), ExactPoint::from_light(light)];
     mesh.triangles().iter().any(|triangle| {
-        let corners = triangle.map(|corner| ExactPoint::from_position(mesh.positions()[corner as usize]));
-        exact_polygon_blocks(&corners, &x, &light)
+        let corners = triangle.map(|corner| mesh.positions()[corner as usize]);
+        !near.misses(&corners) && exact_polygon_blocks(&corners.map(ExactPoint::from_position), &x, &light)
     })
+}
+
+/// Leaves out what is far beside a line: on an axis across it, all corners lie on one side by far more than what rounding can be.
+struct Nearby {
+    origin: DVec3,
+    across: [DVec3; 2],
+}
+
+impl Nearby {
+    fn new(origin: DVec3, direction: DVec3) -> Self {
+        let (first, second) = direction.normalize_or(DVec3::X).any_orthonormal_pair();
+        Self { origin, across: [first, second] }
+    }
+
+    fn misses(&self, corners: &[DVec3; 3]) -> bool {
+        let size = corners.iter().fold(self.origin.abs(), |size, corner| size.max(corner.abs())).max_element();
+        // Some ten roundings of numbers of this size, a million times over.
+        let margin = size * 1e-9;
+        self.across.iter().any(|axis| {
+            let beside = corners.map(|corner| (corner - self.origin).dot(*axis));
+            beside.iter().all(|&distance| distance > margin) || beside.iter().all(|&distance| distance < -margin)
+        })
+    }
 }

@@ -1,4 +1,4 @@
-//! The models of the experiment, as single meshes: files beside the workspace, and three made here that are always there. The
+//! The models of the experiment, as single meshes: files beside the workspace, and some made here that are always there. The
 //! judge takes every scene besides: all fixtures, and all files beside the workspace.
 
 use std::{
@@ -9,14 +9,15 @@ use std::{
 
 use anyhow::{Context, Result};
 use glam::DVec3;
-use umbriel_geometry::{LightSource, Mesh};
+use umbriel_geometry::{LightSource, Mesh, Placement};
 use umbriel_io::{LoadOptions, load};
 use umbriel_octree::Viewpoint;
-use umbriel_scene::Scene;
+use umbriel_scene::{Object, Scene, Shape, Sides};
 use umbriel_shadow::rivals::Polygons;
 
 use crate::{
     bench::{city, knot},
+    fixtures::SplitMix64,
     workspace::root,
 };
 
@@ -76,10 +77,12 @@ enum Source {
 }
 
 /// From small to large.
-const MODELS: [(&str, Source); 9] = [
+const MODELS: [(&str, Source); 11] = [
+    ("soup", Source::Made(|| soup(1000, 1.0))),
     ("spot", Source::File("spot/spot.obj")),
     ("house", Source::File("house-mask/house.glb")),
     ("bunny", Source::File("bunny/stanford-bunny.obj")),
+    ("litter", Source::Made(|| soup(30_000, 0.05))),
     ("helmet", Source::File("flighthelmet/FlightHelmet.gltf")),
     ("delft", Source::File("delft-city/delft.obj")),
     ("town", Source::Made(|| city(20_000))),
@@ -87,6 +90,20 @@ const MODELS: [(&str, Source); 9] = [
     ("knot", Source::Made(|| knot(1000, 250))),
     ("dense", Source::Made(|| knot(2000, 500))),
 ];
+
+/// Triangles at random in a cube of edge 1, each within a cube of this edge: the larger, the worse for any tree.
+fn soup(triangles: usize, edge: f64) -> Result<Scene> {
+    let mut random = SplitMix64::new(17);
+    let mut vector =
+        |from: f64, to: f64| DVec3::new(random.between(from, to), random.between(from, to), random.between(from, to));
+    let corners = (0..triangles).flat_map(|_| {
+        let place = vector(0.0, 1.0 - edge);
+        [(); 3].map(|()| (place + vector(0.0, edge)).to_array())
+    });
+    let mesh = Mesh::new(corners.collect(), (0..triangles as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect())?;
+    let object = Object::new("soup".to_owned(), Shape::Mesh(Arc::new(mesh)), Placement::IDENTITY, Sides::Auto)?;
+    Ok(Scene { objects: vec![object], ..Scene::default() })
+}
 
 /// The models that are made here: no file holds them.
 pub(super) fn made() -> impl Iterator<Item = &'static str> {

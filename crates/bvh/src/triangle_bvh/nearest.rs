@@ -3,6 +3,8 @@
 //! The f32 filter leaves out what is certainly missed; the rest is measured by [`TriangleRay`]. Equal t goes to the lower
 //! triangle, so the answer does not depend on the tree. Near boxes are visited first.
 
+use std::ops::Add;
+
 use umbriel_geometry::simd::{Float, Kernel, Mask, Simd};
 
 use super::{
@@ -65,16 +67,41 @@ impl Waiting {
     }
 }
 
+/// What the search for a nearest hit looked at: its cost, whatever the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Steps {
+    /// Nodes, of eight boxes each.
+    pub nodes: u32,
+    /// Packs of eight triangles, tested in f32.
+    pub packs: u32,
+    /// Triangles that were measured in f64.
+    pub triangles: u32,
+}
+
+impl Add for Steps {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            nodes: self.nodes + other.nodes,
+            packs: self.packs + other.packs,
+            triangles: self.triangles + other.triangles,
+        }
+    }
+}
+
 /// Finds the nearest hit for 0 < t ≤ `t_max`.
-pub(super) struct Nearest<'a> {
+pub(super) struct Nearest<'a, const COUNTED: bool> {
     pub(super) bvh: &'a TriangleBvh,
     pub(super) ray: TriangleRay,
     pub(super) local: LocalRay,
     pub(super) t_max: f64,
+    /// Stays zero unless `COUNTED`.
+    pub(super) steps: Steps,
 }
 
 // Through a reference, which goes into the kernel in a register.
-impl Kernel for &mut Nearest<'_> {
+impl<const COUNTED: bool> Kernel for &mut Nearest<'_, COUNTED> {
     type Output = Option<Hit>;
 
     #[inline(always)]
@@ -86,9 +113,11 @@ impl Kernel for &mut Nearest<'_> {
             if enter > self.local.box_end * OUTWARD {
                 next = waiting.pop();
             } else if link & LEAF != 0 {
+                self.steps.packs += u32::from(COUNTED);
                 self.measure(simd, link & !LEAF, &mut nearest);
                 next = waiting.pop();
             } else {
+                self.steps.nodes += u32::from(COUNTED);
                 next = self.open(simd, link, &mut waiting).or_else(|| waiting.pop());
             }
         }
@@ -96,7 +125,7 @@ impl Kernel for &mut Nearest<'_> {
     }
 }
 
-impl Nearest<'_> {
+impl<const COUNTED: bool> Nearest<'_, COUNTED> {
     /// The nearest child that the ray may meet; the others wait, the farthest longest.
     #[inline(always)]
     fn open<S: Simd>(&self, simd: S, node: u32, waiting: &mut Waiting) -> Option<Visit> {
@@ -150,6 +179,7 @@ impl Nearest<'_> {
     }
 
     fn measure_one(&mut self, triangle: u32, nearest: &mut Option<Hit>) {
+        self.steps.triangles += u32::from(COUNTED);
         let is_nearer = |hit: &Hit| {
             hit.t < self.t_max || hit.t == self.t_max && nearest.is_none_or(|known| known.triangle > triangle)
         };

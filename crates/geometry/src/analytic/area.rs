@@ -3,7 +3,7 @@
 //! Gauss-Legendre quadrature along both parameters. With n points, h the edge and c the Taylor coefficient of order 2n of the
 //! density along one parameter, somewhere in the cell, the mean misses h^(2n)·c/180 for two points and h^(2n)·c/2800 for three
 //! (Davis & Rabinowitz, "Methods of Numerical Integration", §2.7); c is bounded by interval Taylor series. A cell whose
-//! bound is too wide is quartered.
+//! bound is too wide is quartered; where the series says nothing, as where a flat ellipsoid turns round its rim, the range of the density over the cell does.
 
 use super::{
     chart::{Chart, Kind, Occupied, quarter_direction},
@@ -18,8 +18,19 @@ use crate::{
 /// Relative width at which a bound is good enough.
 const GOOD: f64 = 1e-8;
 
+/// Relative width above which the mere range of the density may say more than quadrature.
+const ROUGH: f64 = 0.125;
+
 /// How often a cell is quartered at most.
 const QUARTERINGS: u32 = 6;
+
+/// Cells are not quartered to below 2 to the minus this: where series still say nothing there, they never will.
+const FINEST: i32 = 9;
+
+/// How often a cell of this edge, a power of two, is quartered.
+fn quarterings(edge: f64) -> u32 {
+    (FINEST + libm::ilogb(edge)).clamp(1, QUARTERINGS as i32) as u32
+}
 
 /// How often a cell at the border of a trimmed patch is.
 const BORDER_QUARTERINGS: u32 = 2;
@@ -63,7 +74,7 @@ impl<'a> PatchArea<'a> {
     /// Cost: below a microsecond by formula; some microseconds where it is integrated, a thousand times that for a cell as
     /// large as the patch.
     pub fn of_cell(&self, at: [f64; 2], edge: f64) -> Approx {
-        self.by_formula(at, edge).unwrap_or_else(|| self.quartered(at, edge, QUARTERINGS))
+        self.by_formula(at, edge).unwrap_or_else(|| self.quartered(at, edge, [quarterings(edge), BORDER_QUARTERINGS]))
     }
 
     /// Spheres, and surfaces turned from lines and parabolas, under similarities.
@@ -83,17 +94,20 @@ impl<'a> PatchArea<'a> {
         Some(local * stretch)
     }
 
-    fn quartered(&self, [u, v]: [f64; 2], edge: f64, depth: u32) -> Approx {
-        let (area, least_depth) = match self.chart.occupied([u, v], edge) {
+    /// `left` tells how often cells are still quartered, and how often those that a border cuts.
+    fn quartered(&self, [u, v]: [f64; 2], edge: f64, left: [u32; 2]) -> Approx {
+        let (area, left_here) = match self.chart.occupied([u, v], edge) {
             Occupied::Nowhere => return Approx::exact(0.0),
-            Occupied::Whole => (self.integrated([u, v], edge), 0),
-            Occupied::Partly => (self.at_most(edge), QUARTERINGS - BORDER_QUARTERINGS),
+            Occupied::Whole => (self.integrated([u, v], edge), left[0]),
+            Occupied::Partly => (self.at_most(edge), left[1]),
         };
-        if depth <= least_depth || area.error <= area.value.abs() * GOOD {
+        if left_here == 0 || area.error <= area.value.abs() * GOOD {
             return area;
         }
         let half = 0.5 * edge;
-        let part = |i: f64, j: f64| self.quartered([u + i * half, v + j * half], half, depth - 1);
+        let part = |i: f64, j: f64| {
+            self.quartered([u + i * half, v + j * half], half, left.map(|times| times.saturating_sub(1)))
+        };
         let parts = (part(0.0, 0.0) + part(1.0, 0.0)) + (part(0.0, 1.0) + part(1.0, 1.0));
         // The bound of the whole may be the better one where rounding dominates.
         if parts.error < area.error || area.error.is_nan() { parts } else { area }
@@ -109,10 +123,25 @@ impl<'a> PatchArea<'a> {
         Approx { value: 0.5 * most, error: 0.5 * most }
     }
 
-    /// On small cells two points are as good, for a third of the work.
+    /// On small cells two points are as good, for a third of the work. Where the density bends too sharply for either, its own range bounds the area.
     fn integrated(&self, at: [f64; 2], edge: f64) -> Approx {
         let area = self.gauss::<5>(&TWO_POINTS, at, edge);
-        if area.error <= area.value.abs() * GOOD { area } else { self.gauss::<7>(&THREE_POINTS, at, edge) }
+        if area.error <= area.value.abs() * GOOD {
+            return area;
+        }
+        let area = self.gauss::<7>(&THREE_POINTS, at, edge);
+        if area.error < ROUGH * area.value.abs() {
+            return area;
+        }
+        let range = self.from_range(at, edge);
+        if area.error < range.error { area } else { range }
+    }
+
+    /// Between the least and the greatest density on the cell.
+    fn from_range(&self, at: [f64; 2], edge: f64) -> Approx {
+        let half = 0.5 * edge;
+        let whole = |axis: usize| Jet::<1>::constant(Approx { value: at[axis] + half, error: half });
+        self.density(whole(0), whole(1)).0[0] * Approx::exact(edge * edge)
     }
 
     /// A rule along both parameters; K is one more than twice its number of nodes.
@@ -188,7 +217,7 @@ impl<'a> PatchArea<'a> {
 
 /// The world's axes may change places: so may the terms of each sum.
 fn length_squared<const K: usize>(vector: &[Jet<K>; 3]) -> Jet<K> {
-    let squares = vector.map(|coordinate| coordinate * coordinate);
+    let squares = vector.map(Jet::squared);
     Jet(std::array::from_fn(|k| Approx::sum_of_three([0, 1, 2].map(|axis| squares[axis].0[k]))))
 }
 

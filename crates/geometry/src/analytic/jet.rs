@@ -41,6 +41,13 @@ impl<const K: usize> Jet<K> {
         Self(quotient)
     }
 
+    /// The square; its value is never below zero, whatever the interval.
+    pub(crate) fn squared(self) -> Self {
+        let mut square = self * self;
+        square.0[0] = self.0[0].squared();
+        square
+    }
+
     /// The root; of no use where this may be zero.
     pub(crate) fn square_root(self) -> Self {
         let mut root = [Approx::exact(0.0); K];

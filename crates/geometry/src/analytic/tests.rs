@@ -157,6 +157,29 @@ fn areas_hold_the_closed_forms() {
 }
 
 #[test]
+fn areas_of_flat_and_thin_bodies_are_bounded() {
+    // Of spheroids: flat ones 2π·(1 + c²·atanh(e)/e), thin ones 2πc²·(1 + asin(e)/(c·e)), with the axes 1 and c.
+    for c in [1e-2, 1e-9] {
+        let e = (1.0f64 - c * c).sqrt();
+        // atanh(e) = ln((1 + e)/c), which does not cancel.
+        let flat = 2.0 * PI * (1.0 + c * c * ((1.0 + e) / c).ln() / e);
+        let thin = 2.0 * PI * c * c * (1.0 + e.asin() / (c * e));
+        for (radii, truth) in [([1.0, c, 1.0], flat), ([c, 1.0, 1.0], flat), ([c, 1.0, c], thin), ([c, c, 1.0], thin)] {
+            let sum = total_area(Analytic::Ellipsoid { radii }, &Placement::IDENTITY, 2);
+            let slack = truth * 1e-14;
+            assert!(sum.lower() - slack <= truth && truth <= sum.upper() + slack, "{radii:?}: {sum:?} holds {truth}");
+            assert!(sum.error < 0.02 * truth, "{radii:?}: {sum:?}");
+        }
+    }
+    // A hyperboloid that is all but a ring, and one that is all but two cones.
+    for (waist_radius, height) in [(0.5, 1e-9), (1e-6, 2.0)] {
+        let body = Analytic::Hyperboloid { waist_radius, end_radius: 0.75, height };
+        let sum = total_area(body, &Placement::IDENTITY, 2);
+        assert!(sum.error < 0.02 * sum.value, "{body:?}: {sum:?}");
+    }
+}
+
+#[test]
 fn areas_of_skewed_bodies_do_not_depend_on_the_level() {
     for body in bodies() {
         let (coarse, fine) = (total_area(body, &skewed(), 0), total_area(body, &skewed(), 3));

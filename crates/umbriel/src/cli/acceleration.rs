@@ -42,7 +42,7 @@ fn eye_line(choices: &[Choice], place: usize, way: Acceleration, name: &str) -> 
     let sum = |number: &dyn Fn(&Choice) -> f64| chosen().map(number).sum::<f64>();
     let [own, others] =
         [sum(&|choice| choice.expected[place]), sum(&|choice| least_but(&choice.expected, place))].map(milliseconds);
-    let [rays, triangles] = [sum(&|choice| choice.rays as f64), sum(&|choice| choice.triangles as f64)];
+    let [rays, triangles] = [sum(&|choice| choice.sampled.rays as f64), sum(&|choice| choice.triangles as f64)];
     (chosen().count() > 0).then(|| {
         format!(
             "note: rays by {name} for {} meshes, {triangles} triangles, {rays} rays: {own:.0} ms expected on one thread, \
