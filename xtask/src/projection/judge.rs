@@ -141,6 +141,8 @@ struct Compared {
     hits: u64,
     /// Rays that a loop over all triangles answered too.
     looped: u64,
+    /// Segments whose leaves were looked up by the source's numbers, and those whose leaves these put in a wrong order.
+    numbered: [u64; 2],
 }
 
 impl std::ops::AddAssign for Compared {
@@ -148,6 +150,7 @@ impl std::ops::AddAssign for Compared {
         self.rays += other.rays;
         self.hits += other.hits;
         self.looped += other.looped;
+        self.numbered = [0, 1].map(|which| self.numbered[which] + other.numbered[which]);
     }
 }
 
@@ -172,8 +175,9 @@ pub(super) fn run(models: impl Iterator<Item = Result<Option<Model>>>, rays: u64
     }
     ensure!(count > 0, "no model");
     println!(
-        "{count} models, {} rays, {} hits, {} by a loop too, {seconds:.0} s of processor time: no difference",
-        all.rays, all.hits, all.looped
+        "{count} models, {} rays, {} hits, {} by a loop too, {seconds:.0} s of processor time: no difference; the source's numbers put the \
+         leaves of {} of {} segments in a wrong order",
+        all.rays, all.hits, all.looped, all.numbered[1], all.numbered[0]
     );
     Ok(())
 }
@@ -192,7 +196,7 @@ fn judged(model: &Model, rays: u64) -> Result<Compared> {
             let max_level = if variant == 0 { ProjectionOptions::level_for(triangles) } else { max_level };
             let options = ProjectionOptions { numbering, layout, max_level, ..ProjectionOptions::default() };
             let projection = Projection::build(Arc::clone(&model.mesh), aim.viewpoint, &options)?;
-            let judge = Judge { model, bounds: &bounds, bvh: &bvh, projection: &projection, aim: &aim };
+            let judge = Judge { model, bounds: &bounds, bvh: &bvh, projection: &projection, numbering, aim: &aim };
             let looped = (looped as u64 + 1) * u64::from(variant == 0);
             all += if aim.is_nearest { judge.nearest(count, looped)? } else { judge.segments(count, looped)? };
         }
@@ -205,12 +209,14 @@ struct Judge<'a> {
     bounds: &'a Aabb,
     bvh: &'a TriangleBvh,
     projection: &'a Projection,
+    numbering: Numbering,
     aim: &'a Aim,
 }
 
 impl Judge<'_> {
     fn nearest(&self, count: u64, looped: u64) -> Result<Compared> {
-        let (mut dice, mut compared) = (Dice(count), Compared { rays: count, hits: 0, looped: looped.min(count) });
+        let (mut dice, mut compared) =
+            (Dice(count), Compared { rays: count, looped: looped.min(count), ..Compared::default() });
         let origin = self.aim.origin();
         for ray in 0..count {
             let direction = dice.target(self) - origin;
@@ -230,7 +236,8 @@ impl Judge<'_> {
     }
 
     fn segments(&self, count: u64, looped: u64) -> Result<Compared> {
-        let (mut dice, mut compared) = (Dice(count), Compared { rays: count, hits: 0, looped: looped.min(count) });
+        let (mut dice, mut compared) =
+            (Dice(count), Compared { rays: count, looped: looped.min(count), ..Compared::default() });
         let light = self.aim.light()?;
         let mut towards = self.bvh.towards(light);
         let (mut segments, mut descents) = (self.projection.segments(), self.projection.segments_by_descent());
@@ -245,6 +252,10 @@ impl Judge<'_> {
                 ensure!(exact == truth, "{}: exactly {exact}, the BVH says {truth}", what());
             }
             compared.hits += u64::from(truth);
+            if self.numbering == Numbering::Sections {
+                compared.numbered[0] += 1;
+                compared.numbered[1] += u64::from(self.projection.disorder(x) > 0);
+            }
         }
         Ok(compared)
     }

@@ -7,6 +7,7 @@ use umbriel_geometry::{LightSource, Mesh};
 
 use super::{
     Layout, Leaf, Numbering, Projection, ProjectionDefect, ProjectionOptions, ProjectionReport, Section, Viewpoint,
+    budget::Budget,
     footprint::Footprint,
     frame::{Frame, Kind},
     map::{MAX_FINENESS, Map, Plan},
@@ -52,6 +53,8 @@ pub(super) struct Scaffold<'a> {
     /// Bound on their error.
     pub(super) error: f64,
     options: ProjectionOptions,
+    /// For the tree that is grown.
+    tree_budget: Budget,
 }
 
 impl<'a> Scaffold<'a> {
@@ -69,7 +72,7 @@ impl<'a> Scaffold<'a> {
         let error = mesh.positions().iter().map(|&x| frame.error_at(x)).fold(0.0, f64::max);
         let eye = (frame.kind != Kind::Parallel).then_some(DVec3::ZERO);
         let root = Root::around(&corners, error, eye);
-        Ok(Self { mesh, light, frame, root, corners, error, options: *options })
+        Ok(Self { mesh, light, frame, root, corners, error, options: *options, tree_budget: Budget::unlimited() })
     }
 
     /// With everything that was built.
@@ -100,6 +103,7 @@ impl<'a> Scaffold<'a> {
             triangles: self.mesh.triangles(),
             max_level: self.options.max_level,
             leaf_items: self.options.leaf_items,
+            budget: &self.tree_budget,
         }
     }
 
@@ -109,12 +113,13 @@ impl<'a> Scaffold<'a> {
         packs * size_of::<Pack>() + size_of_val(&*tree.nodes) <= self.options.memory / 2
     }
 
-    /// How maps are made where memory does not matter.
-    pub(super) fn plan(&self) -> Plan {
+    /// How maps are made at their finest.
+    pub(super) fn plan<'b>(&self, budget: &'b Budget) -> Plan<'b> {
         Plan {
             rays: self.options.rays as f64 / self.frame.kind.faces().len() as f64,
             max_fineness: MAX_FINENESS,
             max_side: 1 << 16,
+            budget,
         }
     }
 
@@ -122,6 +127,7 @@ impl<'a> Scaffold<'a> {
     fn divided(&mut self) -> (Tree, Vec<Leaf>, Vec<Pack>) {
         let unit = self.unit_corners();
         loop {
+            self.tree_budget = Budget::new(self.options.memory / 2);
             let tree = self.grower(&unit).grow();
             // A tree of one cell is the least there is.
             if self.is_within_memory(&tree) || self.options.max_level == 0 {
@@ -162,21 +168,23 @@ impl<'a> Scaffold<'a> {
 
     /// The maps of all faces, the finest that the memory left allows, and whether that made them coarser.
     fn projected(&self, tree: &Tree, tree_bytes: usize) -> ([Vec<Section>; 6], bool) {
-        let mut plan = self.plan();
+        let Plan { mut max_fineness, mut max_side, .. } = self.plan(&Budget::unlimited());
         let mut is_coarser = false;
         loop {
+            let budget = Budget::new(self.options.memory.saturating_sub(tree_bytes));
+            let plan = Plan { max_fineness, max_side, ..self.plan(&budget) };
             let faces: [Vec<Section>; 6] = std::array::from_fn(|face| self.sections(tree, face, &plan));
             let maps = faces.iter().flatten();
             let bytes: usize = maps.clone().map(|section| section.map.bytes()).sum();
             let side = maps.map(|section| section.map.side()).max().unwrap_or(1);
-            let is_least = plan.max_fineness == 0 && side == 1;
-            if bytes + tree_bytes <= self.options.memory || is_least {
+            let is_least = max_fineness == 0 && side == 1;
+            if !budget.is_over() && bytes + tree_bytes <= self.options.memory || is_least {
                 return (faces, is_coarser);
             }
             is_coarser = true;
-            match plan.max_fineness {
-                0 => plan.max_side = side / 2,
-                _ => plan.max_fineness -= 1,
+            match max_fineness {
+                0 => max_side = side / 2,
+                _ => max_fineness -= 1,
             }
         }
     }
@@ -185,8 +193,12 @@ impl<'a> Scaffold<'a> {
         if !self.frame.kind.faces().contains(&face) {
             return Vec::new();
         }
-        let mut leaves: Vec<(u32, Footprint)> =
-            (0..tree.cells.len()).filter_map(|leaf| Some((leaf as u32, self.seen(tree, face, leaf)?))).collect();
+        let numbers: Vec<u32> = (0..tree.cells.len() as u32).collect();
+        let parts = tasks::map(numbers.chunks(CHUNK).collect(), |leaves| {
+            let seen = |&leaf: &u32| Some((leaf, self.seen(tree, face, leaf as usize)?));
+            leaves.iter().filter_map(seen).collect::<Vec<_>>()
+        });
+        let mut leaves: Vec<(u32, Footprint)> = parts.concat();
         if self.options.layout == Layout::MapPerSection || self.options.numbering == Numbering::Sections {
             leaves.sort_by(|a, b| by_sections(&key(a, tree), &key(b, tree)));
         }

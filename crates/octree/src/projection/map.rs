@@ -13,7 +13,7 @@
 
 use std::ops::Range;
 
-use super::{footprint::Footprint, tasks};
+use super::{budget::Budget, footprint::Footprint, tasks};
 
 /// Halvings of a tile at most.
 pub(super) const MAX_FINENESS: u8 = 6;
@@ -26,6 +26,9 @@ const LEAVES_A_TILE: usize = 8;
 
 /// Tiles along a side at most.
 const MAX_TILES: u32 = 1 << 9;
+
+/// Places of leaves in tiles at most.
+const MOST_PLACES: usize = 1 << 29;
 
 /// A tile: where its cells begin, and how often it is halved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,12 +52,14 @@ pub(super) struct Map {
 
 /// How a map is made.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plan {
+pub(super) struct Plan<'a> {
     /// Rays that are expected through the face.
     pub(super) rays: f64,
     pub(super) max_fineness: u8,
     /// Tiles along a side at most.
     pub(super) max_side: u32,
+    /// Once it is spent cells stay empty.
+    pub(super) budget: &'a Budget,
 }
 
 /// What has become of the leaves of a map.
@@ -111,7 +116,11 @@ fn for_each_row(leaf: &Footprint, cells: u32, rows: Range<u32>, mut visit: impl 
 impl Map {
     /// Of leaves with their numbers, in the order that the runs are to have.
     pub(super) fn new(leaves: &[(u32, Footprint)], plan: &Plan) -> Self {
-        let side = side_for(leaves.len()).min(plan.max_side);
+        let mut side = side_for(leaves.len()).min(plan.max_side);
+        // Lists of the leaves that each tile sees are as many places, and with many leaves that are seen everywhere too many.
+        while side > 1 && places_in_tiles(leaves, side) > plan.budget.limit().min(MOST_PLACES) {
+            side /= 2;
+        }
         let lists = sort_into_tiles(leaves, side);
         let filled = tasks::map((0..side * side).collect(), |tile| fill(lists.of(leaves, tile), tile, side, plan));
         Self::joined(side, leaves.len(), filled)
@@ -273,6 +282,15 @@ fn for_each_tile(leaf: &Footprint, side: u32, visit: &mut dyn FnMut(usize)) {
     });
 }
 
+/// How many leaves the tiles see, all together.
+fn places_in_tiles(leaves: &[(u32, Footprint)], side: u32) -> usize {
+    let mut places = 0;
+    for (_, leaf) in leaves {
+        for_each_row(leaf, side, 0..side, |_, columns| places += columns.len());
+    }
+    places
+}
+
 /// A counting sort: tiles keep the leaves' order.
 fn sort_into_tiles(leaves: &[(u32, Footprint)], side: u32) -> TileLists {
     let mut starts = vec![0u32; (side * side) as usize + 1];
@@ -308,6 +326,12 @@ fn fill(leaves: Vec<&(u32, Footprint)>, tile: u32, side: u32, plan: &Plan) -> Fi
             break;
         }
         (counts, fineness) = (finer, fineness + 1);
+    }
+    let total: usize = counts.iter().map(|&count| count as usize).sum();
+    plan.budget.spend((total + counts.len()) * size_of::<u32>());
+    // A map of one cell is the least there is.
+    if plan.budget.is_over() && (side > 1 || max_fineness > 0) {
+        return Filled { fineness: 0, counts: vec![0], numbers: Vec::new() };
     }
     let numbers = write(leaves, tile, side, fineness, &counts);
     Filled { fineness, counts, numbers }

@@ -22,6 +22,7 @@
 //! [`Projection::nearest_hit_by_descent`] and [`Projection::segments_by_descent`] find the same leaves by an ordinary traversal
 //! ([`descent`]): the measure of what the maps save.
 
+mod budget;
 mod build;
 mod descent;
 mod disorder;

@@ -18,6 +18,7 @@ use umbriel_geometry::Mesh;
 
 use super::{
     Layout, Numbering, Projection, ProjectionDefect, Section,
+    budget::Budget,
     build::{Scaffold, cell_box},
     footprint::Footprint,
     map::{Changes, Map, Plan},
@@ -142,7 +143,9 @@ impl Former<'_> {
         cells: &mut usize,
     ) -> Vec<Section> {
         let options = &self.projection.options;
-        let plan = scaffold.plan();
+        // What was within its memory before is about as large now, and looked at again in the end.
+        let budget = Budget::unlimited();
+        let plan = scaffold.plan(&budget);
         let is_plain = options.layout == Layout::OneMap && options.numbering == Numbering::FrontToBack;
         let renewed = self.projection.faces[face].first().filter(|_| is_plain).and_then(|section| {
             let (map, made) =

@@ -121,6 +121,28 @@ fn memory_is_bounded_by_coarser_maps_and_trees() {
     }
 }
 
+#[test]
+fn large_triangles_spend_no_more_memory_than_allowed_and_lose_nothing() {
+    // Each meets all leaves on its way through the cube: hundreds of megabytes at the level asked for.
+    let mut dice = Dice(13);
+    let positions = (0..3 * 2_000).map(|_| dice.point().to_array()).collect();
+    let mesh = Mesh::new(positions, (0..2_000).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect()).expect("in range");
+    let (mesh, eye) = (Arc::new(mesh), DVec3::new(0.3, 0.4, -3.0));
+    let built = |memory| {
+        let options = ProjectionOptions { memory, max_level: 7, ..ProjectionOptions::default() };
+        Projection::build(Arc::clone(&mesh), Viewpoint::Point(eye), &options).expect("a viewpoint")
+    };
+    let (small, least) = (built(1 << 23), built(1));
+    let report = small.report();
+    assert!(report.is_coarsened && report.tree_bytes + report.map_bytes <= 1 << 23, "{report:?}");
+    for _ in 0..1_000 {
+        let direction = dice.point() - eye;
+        let hit =
+            |projection: &Projection| projection.nearest_hit(eye, direction, f64::INFINITY).expect("a ray of the view");
+        assert_eq!(hit(&small), hit(&least), "{direction}");
+    }
+}
+
 /// The cloud after some of its triangles were moved: together, or one by one; within its box, as a rule.
 fn moved(mesh: &Mesh, dice: &mut Dice) -> Arc<Mesh> {
     let mut triangles: Vec<[DVec3; 3]> =

@@ -14,7 +14,9 @@ use std::cmp::Ordering;
 use glam::DVec3;
 
 use super::{
+    budget::Budget,
     overlap,
+    pack::{Pack, WIDTH},
     tasks::{self, SERIAL},
 };
 use crate::morton::Octant;
@@ -92,6 +94,8 @@ pub(super) struct Grower<'a> {
     pub(super) triangles: &'a [[u32; 3]],
     pub(super) max_level: u8,
     pub(super) leaf_items: usize,
+    /// For packs of leaves; once it is spent nothing is divided any more.
+    pub(super) budget: &'a Budget,
 }
 
 impl Grower<'_> {
@@ -109,7 +113,7 @@ impl Grower<'_> {
             return tree;
         }
         let Some(children) = self.parts(cell, &items) else {
-            tree.root = tree.push_leaf(cell, &items);
+            tree.root = self.push_leaf(&mut tree, cell, &items);
             return tree;
         };
         tree.nodes.push([NOTHING; 8]);
@@ -124,7 +128,7 @@ impl Grower<'_> {
         if items.is_empty() {
             return NOTHING;
         }
-        let Some(children) = self.parts(cell, &items) else { return tree.push_leaf(cell, &items) };
+        let Some(children) = self.parts(cell, &items) else { return self.push_leaf(tree, cell, &items) };
         drop(items);
         let node = tree.nodes.len();
         tree.nodes.push([NOTHING; 8]);
@@ -136,11 +140,16 @@ impl Grower<'_> {
 
     /// What the cell is divided into; `None` for a leaf: few triangles, or deep enough, or all in every child.
     fn parts(&self, cell: Octant, items: &[u32]) -> Option<Vec<(Octant, Vec<u32>)>> {
-        if self.is_leaf(cell, items) {
+        if self.budget.is_over() || self.is_leaf(cell, items) {
             return None;
         }
         let children = self.front_to_back(cell).map(|child| (child, self.held(child, items)));
         Some(children.filter(|(_, items)| !items.is_empty()).collect())
+    }
+
+    fn push_leaf(&self, tree: &mut Tree, cell: Octant, items: &[u32]) -> Link {
+        self.budget.spend(items.len().div_ceil(WIDTH) * size_of::<Pack>());
+        tree.push_leaf(cell, items)
     }
 
     /// Whether a cell with these triangles is not divided.
