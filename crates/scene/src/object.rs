@@ -52,9 +52,12 @@ pub struct Object {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObjectDefect {
-    /// A size or radius that is not positive or not accepted.
-    #[error("its size is not a positive number between 2^-200 and 2^200")]
-    Size,
+    /// A size of a rectangle or box that is not positive or not accepted.
+    #[error("number {number} of its size is not positive and between 2^-200 and 2^200")]
+    Size {
+        /// Which, from 0.
+        number: usize,
+    },
     /// Numbers that describe no body.
     #[error(transparent)]
     Analytic(#[from] AnalyticDefect),
@@ -85,8 +88,8 @@ impl Object {
             Shape::Cuboid(cuboid) => cuboid.size.to_vec(),
             Shape::Analytic(_) => Vec::new(),
         };
-        if sizes.iter().any(|&size| accept(size).is_err() || size <= 0.0) {
-            return Err(ObjectDefect::Size);
+        if let Some(number) = sizes.iter().position(|&size| accept(size).is_err() || size <= 0.0) {
+            return Err(ObjectDefect::Size { number });
         }
         if let Shape::Analytic(body) = &shape {
             body.check()?;

@@ -20,7 +20,7 @@ use std::{
 
 use umbriel_bvh::{BoxTree, Shaft, TriangleBvh};
 use umbriel_geometry::{Aabb, LightSource, Mesh, Ring, blocking::Probe};
-use umbriel_octree::{Projection, ProjectionOptions, Renewal, Viewpoint};
+use umbriel_octree::{Projection, ProjectionOptions, ProjectionReport, Renewal, Viewpoint};
 use umbriel_visibility::{Acceleration, RayCost};
 
 use crate::{
@@ -109,6 +109,8 @@ pub struct SearchChoice {
     pub points: u64,
     /// Nanoseconds that the model expects: direct, BVH, octree, projection.
     pub expected: [f64; 4],
+    /// The octree that was built, if one was.
+    pub built: Option<ProjectionReport>,
 }
 
 impl SearchChoice {
@@ -131,7 +133,7 @@ impl SearchChoice {
                 Self::WAYS[if expected[best] < CLEARLY * expected[0] { best } else { 0 }]
             }
         };
-        Self { chosen, triangles, points, expected }
+        Self { chosen, triangles, points, expected, built: None }
     }
 }
 
@@ -226,11 +228,12 @@ impl Queries<'_> {
             }
         };
         let chosen = if octree.is_some() { choice.chosen } else { Search::Bvh };
+        let report = octree.as_ref().map(|octree| octree.projection.report());
         if chosen == Search::Bvh {
             self.flats().bvh();
         }
         self.lookups.push(Lookup { light: *light, octree });
-        SearchChoice { chosen, ..choice }
+        SearchChoice { chosen, built: report, ..choice }
     }
 
     /// Makes ready as `former` is, whose scene had some objects elsewhere: maps are renewed only where something moved

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use umbriel_bvh::{Hit, Ray, Steps, TriangleBvh};
 use umbriel_geometry::Mesh;
-use umbriel_octree::{Projection, ProjectionOptions, Viewpoint};
+use umbriel_octree::{Projection, ProjectionOptions, ProjectionReport, Viewpoint};
 
 use crate::view::Beam;
 
@@ -147,6 +147,8 @@ pub struct Choice {
     pub sampled: Sampled,
     /// Nanoseconds that the model expects: BVH, octree, projection.
     pub expected: [f64; 3],
+    /// What was built, if anything.
+    pub built: Option<ProjectionReport>,
 }
 
 impl Choice {
@@ -168,7 +170,7 @@ impl Choice {
             Acceleration::Auto => Acceleration::Projection,
             asked => asked,
         };
-        Self { object, chosen, triangles, sampled, expected: [bvh, octree, projection] }
+        Self { object, chosen, triangles, sampled, expected: [bvh, octree, projection], built: None }
     }
 }
 
@@ -202,7 +204,10 @@ impl Prepared {
             ..ProjectionOptions::default()
         };
         match Projection::build(Arc::clone(bvh.mesh()), viewpoint, &options) {
-            Ok(projection) => (choice, Some(Self { projection, is_looked_up })),
+            Ok(projection) => {
+                let built = Some(projection.report());
+                (Choice { built, ..choice }, Some(Self { projection, is_looked_up }))
+            }
             Err(_) => (Choice { chosen: Acceleration::Bvh, ..choice }, None),
         }
     }

@@ -120,8 +120,11 @@ pub enum Analytic {
 #[non_exhaustive]
 pub enum AnalyticDefect {
     /// A radius or height.
-    #[error("its size is not a positive number between 2^-200 and 2^200")]
-    Size,
+    #[error("its {name} is not a positive number between 2^-200 and 2^200")]
+    Size {
+        /// Which.
+        name: &'static str,
+    },
     /// A hyperboloid that is thicker in the middle than at its ends.
     #[error("its end radius is smaller than its waist radius")]
     Waist,
@@ -153,8 +156,8 @@ impl Analytic {
         if let Self::Quadric { matrix, within } = self {
             return check_quadric(matrix, within);
         }
-        if self.sizes().iter().any(|&size| accept(size).is_err() || size <= 0.0) {
-            return Err(AnalyticDefect::Size);
+        if let Some(&(name, _)) = self.sizes().iter().find(|(_, size)| accept(*size).is_err() || *size <= 0.0) {
+            return Err(AnalyticDefect::Size { name });
         }
         match self {
             Self::Hyperboloid { waist_radius, end_radius, .. } if end_radius < waist_radius => {
@@ -180,17 +183,23 @@ impl Analytic {
         }
     }
 
-    /// The radii and heights; none for a quadric.
-    fn sizes(&self) -> Vec<f64> {
+    /// The radii and heights with their names; none for a quadric.
+    fn sizes(&self) -> Vec<(&'static str, f64)> {
         match *self {
-            Self::Sphere { radius } | Self::Disk { radius } => vec![radius],
-            Self::Ellipsoid { radii } => radii.to_vec(),
+            Self::Sphere { radius } | Self::Disk { radius } => vec![("radius", radius)],
+            Self::Ellipsoid { radii: [x, y, z] } => {
+                vec![("radius along x", x), ("radius along y", y), ("radius along z", z)]
+            }
             Self::Cylinder { radius, height }
             | Self::Cone { radius, height }
             | Self::Capsule { radius, height }
-            | Self::Paraboloid { radius, height } => vec![radius, height],
-            Self::Frustum { bottom_radius, top_radius, height } => vec![bottom_radius, top_radius, height],
-            Self::Hyperboloid { waist_radius, end_radius, height } => vec![waist_radius, end_radius, height],
+            | Self::Paraboloid { radius, height } => vec![("radius", radius), ("height", height)],
+            Self::Frustum { bottom_radius, top_radius, height } => {
+                vec![("bottom radius", bottom_radius), ("top radius", top_radius), ("height", height)]
+            }
+            Self::Hyperboloid { waist_radius, end_radius, height } => {
+                vec![("waist radius", waist_radius), ("end radius", end_radius), ("height", height)]
+            }
             Self::Quadric { .. } => Vec::new(),
         }
     }

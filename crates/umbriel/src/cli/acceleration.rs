@@ -1,6 +1,7 @@
 //! How rays are to find what they meet: what is typed, and what is told about the choice.
 
 use clap::ValueEnum;
+use umbriel_octree::ProjectionReport;
 use umbriel_shadow::{Search, SearchChoice};
 use umbriel_visibility::{Acceleration, Choice};
 
@@ -46,15 +47,16 @@ fn eye_line(choices: &[Choice], place: usize, way: Acceleration, name: &str) -> 
     (chosen().count() > 0).then(|| {
         format!(
             "note: rays by {name} for {} meshes, {triangles} triangles, {rays} rays: {own:.0} ms expected on one thread, \
-             {others:.0} ms otherwise",
-            chosen().count()
+             {others:.0} ms otherwise{}",
+            chosen().count(),
+            built(chosen().filter_map(|choice| choice.built))
         )
     })
 }
 
 /// Tells how the points of a light find what is in their way; nothing about what is done as ever where no point asks.
 pub(crate) fn tell_light(name: &str, choice: &SearchChoice) {
-    let SearchChoice { chosen, triangles, points, expected } = choice;
+    let SearchChoice { chosen, triangles, points, expected, .. } = choice;
     if *points == 0 {
         return;
     }
@@ -67,8 +69,19 @@ pub(crate) fn tell_light(name: &str, choice: &SearchChoice) {
     let [own, other] = [expected[place], least_but(expected, place)].map(milliseconds);
     output::tell(&format!(
         "note: points under {name} {way}: {points} points, {triangles} triangles: {own:.0} ms expected on one thread, \
-         {other:.0} ms otherwise"
+         {other:.0} ms otherwise{}",
+        built(choice.built.into_iter())
     ));
+}
+
+/// The leaves and the memory of octrees with their maps; nothing where none was built.
+fn built(octrees: impl Iterator<Item = ProjectionReport>) -> String {
+    let sums = octrees
+        .fold((0, 0), |(leaves, bytes), octree| (leaves + octree.leaves, bytes + octree.tree_bytes + octree.map_bytes));
+    match sums {
+        (0, _) => String::new(),
+        (leaves, bytes) => format!("; {leaves} leaves, {:.1} MiB", bytes as f64 / 1_048_576.0),
+    }
 }
 
 /// The least of some numbers, but for one.

@@ -41,9 +41,13 @@ fn what_is_refused_is_named() {
             assert_eq!(map(column, row).err(), Some(PlacementDefect::Entry { column, row, defect }), "{number}");
         }
         let whole = |shape| Object::new("o".into(), shape, Placement::IDENTITY, Sides::Auto).err();
-        assert_eq!(whole(sphere(number)), Some(ObjectDefect::Analytic(AnalyticDefect::Size)), "{number}");
-        assert_eq!(whole(cuboid(1.0, number, 1.0)), Some(ObjectDefect::Size), "{number}");
-        assert_eq!(whole(rectangle(number, 1.0)), Some(ObjectDefect::Size), "{number}");
+        assert_eq!(
+            whole(sphere(number)),
+            Some(ObjectDefect::Analytic(AnalyticDefect::Size { name: "radius" })),
+            "{number}"
+        );
+        assert_eq!(whole(cuboid(1.0, number, 1.0)), Some(ObjectDefect::Size { number: 1 }), "{number}");
+        assert_eq!(whole(rectangle(number, 1.0)), Some(ObjectDefect::Size { number: 0 }), "{number}");
         let quadric = |row: usize, column: usize| {
             let mut matrix = [[0.0; 4]; 4];
             (matrix[0][0], matrix[row][column]) = (1.0, number);
