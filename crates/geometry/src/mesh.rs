@@ -1,11 +1,12 @@
 //! Triangle meshes as read: positions and triangles, nothing welded, nothing dropped.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use crate::{
     aabb::Aabb,
     cut_out::{CutOutDefect, CutOutPart, CutOuts, FaceCutOut, Opacity},
     number::{NumberDefect, accept_point},
+    placement::rounded_image,
 };
 
 /// Why a mesh is refused.
@@ -76,6 +77,20 @@ impl Mesh {
     pub fn with_cut_outs(self, parts: Vec<CutOutPart>) -> Result<Self, CutOutDefect> {
         let cut_outs = CutOuts::new(parts, &self.triangles)?;
         Ok(Self { cut_outs, ..self })
+    }
+
+    /// The mesh of the images of its vertices under an affine map that may be singular, each correctly rounded; triangles
+    /// and holes stay. For a regular map a [`crate::Placement`] does the same without a copy. O(vertices + triangles).
+    ///
+    /// # Errors
+    /// The first image that is not accepted.
+    pub fn mapped(&self, map: &DAffine3) -> Result<Self, MeshDefect> {
+        let image = |(vertex, &position): (usize, &DVec3)| {
+            let accepted = accept_point(rounded_image(map, position).to_array());
+            accepted.map_err(|(axis, defect)| MeshDefect::Coordinate { vertex, axis, defect })
+        };
+        let positions = self.positions.iter().enumerate().map(image).collect::<Result<_, _>>()?;
+        Ok(Self { positions, triangles: self.triangles.clone(), cut_outs: self.cut_outs.clone() })
     }
 
     /// Whether any triangle has holes.

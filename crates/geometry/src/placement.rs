@@ -87,11 +87,7 @@ impl Placement {
 
     /// The correctly rounded image of a point (ties to even); −0 becomes 0. Not checked against the accepted range.
     pub fn round(&self, local: DVec3) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|axis| {
-            let row = self.row(axis);
-            let sum = DoubleDouble::of(&row, local.to_array());
-            sum.rounded().unwrap_or_else(|| exact_coordinate::<Dyadic>(&row, local).to_nearest()) + 0.0
-        }))
+        rounded_image(&self.map, local)
     }
 
     /// The image of a vector along an axis: the translation has no part in it. No error where no product is rounded.
@@ -126,8 +122,7 @@ impl Placement {
 
     /// The coefficients of one world coordinate: m·x, m·y, m·z, t.
     fn row(&self, axis: usize) -> [f64; 4] {
-        let m = &self.map.matrix3;
-        [m.x_axis[axis], m.y_axis[axis], m.z_axis[axis], self.map.translation[axis]]
+        row(&self.map, axis)
     }
 
     /// The adjugate of the linear part (the inverse times the determinant), by rows, with bounds.
@@ -148,6 +143,20 @@ impl Placement {
         let rows = exact_matrix(&self.map.matrix3);
         (cofactors_transposed(&rows), determinant(&rows))
     }
+}
+
+/// The correctly rounded image of a point under an affine map, regular or not (ties to even); −0 becomes 0.
+pub(crate) fn rounded_image(map: &DAffine3, local: DVec3) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|axis| {
+        let row = row(map, axis);
+        let sum = DoubleDouble::of(&row, local.to_array());
+        sum.rounded().unwrap_or_else(|| exact_coordinate::<Dyadic>(&row, local).to_nearest()) + 0.0
+    }))
+}
+
+fn row(map: &DAffine3, axis: usize) -> [f64; 4] {
+    let m = &map.matrix3;
+    [m.x_axis[axis], m.y_axis[axis], m.z_axis[axis], map.translation[axis]]
 }
 
 fn approx_matrix(m: &DMat3) -> [[Approx; 3]; 3] {

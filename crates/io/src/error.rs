@@ -1,9 +1,12 @@
 //! Why a scene was not loaded: which file, where in it, and what to do.
 
 use std::{
+    borrow::Cow,
     io,
     path::{Path, PathBuf},
 };
+
+use crate::names::printable;
 
 /// A scene that was not loaded. Its message names the file and the place in it.
 #[derive(Debug, thiserror::Error)]
@@ -59,10 +62,10 @@ pub enum LoadProblem {
         /// What is wrong with it.
         message: String,
     },
-    /// An extension that the file requires and that is not read.
-    #[error("requires the extension {name}, which is not read; {advice}")]
+    /// Extensions that the file requires and that are not read.
+    #[error("requires extensions that are not read: {name}; {advice}")]
     Extension {
-        /// Its name.
+        /// Their names, with commas between them.
         name: String,
         /// What to do about it.
         advice: &'static str,
@@ -85,9 +88,19 @@ pub enum LoadProblem {
 }
 
 /// Text of a file for use in a message: not too much of it.
-pub(crate) fn excerpt(text: &str) -> std::borrow::Cow<'_, str> {
+pub(crate) fn excerpt(text: &str) -> Cow<'_, str> {
     const LONGEST: usize = 60;
-    match text.char_indices().nth(LONGEST) {
+    cut(text, LONGEST)
+}
+
+/// A whole message: not longer than one can read.
+pub(crate) fn brief(text: &str) -> Cow<'_, str> {
+    const LONGEST: usize = 400;
+    cut(text, LONGEST)
+}
+
+fn cut(text: &str, longest: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(longest) {
         Some((end, _)) => format!("{}...", &text[..end]).into(),
         None => text.into(),
     }
@@ -115,9 +128,10 @@ impl LoadError {
     }
 
     fn describe(&self) -> String {
-        match &self.problem {
+        let text = match &self.problem {
             LoadProblem::Unreadable { path, .. } if *path == self.file => self.problem.to_string(),
             problem => format!("{}: {problem}", self.file.display()),
-        }
+        };
+        printable(&text).into_owned()
     }
 }

@@ -1,12 +1,15 @@
 //! What is worth knowing about the surfaces of a scene: open edges, edges whose faces are wound differently, faces without
-//! area, faces given twice; bodies without any surface.
+//! area, faces given twice; bodies without any surface, and bodies given twice.
 //!
 //! All of it is decided exactly on the placed vertices, and every instance is looked at where it stands, since rounding
 //! may join vertices in one place and not in another. Vertices that are equal in a mesh are equal wherever it stands; so
 //! an instance in which rounding joins no others has the mesh's own topology, which is found once. O(n log n) in the
 //! triangles of all meshes, O(n) in those of all instances unless rounding comes near to joining vertices.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{
+    collections::{BTreeMap, HashMap},
+    sync::Arc,
+};
 
 use glam::{DMat3, DVec3};
 use robust::{Coord, orient2d};
@@ -15,7 +18,8 @@ use umbriel_scene::{Finding, FindingKind, Object, Scene, Shape};
 
 /// The findings about the surfaces of all triangle meshes of a scene, mesh by mesh: what is found about objects that
 /// share a mesh is one finding, with the name of the first of them, its first places, and the count over all. Of other bodies
-/// nothing is found but that the box which cuts one leaves nothing of it.
+/// nothing is found but that the box which cuts one leaves nothing of it. Objects that repeat another one are found of all kinds, meshes
+/// where they share their triangles.
 pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
     let mut place_of: HashMap<*const Mesh, usize> = HashMap::new();
     let mut groups: Vec<Group> = Vec::new();
@@ -41,7 +45,36 @@ pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
         count: 1,
         places: Vec::new(),
     });
-    groups.into_iter().flat_map(|group| group.found.into_iter().flatten()).chain(no_surface).collect()
+    let of_meshes = groups.into_iter().flat_map(|group| group.found.into_iter().flatten());
+    of_meshes.chain(no_surface).chain(repeated(scene)).collect()
+}
+
+/// What makes two objects one: their body, or the mesh that they share, and where it stands.
+type Identity = (Option<*const Mesh>, String, [u64; 12]);
+
+/// The objects that others repeat, with the names of these as places.
+fn repeated(scene: &Scene) -> Vec<Finding> {
+    let mut first_of: HashMap<Identity, usize> = HashMap::new();
+    let mut found: BTreeMap<usize, Finding> = BTreeMap::new();
+    for (number, object) in scene.objects.iter().enumerate() {
+        let map = object.placement.map().to_cols_array().map(f64::to_bits);
+        let identity = match &object.shape {
+            Shape::Mesh(mesh) => (Some(Arc::as_ptr(mesh)), String::new(), map),
+            body => (None, format!("{body:?}"), map),
+        };
+        let first = *first_of.entry(identity).or_insert(number);
+        if first == number {
+            continue;
+        }
+        let subject = scene.objects[first].name.clone();
+        let kind = FindingKind::DuplicateObjects;
+        let finding = found.entry(first).or_insert_with(|| Finding { kind, subject, count: 0, places: Vec::new() });
+        finding.count += 1;
+        if finding.places.len() < Finding::PLACES {
+            finding.places.push(object.name.clone());
+        }
+    }
+    found.into_values().collect()
 }
 
 /// What is found about the objects that share a mesh.
@@ -267,8 +300,10 @@ mod tests {
             scene.objects.push(object(&format!("leaf#{number}"), Shape::Mesh(Arc::clone(&mesh))));
         }
         let found = surface_findings(&scene);
-        assert_eq!(found.len(), 1);
+        assert_eq!(found.len(), 2);
         assert_eq!((found[0].kind, &*found[0].subject, found[0].count), (FindingKind::OpenEdges, "leaf#0", 21));
+        assert_eq!((found[1].kind, &*found[1].subject, found[1].count), (FindingKind::DuplicateObjects, "leaf#0", 6));
+        assert_eq!(found[1].places, ["leaf#1", "leaf#2", "leaf#3", "leaf#4", "leaf#5"]);
     }
 
     #[test]

@@ -9,7 +9,11 @@ use std::{
     rc::Rc,
 };
 
-use crate::{error::LoadProblem, ledger::Ledger, options::Outside};
+use crate::{
+    error::{LoadProblem, excerpt},
+    ledger::Ledger,
+    options::Outside,
+};
 
 /// Where relative paths start, and where they have to stay.
 #[derive(Clone, Debug)]
@@ -50,7 +54,7 @@ impl Folder {
 
     /// The file that `path` means, if it exists and may be read. `place` is the element that names it.
     pub(crate) fn resolve(&self, path: &str, place: &str) -> Result<Located, LoadProblem> {
-        let outside = || LoadProblem::Outside { place: place.to_owned(), path: path.to_owned() };
+        let outside = || LoadProblem::Outside { place: place.to_owned(), path: excerpt(path).into_owned() };
         let joined = self.base.join(path);
         let confined = self.outside == Outside::Refused;
         // Before the file system is asked, so that nothing outside is even looked up.

@@ -6,16 +6,16 @@ use std::{
 };
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{LightSource, Placement};
+use umbriel_geometry::{LightSource, Placement, PlacementDefect};
 use umbriel_scene::{
     Camera, Family, FamilyTree, Finding, FindingKind, Light, Member, Object, Projection, Scene, Shape, Sides,
 };
 
 use crate::{
-    error::LoadProblem,
+    error::{LoadProblem, brief},
     ledger::{Ledger, Quantity},
     lightmap::LightmapLayout,
-    names::Names,
+    names::{Names, printable},
     rooms::{self, ModelCell, ModelPortal},
 };
 
@@ -96,7 +96,11 @@ impl Findings {
     }
 
     pub(crate) fn into_list(self) -> Vec<Finding> {
-        let finding = |((kind, subject), Found { count, places })| Finding { kind, subject, count, places };
+        let shown = |text: String| brief(&printable(&text)).into_owned();
+        let finding = |((kind, subject), Found { count, places })| {
+            let places = places.into_iter().map(shown).collect();
+            Finding { kind, subject: shown(subject), count, places }
+        };
         self.0.into_iter().map(finding).collect()
     }
 }
@@ -193,9 +197,9 @@ impl Model {
         for object in self.objects {
             let name = names.unique(&object.name);
             let refused = |defect: &dyn std::fmt::Display| LoadProblem::element(format!("object \"{name}\""), defect);
-            let placement = Placement::new(turn * object.map).map_err(|defect| refused(&defect))?;
+            let (shape, placement) = placed(object.shape, turn * object.map).map_err(|defect| refused(&*defect))?;
             let sides = object.sides.unwrap_or(sides);
-            let checked = Object::new(name.clone(), object.shape, placement, sides);
+            let checked = Object::new(name.clone(), shape, placement, sides);
             objects.push(checked.map_err(|defect| refused(&defect))?);
         }
         if objects.iter().all(|object| object.face_count() == 0) {
@@ -210,9 +214,23 @@ impl Model {
             })?;
             lights.push(Light { name, ..moved });
         }
+        let mut families = self.families;
+        for family in &mut families.families {
+            family.name = printable(&family.name).into_owned();
+        }
         let camera = self.camera.map(|camera| turned_camera(&camera, &turn));
         let cells = rooms::graph(self.cells, self.portals, &turn, &objects)?;
-        Ok(Scene { objects, families: self.families, lights, camera, cells, findings: self.findings.into_list() })
+        Ok(Scene { objects, families, lights, camera, cells, findings: self.findings.into_list() })
+    }
+}
+
+/// A shape and its placement. A mesh that its map flattens becomes one of its own, as flat: a placement has to be regular.
+fn placed(shape: Shape, map: DAffine3) -> Result<(Shape, Placement), Box<dyn std::error::Error>> {
+    match (Placement::new(map), shape) {
+        (Err(PlacementDefect::Singular), Shape::Mesh(mesh)) => {
+            Ok((Shape::Mesh(Arc::new(mesh.mapped(&map)?)), Placement::IDENTITY))
+        }
+        (placement, shape) => Ok((shape, placement?)),
     }
 }
 

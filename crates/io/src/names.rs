@@ -1,6 +1,22 @@
-//! Names made unique: the first keeps its name, later ones get `_2`, `_3`, ...
+//! Names made unique, and fit to be shown: the first keeps its name, later ones get `_2`, `_3`, ...
 
-use std::collections::{HashMap, HashSet};
+use std::{
+    borrow::Cow,
+    collections::{HashMap, HashSet},
+};
+
+/// The text with its control characters written out (`\n`, `\u{1b}`): what is printed must not move a terminal's cursor, and a
+/// name is one line.
+pub(crate) fn printable(text: &str) -> Cow<'_, str> {
+    if !text.contains(char::is_control) {
+        return text.into();
+    }
+    let mut shown = String::with_capacity(text.len());
+    for character in text.chars() {
+        if character.is_control() { shown.extend(character.escape_default()) } else { shown.push(character) }
+    }
+    shown.into()
+}
 
 /// The names given so far.
 #[derive(Debug, Default)]
@@ -11,8 +27,9 @@ pub(crate) struct Names {
 }
 
 impl Names {
-    /// `name`, or a variant of it that is not taken yet.
+    /// `name`, as it can be printed, or a variant of it that is not taken yet.
     pub(crate) fn unique(&mut self, name: &str) -> String {
+        let name = &*printable(name);
         let mut unique = name.to_owned();
         while !self.taken.insert(unique.clone()) {
             let number = self.last.entry(name.to_owned()).or_insert(1);
@@ -32,5 +49,6 @@ mod tests {
         let mut names = Names::default();
         let given = ["a", "a_2", "a", "a", ""].map(|name| names.unique(name));
         assert_eq!(given, ["a", "a_2", "a_3", "a_4", ""]);
+        assert_eq!(names.unique("\u{1b}[2Jä\n\u{9b}"), "\\u{1b}[2Jä\\n\\u{9b}");
     }
 }

@@ -17,10 +17,37 @@ const WIDEN: u16 = 257;
 pub(crate) fn alpha(bytes: &[u8], ledger: &Ledger) -> Result<Option<AlphaMap>, String> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => png_alpha(bytes, ledger),
-        // JPEG has no alpha.
-        [0xff, 0xd8, 0xff, ..] => Ok(None),
+        // JPEG has no alpha; but one that is cut off is no picture.
+        [0xff, 0xd8, 0xff, ..] if is_jpeg(bytes) => Ok(None),
+        [0xff, 0xd8, 0xff, ..] => Err("its JPEG is broken".to_owned()),
         _ => Err("it is neither PNG nor JPEG".to_owned()),
     }
+}
+
+/// Whether the segments of a JPEG (ITU-T T.81, annex B) follow each other up to its lines of pixels, with a size among them, and it has
+/// an end.
+fn is_jpeg(bytes: &[u8]) -> bool {
+    let (mut rest, mut has_size) = (&bytes[2..], false);
+    while let &[0xff, kind, ref behind @ ..] = rest {
+        if kind == 0xff {
+            rest = &rest[1..];
+            continue;
+        }
+        let Some(length) = behind.first_chunk::<2>().map(|&two| usize::from(u16::from_be_bytes(two))) else {
+            return false;
+        };
+        let Some(segment) = behind.get(2..length) else { return false };
+        match kind {
+            // Frames, but not the tables among their numbers.
+            0xc0..=0xcf if !matches!(kind, 0xc4 | 0xc8 | 0xcc) => {
+                has_size = segment.get(1..5).is_some_and(|size| size[..2] != [0, 0] && size[2..] != [0, 0]);
+            }
+            0xda => return has_size && behind[length..].windows(2).any(|pair| pair == [0xff, 0xd9]),
+            _ => {}
+        }
+        rest = &behind[length..];
+    }
+    false
 }
 
 fn png_alpha(bytes: &[u8], ledger: &Ledger) -> Result<Option<AlphaMap>, String> {
@@ -71,7 +98,23 @@ mod tests {
         let wide: Vec<u8> = [9u16, 9, 9, 12345, 9, 9, 9, 54321].iter().flat_map(|value| value.to_ne_bytes()).collect();
         assert_eq!(read(&png(&wide, [2, 1], ExtendedColorType::Rgba16)), map(&[12345, 54321]));
         assert_eq!(read(&png(&[1, 2, 3], [1, 1], ExtendedColorType::Rgb8)), Ok(None), "no alpha");
-        assert_eq!(read(&[0xff, 0xd8, 0xff, 0xe0]), Ok(None), "JPEG has no alpha");
+        assert_eq!(read(&jpeg()), Ok(None), "JPEG has no alpha");
+    }
+
+    /// As short as one can be: a frame of one pixel, a scan, two bytes of data, the end.
+    fn jpeg() -> Vec<u8> {
+        let frame = [0xff, 0xc0, 0, 11, 8, 0, 1, 0, 1, 1, 1, 0x11, 0];
+        let scan = [0xff, 0xda, 0, 8, 1, 1, 0, 0, 63, 0, 0x12, 0x34];
+        [&[0xff, 0xd8][..], &frame, &scan, &[0xff, 0xd9]].concat()
+    }
+
+    #[test]
+    fn a_jpeg_that_is_cut_off_is_told() {
+        let whole = jpeg();
+        assert!((3..whole.len()).all(|length| read(&whole[..length]).is_err()));
+        let mut flat = whole;
+        flat[8] = 0;
+        assert!(read(&flat).is_err(), "no line of pixels");
     }
 
     #[test]

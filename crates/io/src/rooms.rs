@@ -9,7 +9,10 @@ use glam::{DAffine3, DVec3};
 use umbriel_geometry::{Brep, HalfSpace, Mesh, Placement, accept_point};
 use umbriel_scene::{CellEntry, CellGraph, Object, Portal, Region, SceneCell};
 
-use crate::error::{LoadProblem, excerpt};
+use crate::{
+    error::{LoadProblem, excerpt},
+    names::printable,
+};
 
 /// Half-spaces that a cell may be given by; each costs a look at all corners so far, exactly.
 pub(crate) const MOST_PLANES: usize = 256;
@@ -103,7 +106,7 @@ pub(crate) fn graph(
         }
         let region = region(&cell.shape, *turn * cell.map).map_err(refused)?;
         cell_places.push((cell.place, cell.name.clone()));
-        regions.push(SceneCell { name: cell.name, region });
+        regions.push(SceneCell { name: printable(&cell.name).into_owned(), region });
     }
     let mut joined = Vec::with_capacity(portals.len());
     for portal in portals {
@@ -115,7 +118,7 @@ pub(crate) fn graph(
         let ends = [number(&portal.cells[0])?, number(&portal.cells[1])?];
         let corners = corners(&portal.outline, *turn * portal.map).map_err(refused)?;
         portal_places.push((portal.place, portal.name.clone()));
-        joined.push(Portal { name: portal.name, cells: ends, corners });
+        joined.push(Portal { name: printable(&portal.name).into_owned(), cells: ends, corners });
     }
     CellGraph::new(regions, joined, objects).map_err(|(entry, defect)| {
         let (kind, (place, name)) = match entry {

@@ -23,7 +23,20 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, LoadProblem> {
     };
     match text.find('\0') {
         Some(at) => Err(LoadProblem::line(last_line(&text[..at]), "a zero character: this is no text")),
-        None => Ok(text),
+        None => Ok(without_end_mark(text)),
+    }
+}
+
+/// The text without the Ctrl-Z that old systems end it with.
+fn without_end_mark(text: Cow<'_, str>) -> Cow<'_, str> {
+    const END: char = '\u{1a}';
+    let Some(length) = text.trim_end().strip_suffix(END).map(str::len) else { return text };
+    match text {
+        Cow::Borrowed(text) => text[..length].into(),
+        Cow::Owned(mut text) => {
+            text.truncate(length);
+            text.into()
+        }
     }
 }
 
@@ -84,6 +97,7 @@ mod tests {
             assert_eq!(decode(&bytes).expect("text"), text);
         }
         assert_eq!(decode(b"o t\xe4st").expect("text"), "o t\u{fffd}st");
+        assert_eq!(decode(b"v 1 2 3\x1a\n").expect("text"), "v 1 2 3");
         assert_eq!(decode(b"").expect("text"), "");
     }
 

@@ -4,31 +4,69 @@
 //! orientation of input coordinates (`robust`). A polygon of n corners gives n − 2 triangles of its own orientation.
 //! Every corner is kept, one in the middle of a straight side too: dropping it would open the surface there, which is
 //! why no general triangulation library is used. A polygon that crosses itself still gives n − 2 triangles whose signed
-//! areas sum to its own. Ears are cut in rounds of every other corner, which keeps triangles short. Corners that spoil an ear
-//! are found in a tree: O(n log n) in practice.
+//! areas sum to its own; that it does is told. Ears are cut in rounds of every other corner, which keeps triangles short. Corners that
+//! spoil an ear are found in a tree: some log n boxes a search where corners lie as on borders of surfaces, √n where they are
+//! strewn, all n where they share a few places. So the searches of a file have an account ([`Triangulator`]); what is left of a
+//! polygon when that is used up is cut in the order of its corners, which is told too. That keeps the time linear.
 
 mod corner_tree;
+
+use std::cell::Cell;
 
 use glam::DVec3;
 use robust::{Coord, orient2d};
 
 use corner_tree::CornerTree;
 
-/// The triangles of the polygon, as places in `corners` (three at least).
-pub(crate) fn triangulate(corners: &[DVec3]) -> Vec<[usize; 3]> {
-    match corners.len() {
-        0..=2 => Vec::new(),
-        3 => vec![[0, 1, 2]],
-        _ => EarClipping::new(project(corners)).run(),
+/// Boxes that the searches of a file may look at: so many (a second or two), and so many for each corner. Outlines of 10^5
+/// corners take 70 to 300 each, those of 10^3 take 50.
+const WORK: usize = 1 << 25;
+const WORK_OF_CORNER: usize = 128;
+/// How many boxes a corner at the place of an ear's corner counts for: its sides are compared with those of the ear.
+const TOUCH: usize = 8;
+
+/// A polygon in triangles.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Triangulation {
+    /// Places in the list of corners; n − 2 triangles for three corners or more.
+    pub(crate) triangles: Vec<[usize; 3]>,
+    /// Whether the polygon crosses itself as it is seen, or was too long to cut, so that some triangles may be turned over or lie
+    /// on each other.
+    pub(crate) crosses: bool,
+}
+
+/// Cuts the polygons of a file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Triangulator {
+    /// Boxes that searches may still look at.
+    work_left: usize,
+}
+
+impl Default for Triangulator {
+    fn default() -> Self {
+        Self { work_left: WORK }
     }
 }
 
-/// Whether the corners lie in a plane as closely as written decimals can say it.
-///
-/// Exporters write six significant digits at the least: every coordinate is then off by up to 5·10⁻⁶ ≤ 2^-17 of the
-/// largest one, and so is the distance from the plane.
+impl Triangulator {
+    /// The triangles of a polygon.
+    pub(crate) fn cut(&mut self, corners: &[DVec3]) -> Triangulation {
+        self.work_left = self.work_left.saturating_add(WORK_OF_CORNER * corners.len());
+        match corners.len() {
+            0..=2 => Triangulation::default(),
+            3 => Triangulation { triangles: vec![[0, 1, 2]], crosses: false },
+            _ => EarClipping::new(project(corners), &mut self.work_left).run(),
+        }
+    }
+}
+
+/// How far numbers may be off that are written with six significant digits, as exporters do at the least: by up to
+/// 5·10⁻⁶ ≤ 2^-17 of the largest one.
+pub(crate) const SIX_DIGITS: f64 = 1.0 / 131_072.0;
+
+/// Whether the corners lie in a plane as closely as written decimals can say it: where each is off by [`SIX_DIGITS`], so is its
+/// distance from the plane.
 pub(crate) fn is_planar(corners: &[DVec3]) -> bool {
-    const SIX_DIGITS: f64 = 1.0 / 131_072.0;
     let normal = newell_normal(corners);
     let centre = corners.iter().sum::<DVec3>() / corners.len() as f64;
     let largest = corners.iter().map(|corner| corner.abs().max_element()).fold(0.0, f64::max);
@@ -63,7 +101,7 @@ fn project(corners: &[DVec3]) -> Vec<Coord<f64>> {
 }
 
 /// A ring of corners from which ears are cut.
-struct EarClipping {
+struct EarClipping<'a> {
     at: Vec<Coord<f64>>,
     next: Vec<usize>,
     previous: Vec<usize>,
@@ -71,32 +109,40 @@ struct EarClipping {
     /// Corners that were not strictly convex at the start and are not cut. Only these can lie in an ear, and no others
     /// join them: cutting an ear makes the angles at its neighbours smaller.
     blockers: CornerTree,
+    /// Boxes that searches may still look at.
+    work_left: &'a mut usize,
 }
 
-impl EarClipping {
-    fn new(at: Vec<Coord<f64>>) -> Self {
+impl<'a> EarClipping<'a> {
+    fn new(at: Vec<Coord<f64>>, work_left: &'a mut usize) -> Self {
         let n = at.len();
         let next: Vec<_> = (0..n).map(|i| (i + 1) % n).collect();
         let previous: Vec<_> = (0..n).map(|i| (i + n - 1) % n).collect();
         let convex = |i: usize| orient2d(at[previous[i]], at[i], at[next[i]]) > 0.0;
         let blockers = CornerTree::new(&at, (0..n).filter(|&i| !convex(i)).collect());
-        Self { at, next, previous, cut: vec![false; n], blockers }
+        Self { at, next, previous, cut: vec![false; n], blockers, work_left }
+    }
+
+    fn run(mut self) -> Triangulation {
+        let mut triangles = Vec::with_capacity(self.at.len() - 2);
+        self.cut_ears(&mut triangles);
+        let crosses = self.cut_rest(&mut triangles);
+        Triangulation { triangles, crosses }
     }
 
     /// Tries every corner once, and again when a neighbour was cut: what is no diagonal of the polygon is none of a
     /// part of it, so nothing else can become an ear. In rounds, none of which cuts both of two neighbours: a round
     /// polygon then falls into few long triangles and many short ones, where cutting in a row would make all of them
     /// slivers from one corner, each beside all others.
-    fn run(mut self) -> Vec<[usize; 3]> {
+    fn cut_ears(&mut self, triangles: &mut Vec<[usize; 3]>) {
         let n = self.at.len();
-        let mut triangles = Vec::with_capacity(n - 2);
         let mut candidates: Vec<usize> = (0..n).collect();
         // The last round in which a neighbour was cut.
         let mut touched = vec![0; n];
         for round in 1.. {
             let mut later = Vec::new();
             for tip in candidates {
-                let is_free = !self.cut[tip] && touched[tip] != round;
+                let is_free = !self.cut[tip] && touched[tip] != round && *self.work_left > 0;
                 if triangles.len() < n - 3 && is_free && self.is_ear(tip) {
                     for neighbour in [self.previous[tip], self.next[tip]] {
                         if std::mem::replace(&mut touched[neighbour], round) != round {
@@ -111,17 +157,19 @@ impl EarClipping {
             }
             candidates = later;
         }
-        self.cut_rest(&mut triangles);
-        triangles
     }
 
-    /// The last triangle; all that is left of a polygon that touches or crosses itself.
-    fn cut_rest(&mut self, triangles: &mut Vec<[usize; 3]>) {
+    /// The last triangle; all that is left of a polygon that touches or crosses itself. Whether some of that is turned over.
+    fn cut_rest(&mut self, triangles: &mut Vec<[usize; 3]>) -> bool {
+        let mut crosses = false;
         for tip in 0..self.at.len() {
             if triangles.len() < self.at.len() - 2 && !self.cut[tip] {
-                triangles.push(self.cut_ear(tip));
+                let [a, b, c] = self.cut_ear(tip);
+                crosses |= self.turn(a, b, c) < 0.0;
+                triangles.push([a, b, c]);
             }
         }
+        crosses || *self.work_left == 0
     }
 
     fn cut_ear(&mut self, tip: usize) -> [usize; 3] {
@@ -133,12 +181,16 @@ impl EarClipping {
         [before, tip, after]
     }
 
-    fn is_ear(&self, tip: usize) -> bool {
+    fn is_ear(&mut self, tip: usize) -> bool {
         let ear = [self.previous[tip], tip, self.next[tip]];
         if self.turn(ear[0], ear[1], ear[2]) <= 0.0 {
             return false;
         }
-        !self.blockers.any(ear.map(|corner| self.at[corner]), |blocker| self.blocks(blocker, ear))
+        let work = Cell::new(0);
+        let is_blocked =
+            self.blockers.any(ear.map(|corner| self.at[corner]), &work, |blocker| self.blocks(blocker, ear, &work));
+        *self.work_left = self.work_left.saturating_sub(work.get());
+        !is_blocked
     }
 
     fn turn(&self, a: usize, b: usize, c: usize) -> f64 {
@@ -147,11 +199,12 @@ impl EarClipping {
 
     /// Whether a corner spoils an ear: it lies in the closed triangle, or, at the place of one of the triangle's
     /// corners, an edge of it leads inside (as where a hole is joined to its border).
-    fn blocks(&self, blocker: usize, ear: [usize; 3]) -> bool {
+    fn blocks(&self, blocker: usize, ear: [usize; 3], work: &Cell<usize>) -> bool {
         if ear.contains(&blocker) {
             return false;
         }
         if let Some(place) = (0..3).find(|&place| self.at[ear[place]] == self.at[blocker]) {
+            work.set(work.get() + TOUCH);
             let (corner, left, right) = (ear[place], ear[(place + 1) % 3], ear[(place + 2) % 3]);
             return [self.previous[blocker], self.next[blocker]]
                 .into_iter()

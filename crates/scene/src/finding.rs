@@ -42,6 +42,10 @@ pub enum FindingKind {
     LooksZUp,
     /// A polygon whose corners do not lie in a plane; it was triangulated all the same.
     NonPlanarPolygons,
+    /// A polygon that crosses itself, as seen along its normal: triangles of it lie on each other or are turned over.
+    CrossingPolygons,
+    /// An object that is another one again: the same body in the same place.
+    DuplicateObjects,
     /// Suns of a table at or below the horizon; they give no light.
     SunsBelowHorizon,
     /// Suns of a table, given by their directions, that do not shine downward; they are taken as they are.
@@ -71,6 +75,8 @@ impl FindingKind {
             Self::MissingMaterials => "missing_materials",
             Self::LooksZUp => "looks_z_up",
             Self::NonPlanarPolygons => "non_planar_polygons",
+            Self::CrossingPolygons => "crossing_polygons",
+            Self::DuplicateObjects => "duplicate_objects",
             Self::SunsBelowHorizon => "suns_below_horizon",
             Self::SunsFromBelow => "suns_from_below",
         }

@@ -6,8 +6,8 @@ use super::{
 };
 use crate::{error::LoadProblem, ledger::Ledger};
 
-/// Most elements of an accessor without bytes of its own (all zeros): nothing in the file bounds their number.
-const MOST_ZEROS: usize = 1 << 20;
+/// What an element without bytes of its own (all zeros) counts in the account of the scene: nothing in the file bounds their number.
+const ZERO: usize = 4;
 
 /// The type of a component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,8 +57,21 @@ impl Component {
 
     /// The value of a component, divided where it is normalised.
     pub(super) fn decode(self, bytes: &[u8], normalized: bool) -> f64 {
-        let value = self.value(bytes);
+        self.scaled(self.value(bytes), normalized)
+    }
+
+    /// What a stored number stands for.
+    pub(super) fn scaled(self, value: f64, normalized: bool) -> f64 {
         if normalized { (value / self.one()).max(-1.0) } else { value }
+    }
+
+    /// The greatest index of that type, which glTF leaves to those who begin a new strip with it.
+    pub(super) fn greatest_index(self) -> u32 {
+        match self {
+            Self::U8 => u8::MAX.into(),
+            Self::U16 => u16::MAX.into(),
+            _ => u32::MAX,
+        }
     }
 
     /// What stands for 1 when components are normalised.
@@ -132,13 +145,9 @@ impl<'a> Accessors<'a> {
                 self.count(accessor.count)?;
                 strided.iter().map(decode).collect()
             }
-            None if accessor.count <= MOST_ZEROS => {
-                self.count(accessor.count)?;
-                vec![[0.0; N]; accessor.count]
-            }
             None => {
-                let message = format!("it has no buffer view and claims {} elements, too many zeros", accessor.count);
-                return Err(LoadProblem::element(place(), message));
+                self.count(accessor.count.saturating_mul(ZERO))?;
+                vec![[0.0; N]; accessor.count]
             }
         };
         if let Some(sparse) = &accessor.sparse {

@@ -12,19 +12,31 @@ use base64::Engine;
 use super::json::{Buffer, existing};
 use crate::{
     error::{LoadProblem, excerpt},
-    folder::Folder,
+    folder::{Folder, Located},
     ledger::Ledger,
 };
+
+/// The parts of a file.
+#[derive(Debug, Default)]
+pub(super) struct Container<'a> {
+    /// The JSON text.
+    pub(super) text: &'a [u8],
+    /// The binary chunk.
+    pub(super) binary: Option<&'a [u8]>,
+    /// Rules that are broken without harm.
+    pub(super) broken: Vec<&'static str>,
+}
 
 /// The JSON text and the binary chunk of a file; a `.gltf` is all text.
 ///
 /// ```text
 /// GLB:   | "glTF" | version 2 | length |   then chunks  | length | type | bytes, padded to 4 |
 /// ```
-pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadProblem> {
+pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, LoadProblem> {
     let refused = |message: &str| LoadProblem::element("GLB container", message);
     if !bytes.starts_with(b"glTF") {
-        return Ok((bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), None));
+        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        return Ok(Container { text, ..Container::default() });
     }
     let word = |at: usize| bytes.get(at..at + 4).map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]]) as usize);
     let (Some(version), Some(length)) = (word(4), word(8)) else { return Err(refused("its header is cut off")) };
@@ -34,11 +46,17 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadProblem>
     if length > bytes.len() {
         return Err(refused(&format!("it says that it has {length} bytes, but the file has {}", bytes.len())));
     }
-    let (mut at, mut json, mut binary) = (12, None, None);
+    let (mut at, mut json, mut binary, mut broken) = (12, None, None, Vec::new());
+    if length < bytes.len() {
+        broken.push("bytes after its end");
+    }
     while at < length {
         let (Some(size), Some(kind)) = (word(at), word(at + 4)) else { return Err(refused("a chunk is cut off")) };
         let end = (at + 8).checked_add(size).filter(|&end| end <= length);
         let Some(end) = end else { return Err(refused("a chunk is longer than the file")) };
+        if !size.is_multiple_of(4) {
+            broken.push("a chunk whose length is no multiple of 4");
+        }
         match (&(kind as u32).to_le_bytes(), json, binary) {
             (b"JSON", None, _) => json = Some(&bytes[at + 8..end]),
             (b"BIN\0", Some(_), None) => binary = Some(&bytes[at + 8..end]),
@@ -47,7 +65,8 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), LoadProblem>
         }
         at = end;
     }
-    json.map(|json| (json, binary)).ok_or_else(|| refused("it has no JSON chunk"))
+    let text = json.ok_or_else(|| refused("it has no JSON chunk"))?;
+    Ok(Container { text, binary, broken })
 }
 
 /// The beginning of a file, and whether it is all of it.
@@ -103,10 +122,39 @@ impl<'a> Buffers<'a> {
             }
         };
         let bytes = bytes.get();
-        bytes.get(..declared.byte_length).ok_or_else(|| {
-            let message = format!("it should have {} bytes, but {} are there", declared.byte_length, bytes.len());
-            LoadProblem::element(format!("buffer {index}"), message)
-        })
+        bytes.get(..declared.byte_length).ok_or_else(|| too_short(index, declared, bytes.len() as u64))
+    }
+
+    /// What is wrong with the buffers that nothing has read, file by file; these are looked up, not opened. And with the binary
+    /// chunk, which may be padded to a multiple of four.
+    pub(super) fn unused_problems(&self) -> Vec<LoadProblem> {
+        let is_unread = |&index: &usize| self.loaded[index].get().is_none() && !self.declared[index].is_left_out();
+        let unread = (0..self.declared.len()).filter(is_unread);
+        let mut problems: Vec<_> = unread.filter_map(|index| self.look_up(index).err()).collect();
+        if let Some(binary) = self.binary {
+            let needed = self.declared.first().filter(|buffer| buffer.uri.is_none()).map(|buffer| buffer.byte_length);
+            if needed.is_none_or(|needed| binary.len() > needed.saturating_add(3)) {
+                problems.push(LoadProblem::element("binary chunk", "it is longer than the buffer that it is for"));
+            }
+        }
+        problems
+    }
+
+    fn look_up(&self, index: usize) -> Result<(), LoadProblem> {
+        let declared = &self.declared[index];
+        let uri = declared.uri.as_deref().filter(|uri| data_of(uri).is_none() && !has_scheme(uri));
+        let Some(uri) = uri else { return self.bytes(index).map(|_| ()) };
+        let file = self.file(uri, &format!("buffer {index}"))?;
+        let metadata = std::fs::metadata(&file.real);
+        let length = metadata.map_err(|source| LoadProblem::Unreadable { path: file.shown, source })?.len();
+        if length < declared.byte_length as u64 { Err(too_short(index, declared, length)) } else { Ok(()) }
+    }
+
+    /// The file that a URI names.
+    fn file(&self, uri: &str, place: &str) -> Result<Located, LoadProblem> {
+        let path = percent_encoding::percent_decode_str(uri).decode_utf8();
+        let path = path.map_err(|_| LoadProblem::element(place, "its uri is not UTF-8 once percent-decoded"))?;
+        self.folder.resolve(&path, place)
     }
 
     fn fetch(&self, index: usize, declared: &Buffer) -> Result<Bytes<'a>, LoadProblem> {
@@ -122,7 +170,7 @@ impl<'a> Buffers<'a> {
 
     /// The bytes behind a URI, a data URI or a file in the scene's folder: all of them, or `needed` at least.
     pub(super) fn resource(&self, uri: &str, place: &str, needed: usize) -> Result<Rc<Vec<u8>>, LoadProblem> {
-        if let Some(data) = uri.strip_prefix("data:") {
+        if let Some(data) = data_of(uri) {
             let bytes = decode_data(data).map_err(|message| LoadProblem::element(place, message))?;
             return Ok(Rc::new(bytes));
         }
@@ -132,9 +180,7 @@ impl<'a> Buffers<'a> {
                 format!("\"{}\" is not a file; only files and data URIs are read", excerpt(uri)),
             ));
         }
-        let path = percent_encoding::percent_decode_str(uri).decode_utf8();
-        let path = path.map_err(|_| LoadProblem::element(place, "its uri is not UTF-8 once percent-decoded"))?;
-        let file = self.folder.resolve(&path, place)?;
+        let file = self.file(uri, place)?;
         let mut files = self.files.borrow_mut();
         if let Some((bytes, _)) = files.get(&file.real).filter(|(bytes, is_whole)| *is_whole || bytes.len() >= needed) {
             return Ok(Rc::clone(bytes));
@@ -144,6 +190,17 @@ impl<'a> Buffers<'a> {
         files.insert(file.real, (Rc::clone(&bytes), is_whole));
         Ok(bytes)
     }
+}
+
+fn too_short(index: usize, declared: &Buffer, there: u64) -> LoadProblem {
+    let message = format!("it should have {} bytes, but {there} are there", declared.byte_length);
+    LoadProblem::element(format!("buffer {index}"), message)
+}
+
+/// What follows the `data:` of a data URI; schemes are written in letters of either size.
+fn data_of(uri: &str) -> Option<&str> {
+    let (scheme, data) = uri.split_at_checked(5)?;
+    scheme.eq_ignore_ascii_case("data:").then_some(data)
 }
 
 /// Whether a URI begins with a scheme (`http:`); one letter is a drive, so a path.
@@ -159,10 +216,11 @@ fn has_scheme(uri: &str) -> bool {
 /// The bytes of a data URI, after `data:`.
 fn decode_data(data: &str) -> Result<Vec<u8>, String> {
     let (kind, content) = data.split_once(',').ok_or("its data URI has no comma")?;
-    let bytes: Vec<u8> = percent_encoding::percent_decode_str(content).collect();
-    if !kind.ends_with(";base64") {
+    let mut bytes: Vec<u8> = percent_encoding::percent_decode_str(content).collect();
+    if !kind.rsplit_once(';').is_some_and(|(_, last)| last.eq_ignore_ascii_case("base64")) {
         return Ok(bytes);
     }
+    bytes.retain(|byte| !byte.is_ascii_whitespace());
     let lenient = base64::engine::GeneralPurposeConfig::new()
         .with_decode_padding_mode(base64::engine::DecodePaddingMode::Indifferent);
     let engine = base64::engine::GeneralPurpose::new(&base64::alphabet::STANDARD, lenient);

@@ -5,7 +5,7 @@ use glam::DAffine3;
 use super::json::{Document, Node, element};
 use crate::{
     error::LoadProblem,
-    transform::{from_matrix, from_parts},
+    transform::{from_almost_affine, from_parts},
 };
 
 /// A node of the scene.
@@ -111,12 +111,12 @@ fn roots(document: &Document, has_parent: &[bool]) -> Result<Vec<usize>, LoadPro
 }
 
 /// A node's own matrix.
-fn own_map(node: &Node) -> Result<DAffine3, String> {
+pub(super) fn own_map(node: &Node) -> Result<DAffine3, String> {
     match &node.matrix {
         Some(_) if node.translation.is_some() || node.rotation.is_some() || node.scale.is_some() => {
             Err("it has both a matrix and translation, rotation or scale; glTF allows one of the two".to_owned())
         }
-        Some(matrix) => from_matrix(matrix),
+        Some(matrix) => from_almost_affine(matrix),
         None => from_parts(
             node.translation.unwrap_or([0.0; 3]),
             node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]),

@@ -1,10 +1,14 @@
 //! The parts of a glTF 2.0 document that say where surfaces, lights and eyes are. Everything else is skipped.
 
-use std::collections::BTreeMap;
+mod buffers;
+mod members;
 
 use serde::Deserialize;
+use serde_json::value::RawValue;
 
 use crate::error::LoadProblem;
+pub(super) use buffers::{Buffer, BufferView, MeshoptFilter, MeshoptMode, MeshoptView};
+use members::Members;
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase", expecting = "a glTF document, which is an object")]
@@ -164,7 +168,8 @@ pub(super) struct Node {
     pub(super) camera: Option<usize>,
     pub(super) skin: Option<usize>,
     pub(super) weights: Option<Vec<f64>>,
-    pub(super) extras: Option<serde_json::Value>,
+    /// As written: it may be anything, however deep.
+    pub(super) extras: Option<Box<RawValue>>,
     #[serde(default)]
     pub(super) extensions: NodeExtensions,
 }
@@ -175,11 +180,11 @@ pub(super) struct NodeExtensions {
     pub(super) light: Option<LightReference>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub(super) instancing: Option<Instancing>,
-    #[serde(default, rename = "KHR_physics_rigid_bodies")]
-    pub(super) rigid_body: RigidBody,
+    #[serde(rename = "KHR_physics_rigid_bodies")]
+    pub(super) rigid_body: Option<RigidBody>,
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Deserialize)]
 pub(super) struct RigidBody {
     pub(super) collider: Option<Collider>,
 }
@@ -203,7 +208,7 @@ pub(super) struct LightReference {
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Instancing {
-    pub(super) attributes: BTreeMap<String, usize>,
+    pub(super) attributes: Members<usize>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -214,12 +219,12 @@ pub(super) struct MeshPrimitives {
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Primitive {
-    pub(super) attributes: BTreeMap<String, usize>,
+    pub(super) attributes: Members<usize>,
     pub(super) indices: Option<usize>,
     pub(super) material: Option<usize>,
     pub(super) mode: Option<u32>,
     #[serde(default)]
-    pub(super) targets: Vec<BTreeMap<String, usize>>,
+    pub(super) targets: Vec<Members<usize>>,
     #[serde(default)]
     pub(super) extensions: PrimitiveExtensions,
 }
@@ -235,7 +240,7 @@ pub(super) struct PrimitiveExtensions {
 #[serde(rename_all = "camelCase")]
 pub(super) struct DracoPrimitive {
     pub(super) buffer_view: usize,
-    pub(super) attributes: BTreeMap<String, u32>,
+    pub(super) attributes: Members<u32>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -246,6 +251,15 @@ pub(super) struct Material {
     pub(super) alpha_cutoff: Option<f64>,
     #[serde(default)]
     pub(super) pbr_metallic_roughness: BaseColor,
+    pub(super) normal_texture: Option<TextureIndex>,
+    pub(super) occlusion_texture: Option<TextureIndex>,
+    pub(super) emissive_texture: Option<TextureIndex>,
+}
+
+/// A texture that changes nothing but shading.
+#[derive(Debug, Deserialize)]
+pub(super) struct TextureIndex {
+    pub(super) index: usize,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -253,6 +267,7 @@ pub(super) struct Material {
 pub(super) struct BaseColor {
     pub(super) base_color_factor: Option<[f64; 4]>,
     pub(super) base_color_texture: Option<TextureReference>,
+    pub(super) metallic_roughness_texture: Option<TextureIndex>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -314,6 +329,7 @@ pub(super) struct Image {
 pub(super) struct Skin {
     pub(super) inverse_bind_matrices: Option<usize>,
     pub(super) joints: Vec<usize>,
+    pub(super) skeleton: Option<usize>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -345,6 +361,8 @@ pub(super) struct Accessor {
     #[serde(default)]
     pub(super) normalized: bool,
     pub(super) sparse: Option<Sparse>,
+    pub(super) min: Option<Vec<f64>>,
+    pub(super) max: Option<Vec<f64>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -369,67 +387,6 @@ pub(super) struct SparseValues {
     pub(super) buffer_view: usize,
     #[serde(default)]
     pub(super) byte_offset: usize,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct BufferView {
-    pub(super) buffer: usize,
-    #[serde(default)]
-    pub(super) byte_offset: usize,
-    pub(super) byte_length: usize,
-    pub(super) byte_stride: Option<usize>,
-    #[serde(default)]
-    pub(super) extensions: BufferViewExtensions,
-}
-
-#[derive(Debug, Default, Deserialize)]
-pub(super) struct BufferViewExtensions {
-    #[serde(rename = "EXT_meshopt_compression")]
-    pub(super) ext_meshopt: Option<MeshoptView>,
-    #[serde(rename = "KHR_meshopt_compression")]
-    pub(super) khr_meshopt: Option<MeshoptView>,
-}
-
-/// The bytes that a compressed view stands for.
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct MeshoptView {
-    pub(super) buffer: usize,
-    #[serde(default)]
-    pub(super) byte_offset: usize,
-    pub(super) byte_length: usize,
-    pub(super) byte_stride: usize,
-    pub(super) count: usize,
-    pub(super) mode: MeshoptMode,
-    #[serde(default)]
-    pub(super) filter: MeshoptFilter,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "UPPERCASE")]
-pub(super) enum MeshoptMode {
-    Attributes,
-    Triangles,
-    Indices,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "UPPERCASE")]
-pub(super) enum MeshoptFilter {
-    #[default]
-    None,
-    Octahedral,
-    Quaternion,
-    Exponential,
-    Color,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Buffer {
-    pub(super) uri: Option<String>,
-    pub(super) byte_length: usize,
 }
 
 /// How nodes move, of which only the references are looked at.

@@ -1,6 +1,9 @@
 //! Meshes: all primitives of a glTF mesh as one triangle mesh, made once for each set of morph weights and shared.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{
+    collections::{HashMap, HashSet},
+    sync::Arc,
+};
 
 use umbriel_geometry::{
     Mesh,
@@ -83,8 +86,15 @@ impl<'a> Meshes<'a> {
         Ok(&self.loaded[&key])
     }
 
-    /// The rules that were found broken.
-    pub(super) fn into_findings(self) -> Findings {
+    /// The rules that were found broken, here and in what no node shows.
+    pub(super) fn into_findings(mut self) -> Findings {
+        let shown: HashSet<usize> = self.loaded.keys().map(|&(mesh, _)| mesh).collect();
+        for (index, mesh) in self.document.meshes.iter().enumerate() {
+            for (number, primitive) in mesh.primitives.iter().enumerate() {
+                let is_shown = shown.contains(&index) && has_triangles(primitive);
+                self.primitives.check_rest(primitive, is_shown, &format!("mesh {index}, primitive {number}"));
+            }
+        }
         self.primitives.findings
     }
 
@@ -110,7 +120,7 @@ impl<'a> Meshes<'a> {
             let place = format!("{place}, primitive {number}");
             let refused = |message: String| LoadProblem::element(&place, message);
             // Positions may be left out; then there is nothing to see.
-            if primitive.mode.is_some_and(|mode| mode < 4) || !primitive.attributes.contains_key("POSITION") {
+            if !has_triangles(primitive) {
                 not_triangles += 1;
                 continue;
             }
@@ -125,10 +135,8 @@ impl<'a> Meshes<'a> {
             match mode {
                 "OPAQUE" | "MASK" => {}
                 "BLEND" => blended += faces,
-                _ => {
-                    let subject = format!("{place}: the alphaMode of its material is none of glTF's, taken as OPAQUE");
-                    self.primitives.findings.add(FindingKind::BrokenRule, &subject, 1);
-                }
+                // Told where the document is checked.
+                _ => {}
             }
             let cut_out = match mask {
                 Some(mask) => self.cut_out(primitive.material.unwrap_or_default(), mask, &geometry),
@@ -181,6 +189,11 @@ impl<'a> Meshes<'a> {
 struct VertexCutOut {
     cut_out: CutOut,
     vertices: Vec<TexturePoint>,
+}
+
+/// Whether a primitive has triangles: neither points nor lines, and with positions.
+fn has_triangles(primitive: &Primitive) -> bool {
+    primitive.mode.is_none_or(|mode| mode >= 4) && primitive.attributes.contains_key("POSITION")
 }
 
 /// A cut-out that leaves nothing.

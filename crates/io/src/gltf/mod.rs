@@ -35,10 +35,14 @@ mod textures;
 mod validate;
 mod views;
 
-use serde_json::Value;
 use umbriel_scene::FindingKind;
 
-use crate::{error::LoadProblem, folder::Folder, load::Reading, model::Model};
+use crate::{
+    error::{LoadProblem, excerpt},
+    folder::Folder,
+    load::Reading,
+    model::Model,
+};
 use accessor::Accessors;
 use container::Buffers;
 use json::Document;
@@ -73,16 +77,22 @@ const WITHOUT_EFFECT: [&str; 10] = [
 ];
 /// Reads a glTF file.
 pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<Model, LoadProblem> {
-    let (text, binary) = container::split(bytes)?;
-    let document = parse(text)?;
+    let container = container::split(bytes)?;
+    let document = parse(container.text)?;
     check_version(&document)?;
     check_required(&document)?;
-    let accessors =
-        Accessors::new(&document, Views::new(&document.buffer_views, Buffers::new(&document.buffers, binary, folder)));
+    let buffers = Buffers::new(&document.buffers, container.binary, folder);
+    let accessors = Accessors::new(&document, Views::new(&document.buffer_views, buffers));
     let hierarchy = hierarchy::Hierarchy::new(&document)?;
     let meshes = Meshes::new(&document, &accessors, reading);
     let mut model = nodes::read(&document, &hierarchy, &accessors, meshes, reading.colliders)?;
     model.findings.absorb(validate::check(&document)?, str::to_owned);
+    for problem in accessors.views().unused_problems() {
+        model.tell("unused", &problem.to_string());
+    }
+    for rule in container.broken {
+        model.tell("GLB container", rule);
+    }
     for name in document.extensions_used.iter().filter(|name| !is_known(name)) {
         model.findings.add(FindingKind::UnknownExtension, name, 1);
     }
@@ -92,34 +102,55 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
 /// The document of a text. Some exporters write whole numbers as `3.0`, which is the same number in JSON; a text that is
 /// not glTF is read once more with those as `3`.
 fn parse(text: &[u8]) -> Result<Document, LoadProblem> {
-    serde_json::from_slice(text).or_else(|fault| {
-        let again = serde_json::from_slice(text).ok().map(whole_numbers);
-        again.and_then(|value| serde_json::from_value(value).ok()).ok_or_else(|| LoadProblem::Text {
-            line: fault.line(),
-            column: Some(fault.column().max(1)),
-            message: format!("its JSON is not glTF 2.0: {}", without_place(&fault)),
-        })
+    let again = |_| serde_json::from_slice(&whole_numbers(text));
+    serde_json::from_slice(text).or_else(again).map_err(|fault| LoadProblem::Text {
+        line: fault.line(),
+        column: Some(fault.column().max(1)),
+        message: format!("its JSON is not glTF 2.0: {}", without_place(&fault)),
     })
 }
 
-/// Turns floats that are whole numbers into integers.
-fn whole_numbers(mut value: Value) -> Value {
-    let mut open = vec![&mut value];
-    while let Some(value) = open.pop() {
-        match value {
-            Value::Array(elements) => open.extend(elements),
-            Value::Object(members) => open.extend(members.values_mut()),
-            // Floats hold all whole numbers up to 2^53.
-            Value::Number(number) => match number.as_f64() {
-                Some(float) if number.is_f64() && float.fract() == 0.0 && float.abs() <= 9_007_199_254_740_992.0 => {
-                    *number = (float as i64).into();
-                }
-                _ => {}
-            },
-            _ => {}
+/// The text with floats that are whole numbers as integers, in the same place where there is room.
+fn whole_numbers(text: &[u8]) -> Vec<u8> {
+    let mut changed = Vec::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(&first) = rest.first() {
+        let length = match first {
+            b'"' => string_length(rest),
+            b'-' | b'0'..=b'9' => {
+                rest.iter().take_while(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E')).count()
+            }
+            _ => 1,
+        };
+        let (token, behind) = rest.split_at(length);
+        match whole_number(token).filter(|_| first != b'"') {
+            Some(number) => changed.extend(format!("{number:<length$}").bytes()),
+            None => changed.extend(token),
+        }
+        rest = behind;
+    }
+    changed
+}
+
+/// The integer that a float stands for, if it is one.
+fn whole_number(token: &[u8]) -> Option<i64> {
+    let is_float = token.iter().any(|byte| matches!(byte, b'.' | b'e' | b'E'));
+    let float: f64 = str::from_utf8(token).ok().filter(|_| is_float)?.parse().ok()?;
+    // Floats hold all whole numbers up to 2^53.
+    (float.fract() == 0.0 && float.abs() <= 9_007_199_254_740_992.0).then_some(float as i64)
+}
+
+/// The length of the string that a text begins with, its quotes included.
+fn string_length(text: &[u8]) -> usize {
+    let mut at = 1;
+    while let Some(&byte) = text.get(at) {
+        match byte {
+            b'"' => return at + 1,
+            b'\\' => at += 2,
+            _ => at += 1,
         }
     }
-    value
+    text.len()
 }
 
 /// The message without the line and column that end it, in words of the format.
@@ -147,8 +178,16 @@ fn is_known(extension: &str) -> bool {
 }
 
 fn check_required(document: &Document) -> Result<(), LoadProblem> {
-    let Some(name) = document.extensions_required.iter().find(|name| !is_known(name)) else { return Ok(()) };
-    Err(LoadProblem::Extension { name: name.clone(), advice: "export the file without it" })
+    const NAMED: usize = 8;
+    let unknown = || document.extensions_required.iter().filter(|name| !is_known(name));
+    let mut names: Vec<_> = unknown().take(NAMED).map(|name| excerpt(name)).collect();
+    if names.is_empty() {
+        return Ok(());
+    }
+    if unknown().count() > NAMED {
+        names.push("...".into());
+    }
+    Err(LoadProblem::Extension { name: names.join(", "), advice: "export the file without them" })
 }
 
 #[cfg(test)]

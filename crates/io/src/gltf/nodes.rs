@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
-use umbriel_geometry::LightSource;
+use glam::{DAffine3, DVec3};
+use umbriel_geometry::{LightDefect, LightSource, Placement, PlacementDefect};
 use umbriel_scene::{Camera, Family, FindingKind, Light, Member, Projection, Shape};
 
 use super::{
     accessor::{Accessors, Component, within},
-    hierarchy::{Hierarchy, Placed, place},
+    hierarchy::{Hierarchy, Placed, own_map, place},
     json::{Document, Eye, ImplicitShape, Instancing, Node, PunctualLight, element},
     mesh::{LoadedMesh, Meshes},
     rooms,
@@ -20,8 +20,11 @@ use crate::{
     ledger::Quantity,
     model::{Model, ModelObject, camera},
     options::Colliders,
-    transform::from_parts,
+    transform::{from_parts, has_no_surface, rotation_matrix},
 };
+
+/// Instances that may be given without any bytes, so that all stand in one place: each is compared with each other.
+const MOST_ALIKE: usize = 256;
 
 /// Walks the nodes of the scene.
 pub(super) fn read(
@@ -63,15 +66,7 @@ pub(super) fn read(
             model.check_size(accessors.ledger())?;
         }
         objects_of.push(first..model.objects.len());
-        if let Some(reference) = &node.extensions.light {
-            let declared = document.extensions.lights.as_ref().map_or(&[][..], |lights| &lights.lights);
-            let declared = element(declared, reference.light, "light").map_err(refused)?;
-            let light = light(declared, placed, node).map_err(refused)?;
-            if declared.kind == "spot" {
-                model.findings.add(FindingKind::SpotAsPoint, &light.name, 1);
-            }
-            model.lights.push(light);
-        }
+        add_light(&mut model, document, hierarchy, placed).map_err(refused)?;
         if let (Some(index), None) = (node.camera, &model.camera) {
             let declared = element(&document.cameras, index, "camera").map_err(refused)?;
             match eye(declared, &placed.map) {
@@ -111,8 +106,8 @@ fn add_objects(model: &mut Model, name: &str, map: DAffine3, maps: Option<Vec<DA
         None => vec![(name.to_owned(), map)],
         Some(maps) => maps.into_iter().enumerate().map(|(i, own)| (format!("{name}#{i}"), map * own)).collect(),
     };
-    // Exporters hide nodes and instances by a scale of zero: what is left is a point.
-    let is_hidden = |map: &DAffine3| map.matrix3 == DMat3::ZERO;
+    // Exporters hide nodes and instances by a scale of zero: what is left is a point or a line.
+    let is_hidden = |map: &DAffine3| has_no_surface(&map.matrix3);
     model.findings.add(FindingKind::NotTriangles, name, placed.iter().filter(|(_, map)| is_hidden(map)).count());
     model.objects.extend(placed.into_iter().filter(|(_, map)| !is_hidden(map)).map(|(name, map)| ModelObject {
         name,
@@ -127,6 +122,9 @@ fn add_objects(model: &mut Model, name: &str, map: DAffine3, maps: Option<Vec<DA
 fn add_body(model: &mut Model, placed: &Placed, node: &Node, shape: &ImplicitShape) {
     let name = name_of(placed.node, node);
     match shapes::body(shape) {
+        Some(Body { map, .. }) if Placement::new(placed.map * map) == Err(PlacementDefect::Singular) => {
+            model.findings.add(FindingKind::NotTriangles, &name, 1);
+        }
         Some(Body { shape, map, sides }) => {
             model.objects.push(ModelObject { name, shape, map: placed.map * map, sides, lightmap: None });
         }
@@ -139,7 +137,7 @@ fn instances(node: &Node, accessors: &Accessors) -> Result<Option<Vec<DAffine3>>
     let Some(Instancing { attributes }) = &node.extensions.instancing else { return Ok(None) };
     let refused = |message: String| LoadProblem::element("EXT_mesh_gpu_instancing", message);
     let (mut translations, mut rotations, mut scales) = (None, None, None);
-    for (name, &accessor) in attributes {
+    for (name, &accessor) in attributes.iter() {
         match name.as_str() {
             "TRANSLATION" => translations = Some(accessors.vectors::<3>(floats(accessors, accessor, false)?)?),
             "ROTATION" => rotations = Some(accessors.vectors::<4>(floats(accessors, accessor, true)?)?),
@@ -156,6 +154,14 @@ fn instances(node: &Node, accessors: &Accessors) -> Result<Option<Vec<DAffine3>>
         return Err(refused("its attributes differ in their number of instances".to_owned()));
     }
     accessors.ledger().check(Quantity::Parts, count as u64)?;
+    let has_bytes = |&accessor: &usize| {
+        accessors
+            .declared(accessor)
+            .is_ok_and(|(declared, _)| declared.buffer_view.is_some() || declared.sparse.is_some())
+    };
+    if count > MOST_ALIKE && !attributes.values().any(has_bytes) {
+        return Err(refused(format!("{count} instances in one place; at most {MOST_ALIKE} are read")));
+    }
     let map = |i: usize| {
         let translation = translations.as_ref().map_or([0.0; 3], |list| list[i]);
         let rotation = rotations.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |list| list[i]);
@@ -178,16 +184,62 @@ fn floats(accessors: &Accessors, index: usize, normalized_too: bool) -> Result<u
     }
 }
 
-/// A light, which shines along the node's −Z.
-fn light(declared: &PunctualLight, placed: &Placed, node: &Node) -> Result<Light, String> {
+/// The light of a node, if it has one.
+fn add_light(model: &mut Model, document: &Document, hierarchy: &Hierarchy, placed: &Placed) -> Result<(), String> {
+    let node = &document.nodes[placed.node];
+    let Some(reference) = &node.extensions.light else { return Ok(()) };
+    let declared = document.extensions.lights.as_ref().map_or(&[][..], |lights| &lights.lights);
+    let declared = element(declared, reference.light, "light")?;
+    match light(declared, hierarchy, placed, document)? {
+        Some(light) => {
+            model.findings.add(FindingKind::SpotAsPoint, &light.name, usize::from(declared.kind == "spot"));
+            model.lights.push(light);
+        }
+        None => model.tell(&place(placed.node, node), "its light is left out: no direction is left of it"),
+    }
+    Ok(())
+}
+
+/// A light, which shines along the node's −Z; `None` for a sun whose direction a matrix flattens away.
+fn light(
+    declared: &PunctualLight,
+    hierarchy: &Hierarchy,
+    placed: &Placed,
+    document: &Document,
+) -> Result<Option<Light>, String> {
     let source = match declared.kind.as_str() {
-        "directional" => LightSource::sun(placed.map.transform_vector3(DVec3::NEG_Z).to_array()),
+        "directional" => LightSource::sun(direction(hierarchy, placed, document).to_array()),
         "point" | "spot" => LightSource::point(placed.map.transform_point3(DVec3::ZERO).to_array()),
         other => return Err(format!("its light has the type \"{other}\", which is none of directional, point, spot")),
     };
-    let name = node.name.clone().or_else(|| declared.name.clone()).filter(|name| !name.is_empty());
-    let name = name.unwrap_or_else(|| format!("light{}", placed.node));
-    source.map(|source| Light::new(name, source)).map_err(|defect| format!("its light: {defect}"))
+    let name = document.nodes[placed.node].name.clone().or_else(|| declared.name.clone());
+    let name = name.filter(|name| !name.is_empty()).unwrap_or_else(|| format!("light{}", placed.node));
+    match source {
+        Ok(source) => Ok(Some(Light::new(name, source))),
+        Err(LightDefect::NoDirection) => Ok(None),
+        Err(defect) => Err(format!("its light: {defect}")),
+    }
+}
+
+/// Where the node's −Z leads. Scales do not count, says KHR_lights_punctual, which matters where one is zero: then the
+/// rotations alone are followed up to the root.
+fn direction(hierarchy: &Hierarchy, placed: &Placed, document: &Document) -> DVec3 {
+    let scaled = placed.map.transform_vector3(DVec3::NEG_Z);
+    if scaled != DVec3::ZERO {
+        return scaled;
+    }
+    let mut direction = DVec3::NEG_Z;
+    let mut next = Some(placed);
+    while let Some(at) = next {
+        let node = &document.nodes[at.node];
+        direction = match (&node.matrix, node.rotation) {
+            (Some(_), _) => own_map(node).map_or(DVec3::ZERO, |map| map.transform_vector3(direction)),
+            (None, Some(rotation)) => rotation_matrix(rotation).map_or(DVec3::ZERO, |turn| turn * direction),
+            (None, None) => direction,
+        };
+        next = at.parent.map(|parent| &hierarchy.placed[parent]);
+    }
+    direction
 }
 
 /// A camera, which looks along the node's −Z.

@@ -1,6 +1,9 @@
 //! Primitives: vertices and the triangles between them, from accessors or a Draco stream, morphed by their weights.
 
-use std::{collections::HashMap, rc::Rc};
+use std::{
+    collections::{HashMap, HashSet},
+    rc::Rc,
+};
 
 use umbriel_geometry::accept_point;
 use umbriel_scene::FindingKind;
@@ -8,10 +11,10 @@ use umbriel_scene::FindingKind;
 use super::{
     accessor::{Accessors, Component, within},
     draco,
-    json::{DracoPrimitive, Primitive, TextureReference},
+    json::{Accessor, DracoPrimitive, Primitive, TextureReference},
     textures::MaskMaterial,
 };
-use crate::{error::LoadProblem, model::Findings};
+use crate::{error::LoadProblem, model::Findings, triangulate::SIX_DIGITS};
 
 /// The extension that compresses primitives.
 const DRACO: &str = "KHR_draco_mesh_compression";
@@ -38,6 +41,9 @@ pub(super) struct MaskVertices {
     pub(super) alphas: Option<Vec<f64>>,
 }
 
+/// Positions that primitives may share.
+type Vertices = Rc<Vec<[f64; 3]>>;
+
 /// Where the content of a primitive comes from.
 struct Source<'p> {
     primitive: &'p Primitive,
@@ -55,13 +61,16 @@ pub(super) struct Primitives<'a> {
     lightmap_set: Option<u32>,
     /// Exporters like to share one vertex buffer among many primitives: it is decoded once.
     positions: HashMap<usize, Rc<Vec<[f64; 3]>>>,
+    /// The accessors of positions that were found sound.
+    accepted: HashSet<usize>,
     /// Rules that primitives break without harm.
     pub(super) findings: Findings,
 }
 
 impl<'a> Primitives<'a> {
     pub(super) fn new(accessors: &'a Accessors<'a>, quantized: bool, lightmap_set: Option<u32>) -> Self {
-        Self { accessors, quantized, lightmap_set, positions: HashMap::new(), findings: Findings::default() }
+        let (positions, accepted, findings) = Default::default();
+        Self { accessors, quantized, lightmap_set, positions, accepted, findings }
     }
 
     /// Reads a primitive of triangles. `place` is what messages call it; `weights` are those of its morph targets; `mask` cuts it
@@ -75,20 +84,11 @@ impl<'a> Primitives<'a> {
     ) -> Result<Geometry, LoadProblem> {
         let refused = |message: String| LoadProblem::element(place, message);
         self.accessors.count(PRIMITIVE)?;
-        let stream = match &primitive.extensions.draco {
-            Some(draco) => Some((self.decompress(draco).map_err(|problem| within(problem, place))?, draco)),
-            None => None,
-        };
-        let source = Source { primitive, place, stream };
-        let vertices = self.vertices(&source)?;
-        let count = u32::try_from(vertices.len()).map_err(|_| refused("it has more than 2^32 vertices".to_owned()))?;
-        let corners = self.corners(&source, count)?;
-        if let Some((at, index)) = corners.iter().enumerate().find(|&(_, &index)| index >= count) {
-            return Err(refused(format!("index {at} is {index}, but there are {count} vertices")));
-        }
+        let source = self.source(primitive, place)?;
+        let (vertices, corners) = self.content(&source)?;
         let mode = if source.stream.is_some() { 4 } else { primitive.mode.unwrap_or(4) };
         let faces = triangles_of(mode, &corners).map_err(refused)?;
-        if mode == 4 && !corners.len().is_multiple_of(3) {
+        if (mode == 4 && !corners.len().is_multiple_of(3)) || (mode != 4 && corners.len() < 3) {
             self.findings.add(FindingKind::BrokenRule, &format!("{place}: corners are left over"), 1);
         }
         let texture = match self.lightmap_set {
@@ -98,6 +98,51 @@ impl<'a> Primitives<'a> {
         let mask = mask.map(|mask| self.mask(&source, vertices.len(), mask)).transpose()?.unwrap_or_default();
         let vertices = self.morphed(vertices, primitive, weights, place)?;
         Ok(Geometry { vertices, faces, texture, mask })
+    }
+
+    /// Looks at what [`Self::read`] does not: a primitive that is not `shown`, and targets without weight. Its faults are told.
+    pub(super) fn check_rest(&mut self, primitive: &Primitive, shown: bool, place: &str) {
+        let is_whole = shown || !primitive.attributes.contains_key("POSITION");
+        let content = if is_whole { Ok(()) } else { self.check_content(primitive, place) };
+        let targets = self.check_targets(primitive, place);
+        for problem in [content, targets].into_iter().filter_map(Result::err) {
+            self.findings.add(FindingKind::BrokenRule, &format!("unused: {problem}"), 1);
+        }
+    }
+
+    fn check_content(&mut self, primitive: &Primitive, place: &str) -> Result<(), LoadProblem> {
+        let source = self.source(primitive, place)?;
+        self.content(&source).map(|_| ())
+    }
+
+    fn check_targets(&mut self, primitive: &Primitive, place: &str) -> Result<(), LoadProblem> {
+        let accessors = primitive.targets.iter().filter_map(|target| target.get("POSITION"));
+        for &accessor in accessors {
+            if !self.accepted.contains(&accessor) {
+                self.positions(accessor).map_err(|problem| within(problem, place))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn source<'p>(&self, primitive: &'p Primitive, place: &'p str) -> Result<Source<'p>, LoadProblem> {
+        let stream = match &primitive.extensions.draco {
+            Some(draco) => Some((self.decompress(draco).map_err(|problem| within(problem, place))?, draco)),
+            None => None,
+        };
+        Ok(Source { primitive, place, stream })
+    }
+
+    /// The positions and the corners, which are in range.
+    fn content(&mut self, source: &Source) -> Result<(Vertices, Vec<u32>), LoadProblem> {
+        let refused = |message: String| LoadProblem::element(source.place, message);
+        let vertices = self.vertices(source)?;
+        let count = u32::try_from(vertices.len()).map_err(|_| refused("it has more than 2^32 vertices".to_owned()))?;
+        let corners = self.corners(source, count)?;
+        match corners.iter().enumerate().find(|&(_, &index)| index >= count) {
+            Some((at, index)) => Err(refused(format!("index {at} is {index}, but there are {count} vertices"))),
+            None => Ok((vertices, corners)),
+        }
     }
 
     fn decompress(&self, draco: &DracoPrimitive) -> Result<draco::Decoded, LoadProblem> {
@@ -128,9 +173,9 @@ impl<'a> Primitives<'a> {
         Ok(positions)
     }
 
-    fn positions(&self, index: usize) -> Result<Vec<[f64; 3]>, LoadProblem> {
+    fn positions(&mut self, index: usize) -> Result<Vec<[f64; 3]>, LoadProblem> {
         let place = format!("accessor {index}");
-        let (_, component) = self.accessors.declared(index)?;
+        let (declared, component) = self.accessors.declared(index)?;
         match component {
             Component::F32 => {}
             Component::U32 => return Err(LoadProblem::element(place, "positions cannot be 32-bit integers")),
@@ -142,6 +187,11 @@ impl<'a> Primitives<'a> {
         }
         let positions = self.accessors.vectors::<3>(index)?;
         accept_all(&positions, &place)?;
+        if self.accepted.insert(index)
+            && let Some(rule) = extent_rule(declared, component, &positions)
+        {
+            self.findings.add(FindingKind::BrokenRule, &format!("{place}: {rule}"), 1);
+        }
         Ok(positions)
     }
 
@@ -179,7 +229,15 @@ impl<'a> Primitives<'a> {
             return Ok(corners);
         }
         match source.primitive.indices {
-            Some(indices) => self.accessors.indices(indices).map_err(problem),
+            Some(indices) => {
+                let corners = self.accessors.indices(indices).map_err(problem)?;
+                let (_, component) = self.accessors.declared(indices)?;
+                if corners.contains(&component.greatest_index()) {
+                    let subject = format!("accessor {indices}: the greatest index of its type, taken as any other");
+                    self.findings.add(FindingKind::BrokenRule, &subject, 1);
+                }
+                Ok(corners)
+            }
             None => {
                 self.accessors.count(count as usize)?;
                 Ok((0..count).collect())
@@ -241,7 +299,7 @@ impl<'a> Primitives<'a> {
 
     /// The vertices with the displacements of the morph targets added, each times its weight, target by target.
     fn morphed(
-        &self,
+        &mut self,
         mut vertices: Rc<Vec<[f64; 3]>>,
         primitive: &Primitive,
         weights: &[f64],
@@ -261,6 +319,23 @@ impl<'a> Primitives<'a> {
         }
         Ok(vertices)
     }
+}
+
+/// What is wrong with the extent that an accessor of positions declares: six written digits are as good as all.
+fn extent_rule(declared: &Accessor, component: Component, positions: &[[f64; 3]]) -> Option<&'static str> {
+    let (Some(min), Some(max)) = (&declared.min, &declared.max) else { return Some("it has no min and max") };
+    if min.len() != 3 || max.len() != 3 {
+        return Some("its min and max are not three numbers each");
+    }
+    let largest = positions.as_flattened().iter().fold(0.0, |largest: f64, coordinate| largest.max(coordinate.abs()));
+    let is_near =
+        |said: f64, found: f64| (component.scaled(said, declared.normalized) - found).abs() <= SIX_DIGITS * largest;
+    let fits = (0..3).all(|axis| {
+        let along = || positions.iter().map(|position| position[axis]);
+        let (low, high) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
+        is_near(min[axis], low) && is_near(max[axis], high)
+    });
+    (!fits && !positions.is_empty()).then_some("its min and max are not those of its positions")
 }
 
 fn accept_all(positions: &[[f64; 3]], place: &str) -> Result<(), LoadProblem> {

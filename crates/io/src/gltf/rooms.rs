@@ -34,7 +34,9 @@ pub(super) fn role(node: &Node) -> Result<Option<Role>, String> {
         let ends = cells.split_once('|').ok_or("a portal's name has two cells, portal:ONE|OTHER")?;
         return Ok(Some(Role::Portal([ends.0.to_owned(), ends.1.to_owned()])));
     }
-    let Some(Value::Object(extras)) = &node.extras else { return Ok(None) };
+    // What is nested too deep for a value says nothing of cells.
+    let extras = node.extras.as_ref().and_then(|extras| serde_json::from_str(extras.get()).ok());
+    let Some(Value::Object(extras)) = extras else { return Ok(None) };
     if extras.get("cell") == Some(&Value::Bool(true)) {
         return Ok(Some(Role::Cell(name.to_owned())));
     }

@@ -25,7 +25,8 @@ impl Body {
 
 /// The shape of a node's collider, if it has one.
 pub(super) fn declared<'a>(document: &'a Document, node: &Node) -> Result<Option<&'a ImplicitShape>, String> {
-    let Some(collider) = &node.extensions.rigid_body.collider else { return Ok(None) };
+    let collider = node.extensions.rigid_body.as_ref().and_then(|body| body.collider.as_ref());
+    let Some(collider) = collider else { return Ok(None) };
     let named = collider.geometry.as_ref().and_then(|geometry| geometry.shape).or(collider.shape);
     let Some(index) = named else { return Ok(None) };
     let extensions = &document.extensions;
@@ -41,7 +42,10 @@ pub(super) fn body(shape: &ImplicitShape) -> Option<Body> {
         "cylinder" => Some(cylinder(&shape.cylinder)),
         "capsule" => {
             let [bottom, top] = radii(&shape.capsule);
-            let body = Analytic::Capsule { radius: top, height: shape.capsule.height };
+            let height = shape.capsule.height;
+            let is_ball = height == 0.0;
+            let body =
+                if is_ball { Analytic::Sphere { radius: top } } else { Analytic::Capsule { radius: top, height } };
             (bottom == top).then(|| Body::of(Shape::Analytic(body)))
         }
         "plane" => {

@@ -12,7 +12,7 @@ use super::{
     hierarchy::Hierarchy,
     json::{Document, element, existing},
 };
-use crate::{error::LoadProblem, transform::from_matrix};
+use crate::{error::LoadProblem, transform::from_almost_affine};
 
 /// The placement of a mesh with that skin: J·B of the first joint.
 pub(super) fn bind_map(
@@ -39,6 +39,7 @@ pub(super) fn bind_map(
         let (count, joints) = (matrices.len(), skin.joints.len());
         return Err(refused(format!("it has {count} inverse bind matrices for {joints} joints")));
     };
-    let inverse = from_matrix(&matrix).map_err(|message| refused(format!("inverse bind matrix 0: {message}")))?;
+    let inverse =
+        from_almost_affine(&matrix).map_err(|message| refused(format!("inverse bind matrix 0: {message}")))?;
     Ok(joint * inverse)
 }

@@ -2,8 +2,10 @@
 //!
 //! Whoever reads an element checks what is needed to read it; here is the rest, so that a file that is broken somewhere
 //! does not pass because nobody looked there: references to elements that are not there, and ranges that leave their
-//! buffers, are refused; rules that are broken without harm (alignment, strides, numbers of vertices) are told.
+//! buffers, are refused; rules that are broken without harm (alignment, strides, numbers of vertices, and those of [`rules`]) are told.
 //! Only declarations are looked at, no bytes, so the time is linear in the text.
+
+mod rules;
 
 use umbriel_scene::FindingKind;
 
@@ -29,6 +31,8 @@ pub(super) fn check(document: &Document) -> Result<Findings, LoadProblem> {
     check.nodes()?;
     check.animations()?;
     check.textures()?;
+    check.extensions();
+    check.looks();
     Ok(check.findings)
 }
 
@@ -65,6 +69,9 @@ impl Check<'_> {
         if view.byte_stride.is_some_and(|stride| !(4..=252).contains(&stride) || !stride.is_multiple_of(4)) {
             self.tell(place, "its stride is not one of 4, 8, ... 252");
         }
+        if view.target.is_some_and(|target| !matches!(target, 34962 | 34963)) {
+            self.tell(place, "its target is none of glTF's");
+        }
         Ok(())
     }
 
@@ -87,6 +94,9 @@ impl Check<'_> {
             return Err(refused(format!("{} of its {} elements are sparse", sparse.count, accessor.count)));
         }
         let place = format!("{place}, sparse");
+        if sparse.count == 0 {
+            self.tell(&place, "it has no elements");
+        }
         let (at, from) = (&sparse.indices, &sparse.values);
         let index = Component::of(at.component_type).map_err(|message| LoadProblem::element(&place, message))?.size();
         self.elements(at.buffer_view, at.byte_offset, (index, index), sparse.count, &place)?;
@@ -150,10 +160,11 @@ impl Check<'_> {
         if counts.any(|count| Some(count) != first) {
             self.tell(place, "its attributes differ in their number of vertices");
         }
+        self.views_of(primitive);
         Ok(())
     }
 
-    fn nodes(&self) -> Result<(), LoadProblem> {
+    fn nodes(&mut self) -> Result<(), LoadProblem> {
         let document = self.document;
         for (index, node) in document.nodes.iter().enumerate() {
             let place = super::hierarchy::place(index, node);
@@ -168,6 +179,8 @@ impl Check<'_> {
                     return Err(LoadProblem::element(place, message));
                 }
             }
+            super::shapes::declared(document, node).map_err(|message| LoadProblem::element(place, message))?;
+            self.transform(index, node);
         }
         for (index, scene) in document.scenes.iter().enumerate() {
             for &node in &scene.nodes {
@@ -179,8 +192,17 @@ impl Check<'_> {
             for &joint in &skin.joints {
                 named(&document.nodes, joint, "node", &place)?;
             }
+            if let Some(skeleton) = skin.skeleton {
+                named(&document.nodes, skeleton, "node", &place)?;
+            }
             if let Some(accessor) = skin.inverse_bind_matrices {
                 named(&document.accessors, accessor, "accessor", &place)?;
+            }
+            let mut joints = skin.joints.clone();
+            joints.sort_unstable();
+            joints.dedup();
+            if joints.is_empty() || joints.len() < skin.joints.len() {
+                self.tell(&place, "it has no joints, or one of them twice");
             }
         }
         Ok(())
@@ -210,6 +232,10 @@ impl Check<'_> {
             let place = format!("material {index}");
             let base = &material.pbr_metallic_roughness;
             if let Some(texture) = &base.base_color_texture {
+                named(&document.textures, texture.index, "texture", &place)?;
+            }
+            let others = [&material.normal_texture, &material.occlusion_texture, &material.emissive_texture];
+            for texture in others.into_iter().chain([&base.metallic_roughness_texture]).flatten() {
                 named(&document.textures, texture.index, "texture", &place)?;
             }
             if base.base_color_factor.is_some_and(|factor| !factor.iter().all(|part| (0.0..=1.0).contains(part))) {

@@ -31,6 +31,11 @@ impl<'a> Views<'a> {
         self.buffers.ledger()
     }
 
+    /// See [`Buffers::unused_problems`].
+    pub(super) fn unused_problems(&self) -> Vec<LoadProblem> {
+        self.buffers.unused_problems()
+    }
+
     /// The bytes behind a URI that is no buffer's, all of them.
     pub(super) fn resource(&self, uri: &str, place: &str) -> Result<Rc<Vec<u8>>, LoadProblem> {
         self.buffers.resource(uri, place, usize::MAX)

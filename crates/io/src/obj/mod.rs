@@ -21,13 +21,13 @@ use umbriel_geometry::Mesh;
 use umbriel_scene::{Family, FindingKind, Member, Shape};
 
 use crate::{
-    error::LoadProblem,
+    error::{LoadProblem, excerpt},
     folder::Folder,
     lightmap::{LightmapLayout, NOWHERE},
     load::Reading,
     model::{Findings, Model, ModelObject},
     text,
-    triangulate::{is_planar, triangulate},
+    triangulate::{Triangulation, Triangulator, is_planar},
     z_up::tell_z_up,
 };
 use parser::{Owner, Parser, Polygon};
@@ -41,11 +41,11 @@ pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, reading: &Reading)
     }
     parser.check_ranges()?;
     let mut model = build(&parser, stem)?;
-    model.findings = std::mem::take(&mut parser.findings);
+    model.findings.absorb(std::mem::take(&mut parser.findings), str::to_owned);
     for library in &parser.libraries {
         let names = std::iter::once(library.as_str()).chain(library.split_whitespace());
         if !names.into_iter().any(|name| folder.resolve(name, "mtllib").is_ok()) {
-            model.findings.add(FindingKind::MissingMaterials, library, 1);
+            model.findings.add(FindingKind::MissingMaterials, &excerpt(library), 1);
         }
     }
     tell_non_planar(&parser, &mut model.findings);
@@ -87,6 +87,7 @@ fn build(parser: &Parser, stem: &str) -> Result<Model, LoadProblem> {
         faces_of[polygon.owner].push(polygon);
     }
     let mut model = Model::default();
+    let mut triangulator = Triangulator::default();
     let mut family_of: HashMap<usize, usize> = HashMap::new();
     for (owner, polygons) in parser.owners.iter().zip(&faces_of) {
         let Some(first) = polygons.first() else { continue };
@@ -96,7 +97,7 @@ fn build(parser: &Parser, stem: &str) -> Result<Model, LoadProblem> {
             Owner::Object(name) => (if name.is_empty() { stem } else { name }, true),
         };
         let member = Member::Object(model.objects.len());
-        let (mesh, layout) = mesh_of(parser, polygons, name)?;
+        let (mesh, layout) = mesh_of(parser, polygons, name, (&mut triangulator, &mut model.findings))?;
         let (shape, lightmap) = (Shape::Mesh(Arc::new(mesh)), layout.map(Arc::new));
         model.objects.push(ModelObject {
             name: name.to_owned(),
@@ -122,7 +123,12 @@ fn build(parser: &Parser, stem: &str) -> Result<Model, LoadProblem> {
 }
 
 /// The mesh of some polygons, the vertices that they use in the order of first use; and its layout on a light map.
-fn mesh_of(parser: &Parser, polygons: &[&Polygon], name: &str) -> Result<(Mesh, Option<LightmapLayout>), LoadProblem> {
+fn mesh_of(
+    parser: &Parser,
+    polygons: &[&Polygon],
+    name: &str,
+    (triangulator, findings): (&mut Triangulator, &mut Findings),
+) -> Result<(Mesh, Option<LightmapLayout>), LoadProblem> {
     let mut place: HashMap<u32, u32> = HashMap::new();
     let (mut positions, mut triangles, mut layout) = (Vec::new(), Vec::new(), Vec::new());
     for polygon in polygons {
@@ -136,7 +142,10 @@ fn mesh_of(parser: &Parser, polygons: &[&Polygon], name: &str) -> Result<(Mesh, 
                 })
             })
             .collect();
-        let cut = triangulate(&points);
+        let Triangulation { triangles: cut, crosses } = triangulator.cut(&points);
+        if crosses {
+            findings.add_at(FindingKind::CrossingPolygons, "", format_args!("line {}", polygon.line));
+        }
         if let Some(texture) = parser.texture(polygon) {
             layout.extend(cut.iter().map(|triangle| triangle.map(|corner| texture[corner])));
         } else if parser.keeps_texture {

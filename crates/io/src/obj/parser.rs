@@ -82,7 +82,9 @@ impl Parser {
     pub(super) fn statement(&mut self, statement: &str, line: usize) -> Result<(), String> {
         let statement = statement.trim();
         let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((statement, ""));
-        let words = || rest.split_whitespace().take_while(|word| !word.starts_with('#'));
+        // A remark may follow a number without a space; names may hold its sign.
+        let numeric = rest.split_once('#').map_or(rest, |(numeric, _)| numeric);
+        let words = || numeric.split_whitespace();
         match keyword {
             "" => {}
             _ if keyword.starts_with('#') => {}
@@ -196,7 +198,8 @@ impl Parser {
         let counts = [self.positions.len(), self.texture_count, self.normals];
         let (mut has, mut texture) = ([false; 3], None);
         for (kind, part) in word.split('/').enumerate() {
-            if kind > 2 || (part.is_empty() && kind != 1) {
+            // Some writers end corners without texture coordinates and normals in two slashes.
+            if kind > 2 || (part.is_empty() && kind == 0) {
                 return Err(format!("\"{}\" is not a corner (v, v/vt, v//vn or v/vt/vn)", excerpt(word)));
             }
             if part.is_empty() {

@@ -38,6 +38,14 @@ fn fault(text: &str) -> (usize, String) {
 }
 
 #[test]
+fn loose_ways_of_writing_are_read() {
+    let text = "v 0 0 0#corner\nv 1 0 0 # one\nv 0 1 1\no plate #1\nf 1// 2// 3//\n\u{1a}";
+    let model = model(text);
+    assert_eq!(names(&model), ["plate #1"]);
+    assert_eq!(findings(model), []);
+}
+
+#[test]
 fn an_object_is_its_o_else_its_g_else_the_file() {
     let text = format!(
         "{SQUARE}f 1 2 3\ng wall\nf 1 2 3\ng roof\nf 1 2 3\ng wall\nusemtl red\nf 1 3 4\n\

@@ -12,6 +12,8 @@ pub(super) struct Row {
     numbers: Vec<f64>,
     /// Where the numbers of each property end.
     ends: Vec<usize>,
+    /// How many words of unused properties were no number of their type.
+    pub(super) odd: usize,
 }
 
 impl Row {
@@ -73,28 +75,42 @@ impl<'a> Source<'a> {
     }
 
     /// Reads all rows of an element.
-    pub(super) fn rows(&mut self, element: &Element, mut take: impl FnMut(u64, &Row)) -> Result<(), LoadProblem> {
+    ///
+    /// Answers how many numbers of other properties than those `used` are none of their type, which matters to nobody.
+    pub(super) fn rows(
+        &mut self,
+        element: &Element,
+        used: &[usize],
+        mut take: impl FnMut(u64, &Row) -> Result<(), LoadProblem>,
+    ) -> Result<usize, LoadProblem> {
         if element.properties.is_empty() {
-            return Ok(());
+            return Ok(0);
         }
         let mut row = Row::default();
         for number in 0..element.count {
-            self.row(element, &mut row).map_err(|fault| self.problem(element, number, fault))?;
-            take(number, &row);
+            self.row(element, used, &mut row).map_err(|fault| self.problem(element, number, fault))?;
+            take(number, &row)?;
         }
-        Ok(())
+        Ok(row.odd)
     }
 
-    fn row(&mut self, element: &Element, row: &mut Row) -> Result<(), Fault> {
+    fn row(&mut self, element: &Element, used: &[usize], row: &mut Row) -> Result<(), Fault> {
         row.numbers.clear();
         row.ends.clear();
-        for property in &element.properties {
+        for (place, property) in element.properties.iter().enumerate() {
             let length = match property.length {
                 Some(kind) => self.length(kind)?,
                 None => 1,
             };
             for _ in 0..length {
-                row.numbers.push(self.number(property.item)?);
+                let number = match self.number(property.item) {
+                    Err(Fault::Wrong(_)) if !used.contains(&place) => {
+                        row.odd += 1;
+                        f64::NAN
+                    }
+                    number => number?,
+                };
+                row.numbers.push(number);
             }
             row.ends.push(row.numbers.len());
         }
@@ -111,9 +127,8 @@ impl<'a> Source<'a> {
         match self {
             Self::Text(tokens) => {
                 let word = tokens.next().ok_or(Fault::Ended)?;
-                let whole = |word: &str| word.parse::<i64>().ok().map(|number| number as f64);
-                let number = if kind.is_whole() { whole(word) } else { word.parse().ok() };
-                let expected = if kind.is_whole() { "whole number" } else { "number" };
+                let number = word.parse().ok().filter(|&number| kind.holds(number));
+                let expected = if kind.is_whole() { "whole number of its type" } else { "number" };
                 number.ok_or_else(|| Fault::Wrong(format!("\"{}\" is not a {expected}", excerpt(word))))
             }
             Self::Binary { bytes, is_big_endian } => {

@@ -54,6 +54,20 @@ impl Type {
     pub(super) fn is_whole(self) -> bool {
         !matches!(self, Self::F32 | Self::F64)
     }
+
+    /// Whether a number is one of that type; of floats every one is.
+    pub(super) fn holds(self, number: f64) -> bool {
+        let (least, most) = match self {
+            Self::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
+            Self::U8 => (0.0, f64::from(u8::MAX)),
+            Self::I16 => (f64::from(i16::MIN), f64::from(i16::MAX)),
+            Self::U16 => (0.0, f64::from(u16::MAX)),
+            Self::I32 => (f64::from(i32::MIN), f64::from(i32::MAX)),
+            Self::U32 => (0.0, f64::from(u32::MAX)),
+            Self::F32 | Self::F64 => return true,
+        };
+        number.fract() == 0.0 && (least..=most).contains(&number)
+    }
 }
 
 /// A column of an element.
@@ -94,11 +108,9 @@ impl Element {
     /// The place of the list of vertices; both names are in use.
     pub(super) fn index_list(&self) -> Result<usize, LoadProblem> {
         let is_list = |property: &Property| {
-            matches!(property.name.as_str(), "vertex_indices" | "vertex_index")
-                && property.length.is_some()
-                && property.item.is_whole()
+            matches!(property.name.as_str(), "vertex_indices" | "vertex_index") && property.length.is_some()
         };
-        self.properties.iter().position(is_list).ok_or_else(|| self.lacks("list of whole numbers vertex_indices"))
+        self.properties.iter().position(is_list).ok_or_else(|| self.lacks("list vertex_indices"))
     }
 
     fn lacks(&self, name: &str) -> LoadProblem {

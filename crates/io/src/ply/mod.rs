@@ -16,10 +16,10 @@ use umbriel_geometry::Mesh;
 use umbriel_scene::{FindingKind, Member, Shape};
 
 use crate::{
-    error::LoadProblem,
+    error::{LoadProblem, excerpt},
     load::Reading,
     model::{Model, ModelObject},
-    triangulate::{is_planar, triangulate},
+    triangulate::{Triangulation, Triangulator, is_planar},
     z_up::tell_z_up,
 };
 use data::{Row, Source};
@@ -94,42 +94,54 @@ impl Kind {
 impl Surface {
     /// Takes all rows of an element.
     fn take(&mut self, element: &Element, source: &mut Source, model: &mut Model) -> Result<(), LoadProblem> {
-        match element.name.as_str() {
+        let odd = match element.name.as_str() {
             "vertex" => {
                 let columns = element.columns(["x", "y", "z"])?;
-                source.rows(element, |_, row| {
+                let take = |_, row: &Row| {
                     self.positions.push(columns.map(|column| row.number(column)));
-                })
+                    Ok(())
+                };
+                source.rows(element, &columns, take)?
             }
-            "face" => self.take_polygons(Kind::Face, element, source),
-            "tristrips" => self.take_polygons(Kind::Strip, element, source),
+            "face" => self.take_polygons(Kind::Face, element, source)?,
+            "tristrips" => self.take_polygons(Kind::Strip, element, source)?,
             "edge" => {
                 model.findings.add(FindingKind::NotTriangles, "", element.count as usize);
-                source.rows(element, |_, _| {})
+                source.rows(element, &[], |_, _| Ok(()))?
             }
             name => {
-                model.findings.add(FindingKind::UnknownExtension, name, 1);
-                source.rows(element, |_, _| {})
+                model.findings.add(FindingKind::UnknownExtension, &excerpt(name), 1);
+                source.rows(element, &[], |_, _| Ok(()))?
             }
-        }
+        };
+        let subject = format!("element {}: numbers that are none of their type", excerpt(&element.name));
+        model.findings.add(FindingKind::BrokenRule, &subject, odd);
+        Ok(())
     }
 
-    fn take_polygons(&mut self, kind: Kind, element: &Element, source: &mut Source) -> Result<(), LoadProblem> {
+    fn take_polygons(&mut self, kind: Kind, element: &Element, source: &mut Source) -> Result<usize, LoadProblem> {
         let column = element.index_list()?;
-        source.rows(element, |number, row: &Row| {
+        source.rows(element, &[column], |number, row: &Row| {
+            // Some writers list indices as floats.
+            if let Some(index) = row.list(column).iter().find(|index| index.fract() != 0.0) {
+                let place = format!("{} {number}", kind.name());
+                return Err(LoadProblem::element(place, format!("{index} is not an index")));
+            }
             self.corners.extend(row.list(column).iter().map(|&index| index as Corner));
             self.polygons.push(Polygon { kind, number, end: self.corners.len() });
+            Ok(())
         })
     }
 
     fn into_mesh(self, model: &mut Model) -> Result<Mesh, LoadProblem> {
         let mut triangles = Vec::new();
+        let mut triangulator = Triangulator::default();
         let mut start = 0;
         for polygon in &self.polygons {
             let corners = &self.corners[start..polygon.end];
             start = polygon.end;
             match polygon.kind {
-                Kind::Face => self.add_face(polygon, corners, &mut triangles, model)?,
+                Kind::Face => self.add_face(polygon, corners, &mut triangles, (&mut triangulator, model))?,
                 Kind::Strip => self.add_strips(polygon, corners, &mut triangles)?,
             }
         }
@@ -141,7 +153,7 @@ impl Surface {
         polygon: &Polygon,
         corners: &[Corner],
         triangles: &mut Vec<[u32; 3]>,
-        model: &mut Model,
+        (triangulator, model): (&mut Triangulator, &mut Model),
     ) -> Result<(), LoadProblem> {
         let corners = self.existing(polygon, corners)?;
         if corners.len() < 3 {
@@ -153,7 +165,11 @@ impl Surface {
         if !is_planar(&points) {
             model.findings.add_at(FindingKind::NonPlanarPolygons, "", format_args!("face {}", polygon.number));
         }
-        triangles.extend(triangulate(&points).into_iter().map(|triangle| triangle.map(|corner| corners[corner])));
+        let Triangulation { triangles: cut, crosses } = triangulator.cut(&points);
+        if crosses {
+            model.findings.add_at(FindingKind::CrossingPolygons, "", format_args!("face {}", polygon.number));
+        }
+        triangles.extend(cut.into_iter().map(|triangle| triangle.map(|corner| corners[corner])));
         Ok(())
     }
 

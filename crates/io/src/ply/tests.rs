@@ -67,7 +67,10 @@ fn every_type_is_decoded() {
     let header = Header::read(&bytes).expect("a header");
     let mut found = Vec::new();
     let mut source = Source::new(&header, &bytes[header.length..], "");
-    let rows = source.rows(&header.elements[0], |_, row| found = (0..8).map(|at| row.number(at)).collect());
+    let rows = source.rows(&header.elements[0], &[0], |_, row| {
+        found = (0..8).map(|at| row.number(at)).collect();
+        Ok(())
+    });
     assert!(rows.is_ok() && !source.has_more());
     assert_eq!(found, [-128.0, 128.0, -32767.0, 32769.0, -2147483647.0, 2147483649.0, 0.5, -0.1]);
 }
@@ -104,6 +107,22 @@ fn what_changes_no_surface_is_told() {
 }
 
 #[test]
+fn numbers_are_written_in_many_ways() {
+    let lines = SQUARE.replace("int vertex_ind", "float vertex_ind").replace("float x", "uchar x");
+    let vertices = "0 0 0 -nan(ind)\n1 1.0 0 1\n1 1 0 1\n0 0 1 1\n";
+    let model = parse(&text(&lines, &format!("{vertices}300 3 0 1.0 2\n"))).expect("loads");
+    assert_eq!(mesh(&model).triangles(), [[0, 1, 2]]);
+    let found: Vec<_> = model.findings.into_list().into_iter().map(|found| (found.kind, found.subject)).collect();
+    assert_eq!(
+        found,
+        [
+            (FindingKind::BrokenRule, "element face: numbers that are none of their type".to_owned()),
+            (FindingKind::BrokenRule, "element vertex: numbers that are none of their type".to_owned())
+        ]
+    );
+}
+
+#[test]
 fn faults_name_their_place() {
     let vertices = "0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n";
     let huge = |format: &str| header(format, &SQUARE.replace("vertex 4", "vertex 4000000000")).into_bytes();
@@ -121,12 +140,21 @@ fn faults_name_their_place() {
         (text("element vertex 1\nproperty list float int x\n", ""), "line 5: the length of a list"),
         (text("element vertex 1\nelement vertex 1\n", ""), "line 5: element vertex is there twice"),
         (text("element vertex 0\nproperty float x\n", ""), "element vertex: it has no property y"),
-        (text("element face 0\nproperty list int float vertex_indices\n", ""), "element face: it has no property list"),
+        (text("element face 0\nproperty int vertex_indices\n", ""), "element face: it has no property list"),
+        (text(SQUARE, &format!("{vertices}0 3 0 0.5 1")), "line 17: face 0: \"0.5\" is not a whole number"),
+        (
+            text(&SQUARE.replace("float x", "uchar x"), &vertices.replace("1 1 0", "300 1 0")),
+            "line 15: vertex 2: \"300\" is not a whole number of",
+        ),
+        (
+            text(&SQUARE.replace("int vertex_ind", "float vertex_ind"), &format!("{vertices}0 3 0 0.5 1")),
+            "face 0: 0.5 is",
+        ),
         (huge("ascii"), "element vertex: the header tells of 4000000000 rows"),
         (huge("binary_big_endian"), "element vertex: the header tells of 4000000000 rows"),
         (cut, "face 0: the file ends here"),
         (text(SQUARE, &format!("{vertices}0 9 0 1 2 3")), "line 17: face 0: the file ends here"),
-        (text(SQUARE, &format!("{vertices}0 -4 0 1 2 3")), "line 17: face 0: a list of -4 numbers"),
+        (text(SQUARE, &format!("{vertices}0 -4 0 1 2 3")), "line 17: face 0: \"-4\" is not a whole number"),
         (text(SQUARE, &format!("{vertices}0 3 0 1 x")), "line 17: face 0: \"x\" is not a whole number"),
         (text(SQUARE, &format!("{vertices}0 3 0 1 4")), "face 0: it names vertex 4, but there are 4"),
         (text(SQUARE, &format!("{vertices}0 3 0 1 -1")), "face 0: it names vertex -1"),

@@ -8,7 +8,7 @@ use std::{
 
 use glam::DAffine3;
 use toml::Spanned;
-use umbriel_geometry::{Convex, Cuboid, Rectangle};
+use umbriel_geometry::{Convex, Cuboid, Placement, Rectangle};
 use umbriel_scene::{Member, Shape, Sides};
 
 use super::{
@@ -45,7 +45,11 @@ pub(super) fn read(
         let refused =
             |message: String| context.places.at(spanned.span(), format!("object \"{name}\": {message}")).in_file(path);
         let map = map_of(entry).map_err(refused)?;
+        Placement::new(map).map_err(|defect| refused(defect.to_string()))?;
         let sides = entry.sides.map(sides_of);
+        if entry.quadric.as_ref().is_some_and(|body| !is_symmetric(&body.matrix)) {
+            model.tell(&name, "its matrix is not symmetric: the symmetric part of it is the body");
+        }
         match body_of(entry).map_err(refused)? {
             Body::Shape(shape) => {
                 model.families.roots.push(Member::Object(model.objects.len()));
@@ -66,6 +70,10 @@ pub(super) fn read(
         }
     }
     Ok(())
+}
+
+fn is_symmetric(matrix: &[f64; 16]) -> bool {
+    (0..16).all(|at| matrix[at] == matrix[at % 4 * 4 + at / 4])
 }
 
 /// The bodies that are no meshes, as the file names them.

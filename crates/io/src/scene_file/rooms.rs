@@ -64,6 +64,9 @@ fn shape_of(entry: &CellEntry, name: &str, path: &Path, context: &Context) -> Re
     let corners = entry.cuboid.map(corners_of);
     match (entry.points.as_ref().or(corners.as_ref()), &entry.planes, &entry.mesh, entry.outdoors.unwrap_or_default()) {
         _ if entry.points.is_some() && entry.cuboid.is_some() => Err(said("give points or box, not both")),
+        _ if entry.cuboid.is_some_and(|[least, most]| (0..3).any(|axis| least[axis] >= most[axis])) => {
+            Err(said("box: give its least coordinates, then its greatest"))
+        }
         (Some(points), None, None, false) => {
             here(CellShape::Points(points.iter().copied().map(DVec3::from_array).collect()))
         }

@@ -27,8 +27,9 @@ const TRIANGLE: usize = 50;
 /// Reads an STL file. `stem` names solids that have no name.
 pub(crate) fn read(bytes: &[u8], stem: &str, reading: &Reading) -> Result<Model, LoadProblem> {
     let mut model = Model::default();
-    if is_text(bytes) {
-        read_text(&mut model, &String::from_utf8_lossy(bytes), stem)?;
+    let content = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if is_text(content) {
+        read_text(&mut model, &String::from_utf8_lossy(content), stem)?;
     } else {
         read_binary(&mut model, bytes, stem)?;
     }
@@ -109,7 +110,7 @@ fn read_text(model: &mut Model, text: &str, stem: &str) -> Result<(), LoadProble
     Ok(())
 }
 
-/// The corners up to `endsolid`.
+/// The corners up to `endsolid`, also in two words, or, where that is left out, to the end of the file.
 fn solid(model: &mut Model, tokens: &mut Tokens) -> Result<Vec<[f64; 3]>, LoadProblem> {
     let mut corners = Vec::new();
     loop {
@@ -118,7 +119,17 @@ fn solid(model: &mut Model, tokens: &mut Tokens) -> Result<Vec<[f64; 3]>, LoadPr
                 tokens.rest_of_line();
                 return Ok(corners);
             }
+            Some(word) if word.eq_ignore_ascii_case("end") => {
+                expect(tokens, "solid")?;
+                tokens.rest_of_line();
+                return Ok(corners);
+            }
             Some(word) if word.eq_ignore_ascii_case("facet") => facet(model, tokens, &mut corners)?,
+            None if !corners.is_empty() => {
+                let place = format_args!("line {}", tokens.line());
+                model.findings.add_at(FindingKind::BrokenRule, "no \"endsolid\" at the end of the file", place);
+                return Ok(corners);
+            }
             other => return Err(unexpected(tokens, other, "facet\" or \"endsolid")),
         }
     }

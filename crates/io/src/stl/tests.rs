@@ -61,6 +61,14 @@ fn what_changes_no_surface_is_told() {
 }
 
 #[test]
+fn ends_are_written_in_many_ways() {
+    for (end, told) in [("endsolid", 0), ("end solid a", 0), ("ENDSOLID a b", 0), ("", 1)] {
+        let model = parse(format!("\u{feff}solid a\n{FACET}{end}\n").as_bytes()).expect("loads");
+        assert_eq!((model.objects.len(), model.findings.into_list().len()), (1, told), "{end}");
+    }
+}
+
+#[test]
 fn faults_name_their_place() {
     let mut not_finite = CORNERS;
     not_finite[4] = f32::INFINITY;
@@ -70,7 +78,8 @@ fn faults_name_their_place() {
         (binary("solid", 2, &[CORNERS]), "tells of 184 bytes, the file has 134"),
         (binary("", 1, &[not_finite]), "solid \"part\", triangle 0: coordinate 1 of corner 1 is not finite"),
         (b"so".to_vec(), "84 bytes at the least"),
-        (cut.clone().into_bytes(), "line 9: the file ends where \"facet\" or \"endsolid\" is expected"),
+        (b"solid a\n".to_vec(), "line 2: the file ends where \"facet\" or \"endsolid\" is expected"),
+        (format!("{cut}end").into_bytes(), "line 9: the file ends where \"solid\" is expected"),
         (format!("{cut}endsolid\nfacet").into_bytes(), "line 10: \"facet\" where \"solid\" is expected"),
         (cut.replace("1 9", "1 nan").into_bytes(), "line 6: \"nan\" is not a finite number"),
         (cut.replace("endloop", "vertex 0 0 0").into_bytes(), "line 7: \"vertex\" where \"endloop\" is expected"),

@@ -23,8 +23,8 @@ impl Clock {
             lengths.contains(&part.len()) && part.bytes().all(|byte| byte.is_ascii_digit())
         };
         let parts: Vec<&str> = date.split('-').collect();
-        let is_date =
-            matches!(parts[..], [y, m, d] if is_digits(y, [4, 4]) && is_digits(m, [2, 2]) && is_digits(d, [2, 2]));
+        let is_date = matches!(parts[..], [y, m, d] if is_digits(y, [4, 4]) && is_digits(m, [2, 2]) && is_digits(d, [2, 2])
+            && is_day(y, m, d));
         if !date.is_empty() && !is_date {
             return None;
         }
@@ -39,6 +39,20 @@ impl Clock {
         let is_time = hour <= 24 && minute < 60 && second < 60;
         is_time.then(|| Self { date: date.to_owned(), second: hour * 3600 + minute * 60 + second })
     }
+}
+
+/// Whether the calendar has that day.
+fn is_day(year: &str, month: &str, day: &str) -> bool {
+    let number = |text: &str| text.parse::<u32>().unwrap_or_default();
+    let year = number(year);
+    let is_leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    let days = match number(month) {
+        2 => 28 + u32::from(is_leap),
+        4 | 6 | 9 | 11 => 30,
+        1..=12 => 31,
+        _ => 0,
+    };
+    (1..=days).contains(&number(day))
 }
 
 /// Why times have no step. Rows by their index.

@@ -2,8 +2,10 @@
 //!
 //! A balanced tree over medians (Bentley, "Multidimensional binary search trees", 1975), laid out as a heap. A box is
 //! passed over when one of the triangle's sides has all of it strictly outside, an exact sign; so nothing that lies in
-//! the closed triangle is missed, and long thin triangles cost no more than short ones. O(n log n) to build, about
-//! O(log n) a search, O(log n) to take a corner out.
+//! the closed triangle is missed, and long thin triangles cost little more than short ones. O(n log n) to build, about
+//! O(log n) a search where corners lie on a border, up to O(√n) where they are strewn; O(log n) to take a corner out.
+
+use std::cell::Cell;
 
 use robust::{Coord, orient2d};
 
@@ -71,11 +73,17 @@ impl CornerTree {
     }
 
     /// Whether `test` holds for a corner in the closed triangle (counter-clockwise). It is asked about all of these,
-    /// until it says yes, and about some others.
-    pub(super) fn any(&self, triangle: [Coord<f64>; 3], mut test: impl FnMut(usize) -> bool) -> bool {
+    /// until it says yes, and about some others. Boxes looked at are added to `work`.
+    pub(super) fn any(
+        &self,
+        triangle: [Coord<f64>; 3],
+        work: &Cell<usize>,
+        mut test: impl FnMut(usize) -> bool,
+    ) -> bool {
         let leaves = self.nodes.len() / 2;
         let mut open = vec![1];
         while let Some(node) = open.pop() {
+            work.set(work.get() + 1);
             if self.nodes[node].count == 0 || self.nodes[node].is_outside(triangle) {
                 continue;
             }
@@ -127,7 +135,7 @@ mod tests {
             }
             let inside = |p: Coord<f64>| [(a, b), (b, c), (c, a)].iter().all(|&(f, t)| orient2d(f, t, p) >= 0.0);
             let mut found = Vec::new();
-            assert!(!tree.any(triangle, |corner| {
+            assert!(!tree.any(triangle, &Cell::new(0), |corner| {
                 found.extend(inside(at[corner]).then_some(corner));
                 false
             }));

@@ -5,10 +5,14 @@ fn area(corners: &[DVec3], triangles: &[[usize; 3]]) -> DVec3 {
     triangles.iter().map(|t| (corners[t[1]] - corners[t[0]]).cross(corners[t[2]] - corners[t[0]]) * 0.5).sum()
 }
 
+fn triangulate(corners: &[DVec3]) -> Triangulation {
+    Triangulator::default().cut(corners)
+}
+
 /// n − 2 triangles, all turned as the polygon, together as large as it.
 fn check(corners: &[DVec3]) {
-    let triangles = triangulate(corners);
-    assert_eq!(triangles.len(), corners.len() - 2);
+    let Triangulation { triangles, crosses } = triangulate(corners);
+    assert_eq!((triangles.len(), crosses), (corners.len() - 2, false));
     let whole = newell_normal(corners) * 0.5;
     let sum = area(corners, &triangles);
     assert!((sum - whole).length() <= 1e-12 * whole.length(), "{sum} {whole}");
@@ -39,7 +43,7 @@ fn an_arrow_head_has_no_triangle_outside() {
 fn corners_in_straight_sides_are_kept() {
     let square = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0], [0.0, 2.0], [0.0, 1.0]];
     check(&flat(&square));
-    let triangles = triangulate(&flat(&square));
+    let triangles = triangulate(&flat(&square)).triangles;
     assert!(triangles.iter().all(|&t| area(&flat(&square), &[t]).length() > 0.0), "{triangles:?}");
     for corner in 0..8 {
         assert!(triangles.iter().any(|t| t.contains(&corner)));
@@ -77,13 +81,36 @@ fn a_hole_joined_to_its_border_stays_open() {
 
 #[test]
 fn a_crossing_or_flat_polygon_still_gives_its_triangles() {
-    let bow_tie = flat(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]);
-    assert_eq!(triangulate(&bow_tie).len(), 2);
-    let needle = flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]);
-    assert_eq!(triangulate(&needle).len(), 2);
+    let cut = |corners: &[[f64; 2]]| {
+        let cut = triangulate(&flat(corners));
+        (cut.triangles.len(), cut.crosses)
+    };
+    assert_eq!(cut(&[[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 1.0]]), (2, true), "a bow tie");
+    assert_eq!(cut(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]), (2, false), "a needle");
     let doubled = flat(&[[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
     check(&doubled);
-    assert!(triangulate(&[]).is_empty());
+    assert!(triangulate(&[]).triangles.is_empty());
+}
+
+#[test]
+fn a_polygon_that_runs_through_few_places_is_given_up() {
+    // Each of some 10^4 searches would meet all corners.
+    let places: [[f64; 2]; 10] = std::array::from_fn(|i| [(i * 7 % 10) as f64, (i * i * 3 % 11) as f64]);
+    for count in [4, 10] {
+        let ring: Vec<_> = (0..26_000).map(|i| places[(i * i + i / 3) % count]).collect();
+        let Triangulation { triangles, crosses } = Triangulator { work_left: 0 }.cut(&flat(&ring));
+        assert_eq!((triangles.len(), crosses), (ring.len() - 2, true));
+    }
+}
+
+#[test]
+fn an_account_that_is_used_up_ends_the_searches() {
+    let square = flat(&[[0.0, 0.0], [1.0, 0.0], [0.2, 0.2], [0.0, 1.0]]);
+    let mut account = Triangulator { work_left: 0 };
+    assert!(!account.cut(&square).crosses, "corners bring an account with them");
+    let mut work_left = 0;
+    let given_up = EarClipping::new(project(&square), &mut work_left).run();
+    assert_eq!((given_up.triangles.len(), given_up.crosses), (2, true));
 }
 
 #[test]
@@ -105,7 +132,7 @@ fn a_round_polygon_does_not_become_a_fan() {
     let corners: Vec<_> = (0..n).map(|i| DVec3::new(angle(i).cos(), angle(i).sin(), 0.0)).collect();
     check(&corners);
     let mut uses = vec![0; corners.len()];
-    triangulate(&corners).iter().flatten().for_each(|&corner| uses[corner] += 1);
+    triangulate(&corners).triangles.iter().flatten().for_each(|&corner| uses[corner] += 1);
     // Rounds halve the polygon: a corner has two triangles of each of ten rounds at most.
     assert!(uses.iter().all(|&uses| uses <= 20), "{:?}", uses.iter().max());
 }

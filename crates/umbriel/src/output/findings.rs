@@ -35,6 +35,10 @@ fn meaning(kind: FindingKind) -> &'static str {
         FindingKind::MissingMaterials => "material libraries that are not there",
         FindingKind::LooksZUp => "the model looks z-up; read it with --up z if its +Z is up",
         FindingKind::NonPlanarPolygons => "polygons whose corners lie in no plane, triangulated all the same",
+        FindingKind::CrossingPolygons => {
+            "polygons that cross themselves or are too long to cut: triangles of them lie on each other or are turned over"
+        }
+        FindingKind::DuplicateObjects => "objects that repeat another one in the same place",
         FindingKind::SunsBelowHorizon => "suns at or below the horizon, which give no light",
         FindingKind::SunsFromBelow => "suns whose light does not travel downward, taken as they are",
         _ => "see the documentation of this kind of finding",

@@ -1,6 +1,7 @@
 //! Faults of elements that nothing uses, and rules broken without harm.
 
 use super::*;
+use crate::ledger::Ledger;
 
 /// The document of [`triangle`] with something more that no node uses.
 fn unused(change: impl FnOnce(&mut Value, &mut Data)) -> Result<Model, LoadProblem> {
@@ -139,10 +140,202 @@ fn a_node_scaled_to_a_point_is_told() {
 }
 
 #[test]
+fn a_flattened_node_is_a_flat_mesh() {
+    let nodes = json!([
+        { "name": "up", "translation": [0.1, 0, 0], "children": [1, 2] },
+        { "name": "flat", "mesh": 0, "scale": [3, 0, 1] },
+        { "name": "line", "mesh": 0, "scale": [0, 0, 1] }
+    ]);
+    let model = model(triangle(&nodes));
+    assert_eq!(names(&model), ["flat"]);
+    let scene = model.into_scene(glam::DAffine3::IDENTITY, umbriel_scene::Sides::Auto, &Ledger::default());
+    let scene = scene.expect("a scene");
+    let Shape::Mesh(mesh) = &scene.objects[0].shape else { panic!("a mesh") };
+    let corners: Vec<_> = mesh.positions().iter().map(|&corner| scene.objects[0].placement.round(corner)).collect();
+    let corner = glam::DVec3::new;
+    assert_eq!(corners, [corner(3.1, 0.0, 0.0), corner(0.1, 0.0, 0.0), corner(0.1, 0.0, 1.0)]);
+    assert_eq!(scene.findings[0].kind, FindingKind::NotTriangles);
+    assert_eq!(scene.findings[0].subject, "line");
+}
+
+#[test]
 fn a_primitive_without_positions_is_told() {
     let model = model(changed(|document, _| {
         let primitives = document["meshes"][0]["primitives"].as_array_mut().expect("primitives");
         primitives.push(json!({ "attributes": {} }));
     }));
     assert_eq!(found(model), [(FindingKind::NotTriangles, "node0".to_owned(), 1)]);
+}
+
+/// What is told of the document of [`triangle`] after one change.
+fn told(change: impl FnOnce(&mut Value, &mut Data)) -> String {
+    let found = found(unused(change).unwrap_or_else(|problem| panic!("{problem}")));
+    found.into_iter().map(|(_, subject, _)| subject).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn buffers_that_nothing_reads_are_looked_up() {
+    let with = |buffer: Value| {
+        told(move |document, data| {
+            let uri = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
+            let uri = format!("Data:;BASE64,{uri}").replace("AAAA", "AA\n AA");
+            document["buffers"] = json!([{ "uri": uri, "byteLength": data.bytes.len() }, buffer]);
+        })
+    };
+    assert_eq!(with(json!({ "uri": "data:;base64,AAAA", "byteLength": 3 })), "");
+    let fallback = json!({ "EXT_meshopt_compression": { "fallback": true } });
+    assert_eq!(with(json!({ "byteLength": 9, "extensions": fallback })), "");
+    for (buffer, fault) in [
+        (json!({ "byteLength": 4 }), "unused: buffer 1: it has no uri"),
+        (json!({ "uri": "data:;base64,AAAA", "byteLength": 4 }), "it should have 4 bytes, but 3 are there"),
+        (json!({ "uri": "data:;base64,A!AA", "byteLength": 3 }), "not base64"),
+        (json!({ "uri": "../other.bin", "byteLength": 3 }), "leads out of the folder"),
+        (json!({ "uri": "http://a/b", "byteLength": 3 }), "is not a file"),
+        (json!({ "uri": "missing.bin", "byteLength": 3 }), "cannot be read"),
+    ] {
+        let told = with(buffer);
+        assert!(told.contains(fault), "{told}");
+    }
+}
+
+#[test]
+fn meshes_that_no_node_shows_are_looked_at() {
+    let mesh = |primitive: fn(&mut Data) -> Value| {
+        told(move |document, data| {
+            let primitive = primitive(data);
+            document["meshes"].as_array_mut().expect("meshes").push(json!({ "primitives": [primitive] }));
+        })
+    };
+    let fault = "unused: mesh 1, primitive 0";
+    let out = mesh(
+        |data| json!({ "attributes": { "POSITION": 0 }, "indices": data.add(&[0, 1, 3, 0], 5121, "SCALAR", 3, false) }),
+    );
+    assert_eq!(out, format!("{fault}: index 2 is 3, but there are 3 vertices"));
+    let points = mesh(|data| json!({ "attributes": { "POSITION": data.floats(&[[f32::NAN; 3]]) }, "mode": 0 }));
+    assert!(points.starts_with(&format!("{fault}, accessor 1: position 0: coordinate 0 is not finite")), "{points}");
+    let target = mesh(|data| {
+        let target = data.floats(&[[0.0, f32::INFINITY, 0.0]; 3]);
+        json!({ "attributes": { "POSITION": 0 }, "targets": [{ "POSITION": target }] })
+    });
+    assert!(target.contains("accessor 1: position 0: coordinate 1 is not finite"), "{target}");
+    assert_eq!(mesh(|_| json!({ "attributes": { "POSITION": 0 }, "mode": 1 })), "");
+}
+
+#[test]
+fn broken_rules_of_documents_are_told() {
+    let of = |key: &'static str, value: Value| told(move |document, _| document[key] = value);
+    let node = |value: Value| of("nodes", json!([{ "mesh": 0 }, value]));
+    let accessor = |key: &'static str, value: Value| told(move |_, data| data.accessors[0][key] = value);
+    let turned = [0.1826, 0.3651, 0.5477, 0.7303];
+    assert_eq!(node(json!({ "rotation": turned })), "");
+    for (found, fault) in [
+        (node(json!({ "rotation": [0, 0, 0, 2] })), "node 1: its rotation is no unit quaternion"),
+        (node(json!({ "matrix": [1, 0, 0, 0, 0.5, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] })), "node 1: its matrix skews"),
+        (node(json!({ "matrix": [1, 0, 0, 1e-9, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] })), "not quite 0 0 0 1"),
+        (accessor("min", json!([0, 0, 0.5])), "accessor 0: its min and max are not those of its positions"),
+        (accessor("max", json!([1])), "accessor 0: its min and max are not three numbers"),
+        (accessor("max", Value::Null), "accessor 0: it has no min and max"),
+        (of("extensionsRequired", json!(["KHR_mesh_quantization"])), "extensionsRequired: not all of them"),
+        (
+            told(|document, _| {
+                document["extensionsUsed"] = json!([]);
+                document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [] } });
+            }),
+            "KHR_lights_punctual: it is not among the extensionsUsed",
+        ),
+        (of("materials", json!([{ "alphaMode": "GLASS" }])), "material 0: its alphaMode"),
+        (of("images", json!([{}])), "image 0: it has not just one of uri and bufferView"),
+        (of("cameras", json!([{}])), "camera 0: it is not either"),
+        (of("skins", json!([{ "joints": [0, 0] }])), "skin 0: it has no joints, or one of them twice"),
+        (told(|_, data| data.views[0]["target"] = json!(34963)), "accessor 0: its buffer view is not for vertices"),
+        (told(|_, data| data.views[0]["target"] = json!(1)), "buffer view 0: its target is none"),
+        (
+            told(|document, data| {
+                let colors = data.add(&[0; 12], 5121, "VEC3", 3, true);
+                document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
+            }),
+            "accessor 1: its vertices do not begin at multiples of four",
+        ),
+        (
+            told(|document, data| {
+                let (many, last) = (data.floats(&[[1.0; 3]; 256]), data.add(&[0, 1, 255, 0], 5121, "SCALAR", 3, false));
+                document["meshes"][0]["primitives"][0] = json!({ "attributes": { "POSITION": many }, "indices": last });
+            }),
+            "accessor 2: the greatest index of its type",
+        ),
+        (
+            told(|document, data| {
+                let two = data.floats(&[[0.0; 3], [1.0; 3]]);
+                let strip = json!({ "attributes": { "POSITION": two }, "mode": 5 });
+                document["meshes"][0]["primitives"].as_array_mut().expect("primitives").push(strip);
+            }),
+            "mesh 0, primitive 1: corners are left over",
+        ),
+    ] {
+        assert!(found.contains(fault), "{found:?} should tell {fault:?}");
+    }
+}
+
+#[test]
+fn references_of_what_only_shades_are_checked() {
+    let material = |material: Value| {
+        unused(|document, _| document["materials"] = json!([material])).expect_err("refused").to_string()
+    };
+    for key in ["normalTexture", "occlusionTexture", "emissiveTexture"] {
+        assert!(material(json!({ key: { "index": 3 } })).contains("material 0, texture 3"), "{key}");
+    }
+    let rough = json!({ "pbrMetallicRoughness": { "metallicRoughnessTexture": { "index": 3 } } });
+    assert!(material(rough).contains("material 0, texture 3"));
+    let skeleton = json!([{ "joints": [0], "skeleton": 9 }]);
+    let skin = unused(|document, _| document["skins"] = skeleton).expect_err("refused").to_string();
+    assert!(skin.contains("skin 0, node 9"), "{skin}");
+    let collider = json!({ "KHR_physics_rigid_bodies": { "collider": { "shape": 4 } } });
+    let shape = unused(|document, _| document["nodes"][0]["extensions"] = collider).expect_err("refused").to_string();
+    assert!(shape.contains("shape 4"), "{shape}");
+}
+
+#[test]
+fn names_that_are_there_twice_are_refused() {
+    let (document, _) = triangle(&json!([{ "mesh": 0 }]));
+    let text = document.to_string();
+    let twice = |from: &str, to: &str| {
+        assert!(text.contains(from), "{text}");
+        let text = text.replace(from, to).replace("\"asset\"", "\"scene\":0.0,\"scenes\":[{\"nodes\":[0]}],\"asset\"");
+        read(text.as_bytes(), &folder(), &reading()).expect_err("refused").to_string()
+    };
+    assert!(twice("\"POSITION\":0", "\"POSITION\":0,\"POSITION\":0").contains("duplicate field `POSITION`"));
+    assert!(twice("\"nodes\":[{\"mesh\":0}]", "\"nodes\":[],\"nodes\":[]").contains("duplicate field `nodes`"));
+}
+
+#[test]
+fn extras_may_be_anything() {
+    let deep = format!("{}0.0{}", "[".repeat(300), "]".repeat(300));
+    let (mut document, data) = triangle(&json!([{ "mesh": 0, "extras": "HERE" }, { "mesh": 0.0 }]));
+    let encoded = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
+    document["buffers"] = json!([{ "uri": format!("data:;base64,{encoded}"), "byteLength": data.bytes.len() }]);
+    document["bufferViews"] = data.views.into();
+    document["accessors"] = data.accessors.into();
+    let text = document.to_string().replace("\"HERE\"", &deep);
+    let model = read(text.as_bytes(), &folder(), &reading()).unwrap_or_else(|problem| panic!("{problem}"));
+    assert_eq!(model.objects.len(), 2);
+}
+
+#[test]
+fn all_unknown_extensions_that_are_required_are_named() {
+    let names = json!(["VENDOR_a", "KHR_mesh_quantization", "VENDOR_b"]);
+    let refused = unused(|document, _| document["extensionsRequired"] = names).expect_err("refused").to_string();
+    assert!(refused.contains("VENDOR_a, VENDOR_b;"), "{refused}");
+}
+
+#[test]
+fn instances_without_bytes_are_few() {
+    let of = |count: usize| {
+        let accessor = json!({ "componentType": 5126, "type": "VEC3", "count": count });
+        parse(instanced(|data| {
+            data.accessors.push(accessor);
+            json!({ "TRANSLATION": data.accessors.len() - 1 })
+        }))
+    };
+    assert_eq!(of(256).expect("a model").objects.len(), 256);
+    assert!(of(257).expect_err("refused").to_string().contains("257 instances in one place"));
 }

@@ -1,0 +1,122 @@
+//! Rules that a document breaks without leaving a doubt about what it shows: they are told.
+
+use std::collections::HashSet;
+
+use super::Check;
+use crate::{
+    gltf::{
+        hierarchy,
+        json::{Accessor, Document, Node, Primitive},
+        views::compression,
+    },
+    transform::{is_affine, is_skewed, is_unit},
+};
+
+/// What a buffer view says that it is for: vertices or indices.
+const VERTICES: u32 = 34962;
+const INDICES: u32 = 34963;
+
+impl Check<'_> {
+    /// Extensions that are required or there, and not among those that the document says it uses.
+    pub(super) fn extensions(&mut self) {
+        let document = self.document;
+        let is_used = |name: &str| document.extensions_used.iter().any(|used| used == name);
+        if document.extensions_required.iter().any(|name| !is_used(name)) {
+            self.tell("extensionsRequired", "not all of them are among the extensionsUsed");
+        }
+        for name in there(document).into_iter().filter(|name| !is_used(name)) {
+            self.tell(name, "it is not among the extensionsUsed");
+        }
+    }
+
+    /// Rotations that are none, and matrices that are no product of a translation, a rotation and scales.
+    pub(super) fn transform(&mut self, index: usize, node: &Node) {
+        let place = || hierarchy::place(index, node);
+        if node.rotation.is_some_and(|rotation| !is_unit(rotation)) {
+            self.tell(&place(), "its rotation is no unit quaternion");
+        }
+        if node.matrix.is_some_and(|matrix| is_skewed(&matrix)) {
+            self.tell(&place(), "its matrix skews");
+        }
+        if node.matrix.is_some_and(|matrix| !is_affine(&matrix)) {
+            self.tell(&place(), "the last row of its matrix is not quite 0 0 0 1");
+        }
+    }
+
+    /// What the views behind a primitive say that they are for, and where their vertices begin.
+    pub(super) fn views_of(&mut self, primitive: &Primitive) {
+        if primitive.extensions.draco.is_some() {
+            return;
+        }
+        for &index in primitive.attributes.values() {
+            self.purpose(index, VERTICES, "its buffer view is not for vertices");
+            if self.is_packed(index) {
+                self.tell(&format!("accessor {index}"), "its vertices do not begin at multiples of four bytes");
+            }
+        }
+        if let Some(index) = primitive.indices {
+            self.purpose(index, INDICES, "its buffer view is not for indices");
+        }
+    }
+
+    fn purpose(&mut self, accessor: usize, expected: u32, rule: &str) {
+        let view = self.document.accessors[accessor].buffer_view;
+        let target = view.and_then(|view| self.document.buffer_views.get(view)?.target);
+        if target.is_some_and(|target| target != expected) {
+            self.tell(&format!("accessor {accessor}"), rule);
+        }
+    }
+
+    fn is_packed(&self, index: usize) -> bool {
+        let accessor: &Accessor = &self.document.accessors[index];
+        let view = accessor.buffer_view.and_then(|view| self.document.buffer_views.get(view));
+        let size = super::Component::of(accessor.component_type).ok();
+        let size = size.and_then(|component| super::element_size(&accessor.kind, component));
+        view.is_some_and(|view| view.byte_stride.is_none() && size.is_some_and(|size| !size.is_multiple_of(4)))
+    }
+
+    /// Materials, images and cameras that say too much or too little.
+    pub(super) fn looks(&mut self) {
+        let document = self.document;
+        for (index, material) in document.materials.iter().enumerate() {
+            if !matches!(material.alpha_mode.as_deref(), None | Some("OPAQUE" | "MASK" | "BLEND")) {
+                self.tell(&format!("material {index}"), "its alphaMode is none of glTF's, taken as OPAQUE");
+            }
+        }
+        for (index, image) in document.images.iter().enumerate() {
+            if image.uri.is_some() == image.buffer_view.is_some() {
+                self.tell(&format!("image {index}"), "it has not just one of uri and bufferView");
+            }
+        }
+        // A camera of a node is looked at where it is read.
+        let placed: HashSet<usize> = document.nodes.iter().filter_map(|node| node.camera).collect();
+        for (index, camera) in document.cameras.iter().enumerate() {
+            if !placed.contains(&index) && camera.perspective.is_some() == camera.orthographic.is_some() {
+                self.tell(&format!("camera {index}"), "it is not either perspective or orthographic");
+            }
+        }
+    }
+}
+
+/// The extensions that are read and that a document has.
+fn there(document: &Document) -> Vec<&'static str> {
+    let root = &document.extensions;
+    let nodes = || document.nodes.iter().map(|node| &node.extensions);
+    let mut primitives = document.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let views = || document.buffer_views.iter().filter_map(compression).map(|(extension, _)| extension);
+    let textures = document.materials.iter().filter_map(|material| {
+        material.pbr_metallic_roughness.base_color_texture.as_ref()?.extensions.transform.as_ref()
+    });
+    let found = [
+        ("KHR_lights_punctual", root.lights.is_some() || nodes().any(|node| node.light.is_some())),
+        ("KHR_implicit_shapes", root.implicit_shapes.is_some()),
+        ("KHR_collision_shapes", root.collision_shapes.is_some()),
+        ("EXT_mesh_gpu_instancing", nodes().any(|node| node.instancing.is_some())),
+        ("KHR_physics_rigid_bodies", nodes().any(|node| node.rigid_body.is_some())),
+        ("KHR_draco_mesh_compression", primitives.any(|primitive| primitive.extensions.draco.is_some())),
+        ("EXT_meshopt_compression", views().any(|extension| extension.starts_with("EXT"))),
+        ("KHR_meshopt_compression", views().any(|extension| extension.starts_with("KHR"))),
+        ("KHR_texture_transform", textures.count() > 0),
+    ];
+    found.into_iter().filter(|&(_, is_there)| is_there).map(|(name, _)| name).collect()
+}
