@@ -80,12 +80,12 @@ pub struct SearchCosts {
 impl SearchCosts {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        places: RayCost { base: 0.0, doubling: 93.7, triangle: 1049.0 },
-        loose: RayCost { base: 30.3, doubling: 1.8, triangle: 834.0 },
-        bvh: RayCost { base: 0.0, doubling: 24.1, triangle: 413.0 },
-        loose_bvh: RayCost { base: 0.0, doubling: 18.0, triangle: 330.0 },
-        octree: RayCost { base: 0.0, doubling: 79.6, triangle: 10490.0 },
-        projection: RayCost { base: 0.0, doubling: 32.0, triangle: 5315.0 },
+        places: RayCost { base: 0.0, doubling: 86.4, triangle: 1020.2 },
+        loose: RayCost { base: 46.3, doubling: 0.0, triangle: 815.2 },
+        bvh: RayCost { base: 284.4, doubling: 16.5, triangle: 449.9 },
+        loose_bvh: RayCost { base: 55.3, doubling: 14.0, triangle: 318.7 },
+        octree: RayCost { base: 0.0, doubling: 73.5, triangle: 10219.9 },
+        projection: RayCost { base: 74.2, doubling: 27.4, triangle: 5375.9 },
     };
 }
 

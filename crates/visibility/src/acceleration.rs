@@ -84,8 +84,8 @@ pub struct LookupCost {
 }
 
 impl LookupCost {
-    /// Places of triangles in leaves that caches hold with their maps.
-    pub const CACHED: f64 = 262_144.0;
+    /// Places of triangles in leaves that the nearest caches hold with their maps.
+    pub const CACHED: f64 = 16_384.0;
 
     /// Nanoseconds for so many rays that take `bvh` nanoseconds each in the BVH, building included.
     pub fn nanoseconds(&self, rays: u64, bvh: f64, items: f64) -> f64 {
@@ -108,9 +108,9 @@ pub struct CostModel {
 impl CostModel {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        bvh: StepCost { ray: 30.0, node: 8.0, pack: 6.0, triangle: 8.0 },
-        octree: LookupCost { base: 50.0, share: 2.0, beyond: 40.0, item: 3000.0 },
-        projection: LookupCost { base: 40.0, share: 0.45, beyond: 40.0, item: 3000.0 },
+        bvh: StepCost { ray: 20.4, node: 35.5, pack: 20.7, triangle: 50.0 },
+        octree: LookupCost { base: 400.0, share: 0.25, beyond: 60.0, item: 1800.0 },
+        projection: LookupCost { base: 130.0, share: 0.05, beyond: 70.0, item: 900.0 },
     };
 }
 
@@ -121,7 +121,7 @@ impl Default for CostModel {
 }
 
 /// An octree is built only where it should take less than this share of the BVH's time: a model is no measurement.
-const CLEARLY: f64 = 0.9;
+const CLEARLY: f64 = 0.8;
 
 /// What is known of the rays that may meet an object.
 #[derive(Clone, Debug, Default, PartialEq)]
