@@ -30,11 +30,15 @@ pub(crate) struct Options {
 }
 
 /// A target's name, and the longest input that is worth its time, bytes.
-const TARGETS: [(&str, usize); 10] = [
-    ("obj", 2048),
+const TARGETS: [(&str, usize); 14] = [
+    ("obj", 16384),
     ("stl", 1024),
     ("ply", 1024),
     ("gltf", 4096),
+    ("glb", 4096),
+    ("meshopt", 512),
+    ("draco", 1024),
+    ("picture", 1024),
     ("scene_file", 2048),
     ("npy", 512),
     ("points", 512),

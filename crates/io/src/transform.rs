@@ -3,14 +3,12 @@
 use glam::{DAffine3, DMat3, DVec3};
 use robust::{Coord, orient2d};
 
+use crate::triangulate::SIX_DIGITS;
+
 /// How far rotations and matrices may be from what they should be before that is told: exporters write four decimals at the least,
 /// each off by 5·10⁻⁵. A squared length of four such numbers (their sizes sum to 2 at most), and a product of two unit
 /// columns (√3 each), is then off by less than 2^-12.
 const FOUR_DECIMALS: f64 = 1.0 / 4096.0;
-/// How far the last row of a matrix may be from 0 0 0 1 to be read as that, with a finding: a product of matrices in 32 bits
-/// ends there.
-const ALMOST_AFFINE: f64 = 1e-5;
-
 /// The last row of a column-major 4×4 matrix, less 0 0 0 1.
 fn beyond_affine(m: &[f64; 16]) -> [f64; 4] {
     [m[3], m[7], m[11], m[15] - 1.0]
@@ -33,10 +31,11 @@ pub(crate) fn is_unit(rotation: [f64; 4]) -> bool {
     (squared - 1.0).abs() <= FOUR_DECIMALS
 }
 
-/// As [`from_matrix`], of a matrix whose last row may be off by what 32 bits leave; who reads it tells that.
+/// As [`from_matrix`], of a matrix whose last row is 0 0 0 1 as closely as six digits say it (products of matrices in 32 bits
+/// leave as much); who reads it tells that.
 pub(crate) fn from_almost_affine(m: &[f64; 16]) -> Result<DAffine3, String> {
     let mut matrix = *m;
-    if beyond_affine(m).iter().all(|rest| rest.abs() <= ALMOST_AFFINE) {
+    if beyond_affine(m).iter().all(|rest| rest.abs() <= SIX_DIGITS) {
         [matrix[3], matrix[7], matrix[11], matrix[15]] = [0.0, 0.0, 0.0, 1.0];
     }
     from_matrix(&matrix)

@@ -47,7 +47,7 @@ pub(super) fn suns(bytes: &[u8]) {
 }
 
 /// Reads the bytes as a file of that name, in a folder that is not there.
-fn scene(name: &str, bytes: &[u8]) {
+pub(super) fn scene(name: &str, bytes: &[u8]) {
     let options = LoadOptions { lightmap_set: Some(1), ..LoadOptions::default() };
     match load_bytes(&Path::new("no such folder").join(name), bytes, &options) {
         Ok(loaded) => is_sound(&loaded.scene),

@@ -133,12 +133,12 @@ impl<'a> PatchArea<'a> {
         if area.error < ROUGH * area.value.abs() {
             return area;
         }
-        let range = self.from_range(at, edge);
+        let range = self.over_range(at, edge);
         if area.error < range.error { area } else { range }
     }
 
     /// Between the least and the greatest density on the cell.
-    fn from_range(&self, at: [f64; 2], edge: f64) -> Approx {
+    fn over_range(&self, at: [f64; 2], edge: f64) -> Approx {
         let half = 0.5 * edge;
         let whole = |axis: usize| Jet::<1>::constant(Approx { value: at[axis] + half, error: half });
         self.density(whole(0), whole(1)).0[0] * Approx::exact(edge * edge)
