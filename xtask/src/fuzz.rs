@@ -2,10 +2,11 @@
 //!
 //! The coverage counters are those of LLVM's SanitizerCoverage pass, which the stable compiler has as well; a nightly
 //! one would add sanitizers, which find what safe Rust does not have. Overflow checks are on. New inputs go to
-//! `target/fuzz/corpus`; `--store` keeps a smallest set of them with the same coverage in `fixtures/fuzz`, where the tests
-//! of every day repeat it. Cost: the minutes asked for, and some to build.
+//! `target/fuzz/corpus`; `--store` keeps the shortest of a smallest set of them with the same coverage in `fixtures/fuzz`, where the
+//! tests of every day repeat them. Cost: the minutes asked for, and some to build.
 
 use std::{
+    ffi::OsString,
     fs::{self, File},
     path::{Path, PathBuf},
     process::Command,
@@ -24,7 +25,7 @@ pub(crate) struct Options {
     /// Only targets whose names hold this text
     #[arg(long, default_value = "")]
     target: String,
-    /// Keep the smallest corpus of the same coverage in fixtures/fuzz
+    /// Keep what adds coverage in fixtures/fuzz, the shortest inputs first
     #[arg(long)]
     store: bool,
 }
@@ -55,6 +56,8 @@ const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-l
 /// One input may take so long, seconds, and all of the program so much memory, MiB.
 const SECONDS: u32 = 5;
 const MEBIBYTES: u32 = 1024;
+/// What a target may keep among the fixtures, bytes: the tests of every day repeat it.
+const STORED: u64 = 128 << 10;
 
 pub(crate) fn run(options: &Options) -> Result<()> {
     let program = build()?;
@@ -129,7 +132,7 @@ impl Course<'_> {
         Ok(summary(&text))
     }
 
-    /// Replaces the stored corpus by a smallest one of the same coverage; answers its size.
+    /// Replaces the stored corpus by a smallest one of the same coverage, its shortest inputs at least; answers how many.
     fn store(&self) -> Result<usize> {
         let (old, new) = (stored(self.name), folder().join("smallest").join(self.name));
         if new.exists() {
@@ -141,14 +144,28 @@ impl Course<'_> {
         output_of(merge.stderr(std::process::Stdio::null()))?;
         fs::remove_dir_all(&old)?;
         fs::create_dir_all(&old)?;
-        let mut count = 0;
+        let mut inputs = Vec::new();
         for entry in fs::read_dir(&new)? {
             let entry = entry?;
-            fs::copy(entry.path(), old.join(entry.file_name()))?;
-            count += 1;
+            inputs.push((entry.metadata()?.len(), entry.file_name()));
         }
-        Ok(count)
+        let kept = shortest(inputs, STORED);
+        for name in &kept {
+            fs::copy(new.join(name), old.join(name))?;
+        }
+        Ok(kept.len())
     }
+}
+
+/// The names of the shortest inputs that are together no longer than that.
+fn shortest(mut inputs: Vec<(u64, OsString)>, most: u64) -> Vec<OsString> {
+    inputs.sort_unstable();
+    let mut total = 0;
+    let fits = |(length, name): (u64, OsString)| {
+        total += length;
+        (total <= most).then_some(name)
+    };
+    inputs.into_iter().map_while(fits).collect()
 }
 
 /// Executions and coverage, from the fuzzer's last words.
@@ -174,6 +191,13 @@ mod tests {
         let there: Vec<&str> =
             text.lines().filter_map(|line| line.trim().strip_prefix("(\"")?.split('"').next()).collect();
         assert_eq!(there, TARGETS.map(|(name, _)| name));
+    }
+
+    #[test]
+    fn what_is_stored_is_short() {
+        let inputs = [(7, "c"), (1, "a"), (2, "b")].map(|(length, name)| (length, OsString::from(name)));
+        assert_eq!(shortest(inputs.to_vec(), 9), ["a", "b"]);
+        assert_eq!(shortest(inputs.to_vec(), 10), ["a", "b", "c"]);
     }
 
     #[test]
