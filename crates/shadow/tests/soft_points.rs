@@ -88,6 +88,36 @@ fn a_rectangle_under_a_parallel_rectangle_has_the_overlap_of_rectangles() {
 }
 
 #[test]
+fn what_is_proved_all_free_or_all_hidden_is_exact() {
+    // Neither flat nor balls: the light is sampled where a body may be in the way.
+    let body = |shape, at| object("body", Shape::Analytic(shape), DAffine3::from_translation(at));
+    let wide = Analytic::Cylinder { radius: 30.0, height: 1.0 };
+    let scene = Scene { objects: vec![body(wide, DVec3::Y * 4.0)], ..Scene::default() };
+    let lights = [
+        lamp(DVec3::Y * 9.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 2.0 }),
+        lamp(DVec3::Y * 9.0, Extent::Sphere { radius: 1.0 }),
+        sun([0.1, -1.0, 0.2], 5.0),
+    ];
+    for light in &lights {
+        let seen = |scene, x| Queries::new(scene).visible_fraction(&free(DVec3::X * x), light).expect("a place");
+        let [hidden, partly] = [0.3, 31.0].map(|x| seen(&scene, x));
+        assert_eq!((hidden.value, hidden.max_error), (0.0, 0.0), "{light:?}");
+        assert!(partly.max_error > 0.0 || partly.value == 1.0, "{light:?}: {partly:?}");
+    }
+    // In a corner of the square round a round light, beside the light itself.
+    let beside = body(Analytic::Cylinder { radius: 0.05, height: 0.05 }, DVec3::new(0.45, 4.5, 0.45));
+    let scene = Scene { objects: vec![beside], ..Scene::default() };
+    let seen = Queries::new(&scene).visible_fraction(&free(DVec3::ZERO), &lights[1]).expect("a place");
+    assert_eq!((seen.value, seen.max_error), (1.0, 0.0));
+    // Far from the origin the light's points are rounded coarsely; nothing is claimed that rounding may undo.
+    let far = DVec3::splat(2f64.powi(40));
+    let scene = Scene { objects: vec![body(wide, far + DVec3::Y * 4.0)], ..Scene::default() };
+    let light = lamp(far + DVec3::Y * 9.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z });
+    let seen = Queries::new(&scene).visible_fraction(&free(far), &light).expect("a place");
+    assert_eq!((seen.value, seen.max_error), (0.0, 0.0));
+}
+
+#[test]
 fn the_horizon_takes_its_part() {
     // A one-sided wall that looks along −z; the light's middle lies in its plane: half of it is above the horizon.
     let wall = Object::new(

@@ -10,7 +10,7 @@
 //!   overlap each other in front of the light.
 //! - **Bounds.** Other curved bodies, and mixtures: the light is cut into [`STRATA`]² squares. One is free if no body comes near it, hidden
 //!   if one convex body meets the ways to its four corners (then it meets all in between), else in doubt and decided at its middle. The
-//!   squares in doubt are the stated bound.
+//!   squares in doubt are the stated bound; where all are free or all hidden and no face has cut the light, the answer is 1 or 0 exactly.
 
 use glam::{DVec2, DVec3};
 use umbriel_geometry::{Analytic, Dyadic, ExactPoint, Facets, PlacedAnalytic, blocking::Probe};
@@ -168,7 +168,7 @@ impl Queries<'_> {
     ) -> Fraction {
         let bounds: Vec<Ball> = bodies.iter().map(|&body| self.ball_round(body)).collect();
         let at = |k: u32| f64::from(k) * (2.0 / f64::from(STRATA)) - 1.0;
-        let (mut value, mut doubt) = (0.0, 0.0);
+        let (mut value, mut doubt, mut is_hidden) = (0.0, 0.0, false);
         for (i, j) in (0..STRATA).flat_map(|i| (0..STRATA).map(move |j| (i, j))) {
             let (low, high) = (DVec2::new(at(i), at(j)), DVec2::new(at(i + 1), at(j + 1)));
             let square = Polygon::rectangle(low, high);
@@ -178,18 +178,18 @@ impl Queries<'_> {
             }
             let middle = 0.5 * (low + high);
             let reach = square.0.iter().map(|&corner| angle(window.direction(corner), window.direction(middle)));
-            let reach = reach.fold(0.0, f64::max);
-            let stratum = Cap { towards: window.direction(middle), radius: reach };
-            let is_near = |ball: &Ball| {
-                Cap::of_ball(ball.center - receiver.position, ball.radius).is_none_or(|cap| {
-                    stratum.distance(&cap) <= (stratum.radius + cap.radius) * (1.0 + f64::EPSILON * 64.0)
-                })
-            };
-            let near: Vec<u32> =
-                bodies.iter().zip(&bounds).filter(|(_, ball)| is_near(ball)).map(|(&body, _)| body).collect();
+            let stratum = Cap { towards: window.direction(middle), radius: reach.fold(0.0, f64::max) };
+            let near: Vec<u32> = bodies
+                .iter()
+                .zip(&bounds)
+                .filter(|(_, ball)| ball.may_meet(&stratum, receiver.position))
+                .map(|(&body, _)| body)
+                .collect();
             if near.is_empty() {
                 value += share;
-            } else if !near.iter().any(|&body| self.hides_all(body, receiver, window, &square, light)) {
+            } else if near.iter().any(|&body| self.hides_all(body, receiver, window, &square, light)) {
+                is_hidden = true;
+            } else {
                 doubt += share;
                 let sample = window.light_point(middle, light);
                 let is_lit =
@@ -197,17 +197,30 @@ impl Queries<'_> {
                 value += if is_lit { share } else { 0.0 };
             }
         }
-        let rounding = (left.cuts + u64::from(STRATA * STRATA) * 8) as f64 * ERROR_PER_CUT;
+        let by_cuts = left.cuts as f64 * ERROR_PER_CUT;
+        if doubt == 0.0 && !is_hidden {
+            // No body hides anything: what faces leave.
+            let (value, max_error) = window.share_of(left);
+            return if left.cuts == 0 { Fraction::ALL } else { Fraction { value, max_error } };
+        }
+        if doubt == 0.0 && value == 0.0 {
+            return Fraction { value, max_error: by_cuts };
+        }
+        let rounding = by_cuts + f64::from(STRATA * STRATA) * 8.0 * ERROR_PER_CUT;
         Fraction { value: value.clamp(0.0, 1.0), max_error: doubt + rounding }
     }
 
-    /// Whether one convex body meets the ways to all points of a square of the light: it does if it meets those to its corners.
+    /// Whether one convex body meets the ways to all points of a square of the light: it does if it meets those to the corners of a square
+    /// that is larger by what the rounding of its corners may be.
     fn hides_all(&self, body: u32, receiver: &Receiver, window: &Window, square: &Polygon, light: &Light) -> bool {
         let Body::Analytic(placed) = self.bodies.get(body as usize) else { return false };
         let probe = Probe::<Dyadic>::at(receiver.position);
+        let slack = window.rounding_of_points(light);
+        let middle = 0.5 * (square.0[0] + square.0[2]);
         placed.body().is_convex()
             && receiver.doubtful_body != Some(body)
             && square.0.iter().all(|&corner| {
+                let corner = corner + (corner - middle).signum() * slack;
                 window.light_point(corner, light).is_some_and(|source| placed.blocks(&probe, None, &source))
             })
     }
@@ -224,6 +237,14 @@ impl Queries<'_> {
             let bounds = self.bodies.boxes[body as usize];
             Ball { center: bounds.center(), radius: 0.5 * bounds.size().length() * (1.0 + 8.0 * f64::EPSILON) }
         })
+    }
+}
+
+impl Ball {
+    /// Whether it may take something of a cap of directions from `eye`.
+    fn may_meet(&self, cap: &Cap, eye: DVec3) -> bool {
+        Cap::of_ball(self.center - eye, self.radius)
+            .is_none_or(|own| cap.distance(&own) <= (cap.radius + own.radius) * (1.0 + f64::EPSILON * 64.0))
     }
 }
 

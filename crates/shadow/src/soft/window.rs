@@ -121,6 +121,18 @@ impl Window {
         }
     }
 
+    /// By how much the image of what [`Window::light_point`] gives may differ from what it was asked for, in each direction: five roundings of
+    /// numbers no larger than these lengths together, lengthened by the map to the image, twice for γ, which is off by as little.
+    pub(crate) fn rounding_of_points(&self, light: &Light) -> f64 {
+        let axes = self.axes;
+        let size = axes.x_axis.length() + axes.y_axis.length() + axes.z_axis.length();
+        let size = match light.extent {
+            Extent::Disk { .. } => size,
+            _ => size * self.end + light.source.xyz().length() + self.eye.length(),
+        };
+        16.0 * f64::EPSILON * size * self.stretch()
+    }
+
     /// Whether a polygon may reach the light's image; corners of the square are no part of a round light.
     pub(super) fn may_meet(&self, polygon: &Polygon) -> bool {
         // A dozen roundings of numbers of the polygon's size.

@@ -16,7 +16,8 @@ use umbriel_io::{
 };
 use umbriel_scene::{FindingKind, Light, Scene};
 use umbriel_shadow::{
-    Cancelled, Expected, Place, Points, PointsError as NoAnswer, Precision, Progress, Queries, QueryDefect, SearchCosts,
+    Cancelled, Expected, Fraction, Place, Points, PointsError as NoAnswer, Precision, Progress, Queries, QueryDefect,
+    SearchCosts,
 };
 
 use crate::{
@@ -96,8 +97,8 @@ fn check_forms<'a>(files: &[output::Target], mut lights: impl Iterator<Item = &'
 enum Column {
     /// Lit or not.
     Lit(Vec<bool>),
-    /// The share of an area light that reaches the point.
-    Shares(Vec<f64>),
+    /// The share of an area light that reaches the point, and by how much the truth may differ.
+    Shares(Vec<Fraction>),
 }
 
 impl Column {
@@ -108,17 +109,26 @@ impl Column {
         }
     }
 
-    fn text(&self, row: usize) -> String {
+    /// The headings of its columns.
+    fn names(&self, light: &str) -> Vec<String> {
         match self {
-            Self::Lit(lit) => u8::from(lit[row]).to_string(),
-            Self::Shares(shares) => shares[row].to_string(),
+            Self::Lit(_) => vec![light.to_owned()],
+            Self::Shares(_) => vec![light.to_owned(), format!("{light}_error")],
+        }
+    }
+
+    /// As many texts as headings.
+    fn texts(&self, row: usize) -> Vec<String> {
+        match self {
+            Self::Lit(lit) => vec![u8::from(lit[row]).to_string()],
+            Self::Shares(shares) => texts(&[shares[row].value, shares[row].max_error]),
         }
     }
 
     fn byte(&self, row: usize) -> u8 {
         match self {
             Self::Lit(lit) => u8::from(lit[row]),
-            Self::Shares(shares) => u8::from(shares[row] > 0.0),
+            Self::Shares(shares) => u8::from(shares[row].value > 0.0),
         }
     }
 }
@@ -257,7 +267,7 @@ impl Places<'_> {
         if light.extent.is_point() {
             return self.lit(queries, &light.source, bar).map(Column::Lit);
         }
-        let share = |place: &Place| queries.visible_fraction(place, light).map(|fraction| fraction.value);
+        let share = |place: &Place| queries.visible_fraction(place, light);
         answer_each(&self.listed(), share, bar).map(Column::Shares)
     }
 
@@ -341,20 +351,23 @@ impl Answered<'_> {
         (0..count).flat_map(|row| self.answers.iter().map(move |column| column.byte(row))).collect()
     }
 
-    /// The rows as they came, with a column a light: 1 lit, 0 not; of an area light the share that reaches the point.
+    /// The rows as they came, with a column a light: 1 lit, 0 not; of an area light two, the share that reaches the point and by how much the truth
+    /// may differ.
     fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         let columns: Vec<&str> = match self.asked {
             Asked::Table(table) => table.text.header.iter().map(String::as_str).collect(),
             Asked::Array(NpyPoints::PositionsSingle(_) | NpyPoints::PositionsDouble(_)) => vec!["x", "y", "z"],
             Asked::Array(_) => vec!["x", "y", "z", "nx", "ny", "nz"],
         };
-        let header: Vec<&str> = columns.into_iter().chain(self.names.iter().copied()).collect();
+        let of_lights: Vec<String> =
+            self.answers.iter().zip(&self.names).flat_map(|(column, light)| column.names(light)).collect();
+        let header: Vec<&str> = columns.into_iter().chain(of_lights.iter().map(String::as_str)).collect();
         let count = match self.asked {
             Asked::Table(table) => table.points.len(),
             Asked::Array(points) => points.len(),
         };
         let row = |row: usize| {
-            let answers = self.answers.iter().map(move |column| column.text(row));
+            let answers = self.answers.iter().flat_map(move |column| column.texts(row));
             self.asked.fields(row).into_iter().chain(answers)
         };
         write_rows(&header, (0..count).map(row), out)

@@ -121,7 +121,16 @@ fn area_lights_answer_with_shares() {
                 [[light]]\nname = \"noon\"\nsun = { direction = [0, -1, 0] }\n";
     let workspace = Workspace::with(&[("half.toml", half), ("p.csv", "x,y,z\n0,0,0\n-3,0,0\n2,0,0\n")]);
     let run = workspace.run("query half.toml --points p.csv").succeeds();
-    assert_eq!(run.stdout(), "x,y,z,panel,noon\n0,0,0,0.5,0\n-3,0,0,1,1\n2,0,0,0,0\n");
+    let text = run.stdout();
+    let mut rows = text.lines();
+    assert_eq!(rows.next(), Some("x,y,z,panel,panel_error,noon"));
+    let numbers = |row: &str| -> Vec<f64> { row.split(',').map(|field| field.parse().expect("a number")).collect() };
+    for (row, expected) in rows.zip([[0.0, 0.0, 0.0, 0.5, 0.0], [-3.0, 0.0, 0.0, 1.0, 1.0], [2.0, 0.0, 0.0, 0.0, 0.0]])
+    {
+        let found = numbers(row);
+        assert_eq!([found[0], found[1], found[2], found[3], found[5]], expected, "{row}");
+        assert!((0.0..1e-12).contains(&found[4]) && (expected[3] != 1.0 || found[4] == 0.0), "{row}");
+    }
     assert!(!run.stderr().contains("extent"), "{}", run.stderr());
     workspace.run("query half.toml --points p.csv -o out.npy").fails(2, &["panel", "shares"]);
     workspace.run("query half.toml --points p.csv --light noon -o out.npy").succeeds();
