@@ -8,7 +8,7 @@ use std::{
 use glam::{DAffine3, DVec3};
 use umbriel_geometry::{LightSource, Placement, PlacementDefect};
 use umbriel_scene::{
-    Camera, Family, FamilyTree, Finding, FindingKind, Light, Member, Object, Projection, Scene, Shape, Sides,
+    Camera, Family, FamilyTree, Finding, FindingKind, Light, Member, Object, PartBox, Projection, Scene, Shape, Sides,
 };
 
 use crate::{
@@ -30,6 +30,8 @@ pub(crate) struct ModelObject {
     pub(crate) sides: Option<Sides>,
     /// Where its triangles lie on a light map.
     pub(crate) lightmap: Option<Arc<LightmapLayout>>,
+    /// Boxes that hold all of it, in its coordinates.
+    pub(crate) boxes: Vec<PartBox>,
 }
 
 /// The content of a file.
@@ -199,7 +201,8 @@ impl Model {
             let refused = |defect: &dyn std::fmt::Display| LoadProblem::element(format!("object \"{name}\""), defect);
             let (shape, placement) = placed(object.shape, turn * object.map).map_err(|defect| refused(&*defect))?;
             let sides = object.sides.unwrap_or(sides);
-            let checked = Object::new(name.clone(), shape, placement, sides);
+            let checked = Object::new(name.clone(), shape, placement, sides)
+                .and_then(|placed| placed.with_boxes(object.boxes));
             objects.push(checked.map_err(|defect| refused(&defect))?);
         }
         if objects.iter().all(|object| object.face_count() == 0) {

@@ -19,7 +19,7 @@ pub use cells::{CellDefect, CellEntry, CellGraph, Portal, Region, SceneCell};
 pub use family::{Family, FamilyTree, Member};
 pub use finding::{Finding, FindingKind};
 pub use light::{Extent, ExtentDefect, Light};
-pub use object::{Object, ObjectDefect, Shape, Sides};
+pub use object::{Object, ObjectDefect, PartBox, Shape, Sides};
 
 /// Objects, lights, and what a file said besides.
 #[derive(Clone, Debug, Default)]

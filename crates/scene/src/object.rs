@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{
     Aabb, Analytic, AnalyticDefect, Convex, Cuboid, Facets, HullDefect, Mesh, NumberDefect, PlacedAnalytic, Placement,
     Rectangle, accept, accept_point,
@@ -46,6 +47,17 @@ pub struct Object {
     pub placement: Placement,
     /// Which sides can be lit.
     pub sides: Sides,
+    /// Boxes that hold all of it, local coordinates, if some are given: what collision detection or rough shadows may take it for.
+    pub boxes: Vec<PartBox>,
+}
+
+/// A box round a part of an object, as it likes to stand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PartBox {
+    /// Local coordinates.
+    pub center: DVec3,
+    /// Half its edges; usually at right angles, independent in any case.
+    pub half: [DVec3; 3],
 }
 
 /// Why an object is refused.
@@ -74,6 +86,46 @@ pub enum ObjectDefect {
         /// What is wrong with it.
         defect: NumberDefect,
     },
+    /// A box whose half edges span no volume.
+    #[error("box {0} has no volume")]
+    FlatBox(usize),
+    /// A vertex or corner that no box holds.
+    #[error("vertex {vertex} is in none of its boxes")]
+    OutsideBoxes {
+        /// Which vertex or corner.
+        vertex: usize,
+    },
+}
+
+impl PartBox {
+    /// The box between two corners, its edges along the axes.
+    pub fn between(low: DVec3, high: DVec3) -> Self {
+        let half = 0.5 * (high - low);
+        Self { center: low + half, half: [DVec3::X * half.x, DVec3::Y * half.y, DVec3::Z * half.z] }
+    }
+
+    /// The corners once placed, rounded; bit k of a corner's number picks the upper end of half edge k.
+    pub fn placed(&self, map: &DAffine3) -> [DVec3; 8] {
+        std::array::from_fn(|corner| {
+            let way = |axis: usize| if corner >> axis & 1 == 0 { -self.half[axis] } else { self.half[axis] };
+            map.transform_point3(self.center + way(0) + way(1) + way(2))
+        })
+    }
+
+    /// The map from local coordinates to those in which the box is −1..1; `None` for a box without volume.
+    pub fn to_unit(&self) -> Option<DAffine3> {
+        let [a, b, c] = self.half;
+        let inverse = DAffine3 { matrix3: DMat3::from_cols(a, b, c), translation: self.center }.inverse();
+        inverse.is_finite().then_some(inverse)
+    }
+
+    /// Whether it holds a point, up to the rounding of its map.
+    fn holds(&self, to_unit: &DAffine3, point: DVec3) -> bool {
+        let place = to_unit.transform_point3(point);
+        let size = to_unit.matrix3.abs() * (point.abs() + self.center.abs());
+        // A dozen roundings of terms of this size.
+        (place.abs() - DVec3::ONE).cmple(32.0 * f64::EPSILON * (size + 1.0)).all()
+    }
 }
 
 impl Object {
@@ -97,7 +149,7 @@ impl Object {
         if let Shape::Convex(body) = &shape {
             body.placed(&placement)?;
         }
-        let object = Self { name, shape, placement, sides };
+        let object = Self { name, shape, placement, sides, boxes: Vec::new() };
         for (vertex, local) in object.defining_points().into_iter().enumerate() {
             let placed = object.placement.round(local).to_array();
             accept_point(placed).map_err(|(axis, defect)| ObjectDefect::Placed { vertex, axis, defect })?;
@@ -105,8 +157,34 @@ impl Object {
         Ok(object)
     }
 
+    /// The same body elsewhere.
+    ///
+    /// # Errors
+    /// [`ObjectDefect`], where the placement is too much for it.
+    pub fn moved(&self, placement: Placement) -> Result<Self, ObjectDefect> {
+        let moved = Self::new(self.name.clone(), self.shape.clone(), placement, self.sides)?;
+        Ok(Self { boxes: self.boxes.clone(), ..moved })
+    }
+
+    /// With boxes that hold all of its vertices.
+    ///
+    /// # Errors
+    /// [`ObjectDefect::FlatBox`] and [`ObjectDefect::OutsideBoxes`].
+    pub fn with_boxes(mut self, boxes: Vec<PartBox>) -> Result<Self, ObjectDefect> {
+        let maps = boxes.iter().enumerate().map(|(number, part)| part.to_unit().ok_or(ObjectDefect::FlatBox(number)));
+        let maps = maps.collect::<Result<Vec<_>, _>>()?;
+        let is_held = |point: DVec3| boxes.iter().zip(&maps).any(|(part, map)| part.holds(map, point));
+        if !boxes.is_empty()
+            && let Some(vertex) = self.defining_points().into_iter().position(|point| !is_held(point))
+        {
+            return Err(ObjectDefect::OutsideBoxes { vertex });
+        }
+        self.boxes = boxes;
+        Ok(self)
+    }
+
     /// The local points whose images bound the body.
-    pub(crate) fn defining_points(&self) -> Vec<glam::DVec3> {
+    pub(crate) fn defining_points(&self) -> Vec<DVec3> {
         match &self.shape {
             Shape::Mesh(mesh) => mesh.positions().to_vec(),
             Shape::Convex(body) => body.points().to_vec(),
@@ -152,9 +230,9 @@ impl Object {
         }
     }
 
-    fn corner_bounds(&self, corners: &[glam::DVec3]) -> Aabb {
+    fn corner_bounds(&self, corners: &[DVec3]) -> Aabb {
         let rounded = Aabb::of(corners.iter().map(|&corner| self.placement.round(corner)));
-        let next = |v: glam::DVec3, step: fn(f64) -> f64| glam::DVec3::new(step(v.x), step(v.y), step(v.z));
+        let next = |v: DVec3, step: fn(f64) -> f64| DVec3::new(step(v.x), step(v.y), step(v.z));
         Aabb { min: next(rounded.min, f64::next_down), max: next(rounded.max, f64::next_up) }
     }
 

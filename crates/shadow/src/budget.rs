@@ -159,13 +159,13 @@ impl Known {
 }
 
 /// Cancels when the time is over, too.
-struct Until<'a> {
-    progress: &'a dyn Progress,
-    deadline: Option<Instant>,
+pub(crate) struct Until<'a> {
+    pub(crate) progress: &'a dyn Progress,
+    pub(crate) deadline: Option<Instant>,
 }
 
 impl Until<'_> {
-    fn is_over(&self) -> bool {
+    pub(crate) fn is_over(&self) -> bool {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
     }
 }

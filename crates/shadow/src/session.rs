@@ -125,7 +125,7 @@ impl Session {
         match change {
             Change::Move { object, placement } => {
                 let old = self.scene.objects.get(object).ok_or(ChangeDefect::NoObject(object))?;
-                let moved = Object::new(old.name.clone(), old.shape.clone(), placement, old.sides)?;
+                let moved = old.moved(placement)?;
                 self.boxes[object] = moved.bounds();
                 self.scene.objects[object] = moved;
                 self.names[object] = self.new_name();

@@ -1,11 +1,11 @@
 //! Bounds of cells under area lights: against closed forms, and against what points of the cells see.
 
-use std::{f64::consts::PI, sync::Arc};
+use std::{f64::consts::PI, sync::Arc, time::Duration};
 
 use glam::{DAffine3, DQuat, DVec3};
 use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Extent, Light, Object, Scene, Shape, Sides};
-use umbriel_shadow::{AreaBounds, Detail, Place, Queries, Silent, SoftObject, SoftRequest, soft_bake};
+use umbriel_shadow::{AreaBounds, Detail, Place, Queries, Silent, SoftCell, SoftObject, SoftRequest, soft_bake};
 
 fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
     let placement = Placement::new(map).expect("regular");
@@ -57,6 +57,37 @@ fn a_rectangle_under_a_parallel_rectangle() {
     }
     assert!(widths[1] < 0.4 * widths[0] && widths[2] < 0.4 * widths[1], "bounds shrink: {widths:?}");
     assert!(widths[2] < 0.005 * 256.0, "half a per cent of the floor: {widths:?}");
+}
+
+#[test]
+fn shares_times_and_memory_are_details() {
+    let plate =
+        object("plate", Shape::Rectangle(Rectangle { size: [3.0; 2] }), DAffine3::from_translation(DVec3::Y * 3.0));
+    let light = lamp(DVec3::Y * 8.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 0.5 });
+    let scene = Scene { objects: vec![floor(16.0), plate], lights: vec![light.clone(), light], ..Scene::default() };
+    let truth = 256.0 - 9.0 * 2.56;
+    let open = |detail| {
+        let request = SoftRequest { keep_cells: true, ..SoftRequest::everything(&scene, detail) };
+        let report = soft_bake(&scene, &request, &Silent).expect("done");
+        assert_eq!(report.len(), 2);
+        for light in &report {
+            let seen = light.objects[0].visible;
+            assert!(seen.lower <= truth && truth <= seen.upper, "{detail:?}: {seen:?}");
+        }
+        let cells = report[0].objects.iter().map(|object| object.cells.len()).sum::<usize>();
+        (report[0].objects.iter().map(|object| object.visible.upper - object.visible.lower).sum::<f64>(), cells)
+    };
+    for share in [0.1, 0.02] {
+        assert!(open(Detail::MaxUndecided { share }).0 <= share * (256.0 + 9.0));
+    }
+    let bytes = [1, 10_000, 100_000].map(|bytes| (bytes, open(Detail::Memory { bytes })));
+    for (bytes, (_, cells)) in bytes {
+        assert!(cells <= 2 || cells * size_of::<SoftCell>() <= bytes as usize, "{bytes}: {cells}");
+    }
+    assert!(bytes[2].1.0 < bytes[1].1.0 && bytes[1].1.0 < bytes[0].1.0, "{bytes:?}");
+    let times = [0, 5, 100].map(|millis| open(Detail::Time { limit: Duration::from_millis(millis) }).0);
+    assert!(times[0] >= times[1] && times[1] >= times[2], "more time is never worse: {times:?}");
+    assert!(times[2] < times[0], "{times:?}");
 }
 
 #[test]

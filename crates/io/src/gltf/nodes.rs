@@ -115,6 +115,7 @@ fn add_objects(model: &mut Model, name: &str, map: DAffine3, maps: Option<Vec<DA
         map,
         sides: None,
         lightmap: mesh.lightmap.clone(),
+        boxes: Vec::new(),
     }));
 }
 
@@ -126,7 +127,14 @@ fn add_body(model: &mut Model, placed: &Placed, node: &Node, shape: &ImplicitSha
             model.findings.add(FindingKind::NotTriangles, &name, 1);
         }
         Some(Body { shape, map, sides }) => {
-            model.objects.push(ModelObject { name, shape, map: placed.map * map, sides, lightmap: None });
+            model.objects.push(ModelObject {
+                name,
+                shape,
+                map: placed.map * map,
+                sides,
+                lightmap: None,
+                boxes: Vec::new(),
+            });
         }
         None => model.findings.add(FindingKind::UnreadShape, &name, 1),
     }

@@ -105,6 +105,7 @@ fn build(parser: &Parser, stem: &str) -> Result<Model, LoadProblem> {
             map: DAffine3::IDENTITY,
             sides: None,
             lightmap,
+            boxes: Vec::new(),
         });
         let group = first.group.filter(|_| is_object && polygons.iter().all(|face| face.group == first.group));
         let Some(group) = group else {

@@ -49,6 +49,7 @@ pub(crate) fn read(bytes: &[u8], stem: &str, reading: &Reading) -> Result<Model,
             map: DAffine3::IDENTITY,
             sides: None,
             lightmap: None,
+            boxes: Vec::new(),
         });
     }
     tell_z_up(&mut model, reading);

@@ -84,6 +84,14 @@ pub(super) struct ObjectEntry {
     pub(super) frustum: Option<FrustumEntry>,
     pub(super) hyperboloid: Option<HyperboloidEntry>,
     pub(super) quadric: Option<QuadricEntry>,
+    pub(super) boxes: Option<Vec<PartBoxEntry>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PartBoxEntry {
+    pub(super) center: [f64; 3],
+    pub(super) half: [[f64; 3]; 3],
 }
 
 impl ObjectEntry {

@@ -9,7 +9,7 @@ use std::{
 use glam::DAffine3;
 use toml::Spanned;
 use umbriel_geometry::{Convex, Cuboid, Placement, Rectangle};
-use umbriel_scene::{Member, Shape, Sides};
+use umbriel_scene::{Member, PartBox, Shape, Sides};
 
 use super::{
     Places,
@@ -53,7 +53,8 @@ pub(super) fn read(
         match body_of(entry).map_err(refused)? {
             Body::Shape(shape) => {
                 model.families.roots.push(Member::Object(model.objects.len()));
-                model.objects.push(ModelObject { name, shape, map, sides, lightmap: None });
+                let boxes = boxes_of(entry, DAffine3::IDENTITY).map_err(refused)?;
+                model.objects.push(ModelObject { name, shape, map, sides, lightmap: None, boxes });
             }
             Body::Mesh(file) => {
                 let place = format!("object \"{name}\"");
@@ -104,6 +105,18 @@ fn body_of(entry: &ObjectEntry) -> Result<Body<'_>, String> {
     Ok(body)
 }
 
+/// The boxes that an entry gives its object, in the coordinates of the shape; `inner` leads from these to the entry's own.
+fn boxes_of(entry: &ObjectEntry, inner: DAffine3) -> Result<Vec<PartBox>, String> {
+    let to_shape = inner.inverse();
+    let boxes = entry.boxes.iter().flatten().enumerate().map(|(number, part)| {
+        let half = part.half.map(|half| to_shape.transform_vector3(half.into()));
+        let center = to_shape.transform_point3(part.center.into());
+        let is_finite = center.is_finite() && half.iter().all(|half| half.is_finite());
+        is_finite.then_some(PartBox { center, half }).ok_or_else(|| format!("boxes: box {number} is not finite"))
+    });
+    boxes.collect()
+}
+
 fn map_of(entry: &ObjectEntry) -> Result<DAffine3, String> {
     if let Some(matrix) = &entry.matrix {
         if entry.translation.is_some() || entry.rotation.is_some() || entry.scale.is_some() {
@@ -145,7 +158,7 @@ fn take_in(
     name: &str,
     (map, sides): (DAffine3, Option<Sides>),
 ) -> Result<(), String> {
-    let part = match &entry.node {
+    let mut part = match &entry.node {
         None => whole.clone(),
         Some(node) => whole.pick(node).ok_or_else(|| {
             let some: Vec<_> = whole.objects.iter().take(5).map(|object| format!("\"{}\"", object.name)).collect();
@@ -156,6 +169,13 @@ fn take_in(
     if part.objects.is_empty() {
         let file = entry.mesh.as_deref().unwrap_or_default();
         return Err(format!("its mesh file \"{file}\" holds no triangle"));
+    }
+    if entry.boxes.is_some() {
+        let [object] = part.objects.as_mut_slice() else {
+            let count = part.objects.len();
+            return Err(format!("boxes are those of one object; its mesh has {count}: pick one by node"));
+        };
+        object.boxes = boxes_of(entry, object.map)?;
     }
     model.take_in(part, name, map, sides, entry.node.is_some());
     Ok(())

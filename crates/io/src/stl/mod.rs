@@ -93,6 +93,7 @@ fn take_solid(model: &mut Model, name: &str, corners: Vec<[f64; 3]>) -> Result<(
         map: DAffine3::IDENTITY,
         sides: None,
         lightmap: None,
+        boxes: Vec::new(),
     });
     Ok(())
 }

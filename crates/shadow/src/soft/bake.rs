@@ -4,6 +4,11 @@
 //! fraction is known well enough, or the detail ends. Every cell has an interval that holds the visible fraction of all of its points
 //! ([`super::cell`]), so areas and means have bounds. Cost: proportional to the area of penumbrae in cells.
 
+use std::{
+    sync::atomic::{AtomicU64, Ordering},
+    time::Instant,
+};
+
 use rayon::prelude::*;
 use umbriel_geometry::analytic::Occupied;
 use umbriel_octree::Quadrant;
@@ -12,6 +17,7 @@ use umbriel_scene::{Extent, Scene};
 use super::{
     cell::{CellBounds, Receiver},
     face::FaceShape,
+    limits,
     occluders::InShaft,
     sums::SoftSums,
 };
@@ -32,7 +38,8 @@ const SHARED_LEVELS: u8 = 5;
 pub struct SoftRequest {
     /// How fine.
     pub detail: Detail,
-    /// Penumbra cells whose interval is no wider are not divided; 0 divides all.
+    /// Penumbra cells whose interval is no wider are not divided; 0 divides all. Where a share limits the detail, no more than the share; where a time or
+    /// memory does, no more than 2^-depth.
     pub tolerance: f64,
     /// Which lights of the scene; those with an extent.
     pub lights: Vec<usize>,
@@ -132,35 +139,34 @@ pub struct SoftLight {
 /// # Panics
 /// If the request names a light or an object that the scene does not have.
 pub fn soft_bake(scene: &Scene, request: &SoftRequest, progress: &dyn Progress) -> Result<Vec<SoftLight>, Cancelled> {
+    let begun = Instant::now();
     let queries = Queries::new(scene);
-    let lights = request.lights.iter().map(|&light| {
-        let bake = |detail| Bake { queries: &queries, request, light, detail, progress }.run();
-        let Detail::MaxUndecided { share } = request.detail else { return bake(request.detail) };
-        let mut boundary = 0;
-        loop {
-            boundary += 1;
-            let report = bake(Detail::Depth { interior: boundary, boundary })?;
-            let area: f64 = report.objects.iter().map(|object| object.area).sum();
-            let open: f64 = report.objects.iter().map(|object| object.visible.upper - object.visible.lower).sum();
-            if open <= share * area || boundary == levels::MAX_DEPTH {
-                return Ok(report);
-            }
+    let lights = request.lights.iter().enumerate().map(|(lights_done, &light)| {
+        let (detail, tolerance) = (request.detail, request.tolerance);
+        let bake = Bake { queries: &queries, request, light, detail, tolerance, room: None, progress };
+        match limits::of(request, begun, lights_done) {
+            None => bake.run(),
+            Some(limit) => limits::refine(bake, &limit),
         }
     });
     lights.collect()
 }
 
 /// One light.
-struct Bake<'a> {
-    queries: &'a Queries<'a>,
-    request: &'a SoftRequest,
-    light: usize,
-    detail: Detail,
-    progress: &'a dyn Progress,
+pub(super) struct Bake<'a> {
+    pub(super) queries: &'a Queries<'a>,
+    pub(super) request: &'a SoftRequest,
+    pub(super) light: usize,
+    pub(super) detail: Detail,
+    /// Of penumbra cells: narrower intervals are not divided.
+    pub(super) tolerance: f64,
+    /// How many more cells may be examined, if there is a limit.
+    pub(super) room: Option<AtomicU64>,
+    pub(super) progress: &'a dyn Progress,
 }
 
 impl Bake<'_> {
-    fn run(&self) -> Result<SoftLight, Cancelled> {
+    pub(super) fn run(&self) -> Result<SoftLight, Cancelled> {
         let mut report = SoftLight { light: self.light, ..SoftLight::default() };
         for (number, &object) in self.request.receivers.iter().enumerate() {
             let faces = match self.queries.bodies.get(object) {
@@ -169,7 +175,7 @@ impl Bake<'_> {
             };
             let sums: Vec<SoftSums> = (0..faces).into_par_iter().map(|face| self.face(object, face)).collect();
             let sums = sums.into_iter().fold(SoftSums::default(), SoftSums::joined);
-            if self.progress.is_cancelled() {
+            if self.is_over() {
                 return Err(Cancelled);
             }
             self.progress.advance("soft shadows", number as u64 + 1, self.request.receivers.len() as u64);
@@ -177,6 +183,19 @@ impl Bake<'_> {
             report.objects.push(sums.report(object));
         }
         Ok(report)
+    }
+
+    /// Whether to give up.
+    fn is_over(&self) -> bool {
+        self.progress.is_cancelled() || self.room.as_ref().is_some_and(|room| room.load(Ordering::Relaxed) == 0)
+    }
+
+    /// Counts a cell.
+    fn count(&self) {
+        if let Some(room) = &self.room {
+            // Nothing else is told by it, so any order of the threads will do; at zero it stays.
+            let _ = room.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1));
+        }
     }
 
     fn face(&self, object: usize, face: usize) -> SoftSums {
@@ -221,7 +240,8 @@ impl FaceCells<'_> {
         };
         let is_decided = known.is_some() || self.is_decided(bounds);
         let is_leaf = is_decided && occupied == Occupied::Whole;
-        if is_leaf || place.level() >= self.finest || self.bake.progress.is_cancelled() {
+        self.bake.count();
+        if is_leaf || place.level() >= self.finest || self.bake.is_over() {
             return self.leaf(place, bounds);
         }
         let known = is_decided.then_some(bounds);
@@ -237,7 +257,7 @@ impl FaceCells<'_> {
     fn is_decided(&self, bounds: CellBounds) -> bool {
         let width = bounds.upper - bounds.lower;
         let is_penumbra = bounds.lower > 0.0 && bounds.upper < 1.0;
-        width == 0.0 || (is_penumbra && width <= self.bake.request.tolerance)
+        width == 0.0 || (is_penumbra && width <= self.bake.tolerance)
     }
 
     fn leaf(&self, place: Quadrant, bounds: CellBounds) -> SoftSums {

@@ -13,6 +13,7 @@ mod fraction;
 mod hidden;
 mod horizon;
 pub mod image;
+mod limits;
 mod occluders;
 mod polygon;
 pub(crate) mod polyhedra;

@@ -211,7 +211,8 @@ pub(crate) struct QueryArgs {
     /// How points find what is in their way to a light; the answers are the same
     #[arg(long, value_enum, value_name = "HOW", default_value = "auto")]
     pub(crate) acceleration: AccelerationChoice,
-    /// Write the answers to a .csv file, or to .npy, a byte a point and light (repeatable) [default: standard output, CSV]
+    /// Write the answers to a .csv file (1 lit, 0 not; of a light with an extent the share that is seen, and as LIGHT_error by how much the truth may
+    /// differ), or to .npy, a byte a point and light (repeatable) [default: standard output, CSV]
     #[arg(short, long = "output", value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
 }
@@ -227,7 +228,7 @@ pub(crate) struct SoftArgs {
     /// Areas only of objects whose name matches, with * and ? (repeatable); all objects cast shadows
     #[arg(long, value_name = "GLOB")]
     pub(crate) receiver: Vec<String>,
-    /// Method of a picture (repeatable) [default: all]
+    /// Method of the picture under the first area light (repeatable) [default: all]
     #[arg(long, value_name = "METHOD")]
     pub(crate) method: Vec<MethodName>,
     /// Width and height of the picture in pixels
@@ -242,7 +243,7 @@ pub(crate) struct SoftArgs {
     /// How wide the interval of a box's penumbra may be before boxes-refined takes the parts of the box, metres [default: a quarter of the light]
     #[arg(long, value_name = "METRES", value_parser = positive)]
     pub(crate) tolerance: Option<f64>,
-    /// Frames in which everything that blocks moves; times are means
+    /// Frames in which everything moves that has another object behind it from the light; times are means
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) frames: u32,
     /// How far it moves from frame to frame, metres
@@ -251,7 +252,7 @@ pub(crate) struct SoftArgs {
     /// Write results as JSON; - is standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
-    /// Write the truth and all methods side by side, errors below, to a .png file (repeatable)
+    /// Write the picture by the only method, or of several the truth and all of them side by side, errors below, to a .png file (repeatable)
     #[arg(short, long = "output", value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
 }

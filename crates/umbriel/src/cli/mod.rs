@@ -16,6 +16,7 @@ mod reach;
 mod render;
 mod render_args;
 mod soft;
+mod soft_casters;
 mod soft_pictures;
 mod suns;
 mod surfaces;

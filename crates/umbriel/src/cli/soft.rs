@@ -1,5 +1,5 @@
-//! `umbriel soft`: what area lights light, in cells with bounds; and under a rectangle light the ways of pictures to shade soft shadows, side by side,
-//! with their times and errors against the truth.
+//! `umbriel soft`: what area lights light, in cells with bounds; and under the first of them the ways of pictures to shade soft shadows, side by
+//! side, with their times and errors against the truth.
 
 use std::{
     io::Write,
@@ -20,17 +20,12 @@ use crate::{
     },
     output::{
         self, Format, Target,
-        soft::{Areas, Document},
+        soft::{Areas, Document, Seen},
     },
     progress::{Bar, Interrupt},
 };
 
 pub(crate) fn run(args: &SoftArgs) -> Result<(), Failure> {
-    if args.detail.time.is_some() || args.detail.memory.is_some() {
-        return Err(Failure::Unusable(
-            "--time and --memory are for hard shadows; give soft ones a depth or a share".into(),
-        ));
-    }
     let files = output::targets(&args.output, &[Format::Png], &[&args.scene.scene])?;
     let json_file = args.json.clone().filter(|path| path != Path::new("-"));
     if let Some(path) = &json_file {
@@ -54,12 +49,12 @@ pub(crate) fn run(args: &SoftArgs) -> Result<(), Failure> {
     let request = SoftRequest { lights: lights.clone(), receivers, ..SoftRequest::everything(scene, detail) };
     let report = soft_bake(scene, &request, &bar)?;
     let areas = Areas::new(scene, detail, &report, begun.elapsed().as_secs_f64());
-    let plan = Plan { args, detail, bar: &bar, needs_all: !files.is_empty() };
-    let compared = pictures(scene, &lights, &plan)?;
+    let plan = Plan { args, detail, bar: &bar, needs_all: !files.is_empty() && args.method.len() != 1 };
+    let compared = soft_pictures::compare(scene, lights[0], &plan)?;
     drop(bar);
-    let document = Document::new(&areas, compared.as_ref().map(|compared| &compared.comparison));
+    let document = Document::new(&areas, &compared.comparison);
     let json = document.to_json();
-    write(args, compared.as_ref(), &files, json_file, &json, interrupt)?;
+    write(&compared, &files, json_file, &json, interrupt)?;
     let to_stdout = args.json.as_deref() == Some(Path::new("-"));
     output::print(&if to_stdout { json } else { document.to_text() })
 }
@@ -75,33 +70,19 @@ fn area_lights(scene: &Scene, lights: &[usize], file: &Path) -> Result<Vec<usize
     Ok(wide)
 }
 
-/// The comparison under the first light that allows it; where methods or a picture were asked for and none does, that is an error.
-fn pictures(scene: &Scene, lights: &[usize], plan: &Plan) -> Result<Option<Compared>, Failure> {
-    let possible = lights.iter().find(|&&light| soft_pictures::obstacle(scene, &scene.lights[light]).is_none());
-    if let Some(&light) = possible {
-        return soft_pictures::compare(scene, light, plan).map(Some);
-    }
-    let is_asked = plan.needs_all || !plan.args.method.is_empty();
-    match soft_pictures::obstacle(scene, &scene.lights[lights[0]]) {
-        Some(text) if is_asked => Err(Failure::Refused(text)),
-        _ => Ok(None),
-    }
-}
-
 /// Writes all files or none.
 fn write(
-    args: &SoftArgs,
-    compared: Option<&Compared>,
+    Compared { comparison, truth, shades, is_surface }: &Compared,
     files: &[Target],
     json_file: Option<PathBuf>,
     json: &str,
     interrupt: &Interrupt,
 ) -> Result<(), Failure> {
     let mut staged = Vec::new();
-    if let Some(Compared { comparison, truth, shades }) = compared.filter(|_| !files.is_empty()) {
-        let strip = comparison.strip(args.size, truth, shades);
+    if !files.is_empty() {
+        let picture = comparison.picture(&Seen { truth, shades, is_surface });
         for file in files {
-            staged.push(Staged::new(&file.path, |out| write_png(&strip, out))?);
+            staged.push(Staged::new(&file.path, |out| write_png(&picture, out))?);
         }
     }
     if let Some(path) = json_file {

@@ -1,20 +1,22 @@
 //! The ways of pictures to shade soft shadows, side by side, with their times and errors against the truth.
 //!
-//! The truth of a pixel is the visible fraction of the point that its middle sees, exact up to rounding for flat faces. Methods see a square light of the
-//! rectangle's area and the scene's flat faces. Where blockers move, every frame has a depth map and boxes of its own; times are means of frames.
+//! The truth of a pixel is the visible fraction of the point that its middle sees, exact up to rounding where
+//! [`Queries::visible_fraction`] is. Methods see a square of the light's area (of a sun a square of its diameter) and the scene in a depth map. Where blockers move,
+//! every frame has a depth map of its own, and boxes are placed anew; times are means of frames.
 
 use std::time::Instant;
 
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
-use umbriel_geometry::{Facets, Placement};
-use umbriel_scene::{Extent, FamilyTree, Light, Member, Object, Scene, Shape};
+use umbriel_geometry::Facets;
+use umbriel_scene::{Light, Object, Scene};
 use umbriel_shadow::{
     Cell, Detail, Place, Queries, SoftRequest, Verdict, soft_bake,
-    soft_image::{Blocker, BoxKernel, DepthMap, LightSpace, OrientedBox, SoftMethod, SoftShader, outlines},
+    soft_image::{Blocker, BoxKernel, CurvedBodies, DepthMap, LightSpace, SoftMethod, SoftShader, SurfacePoint},
 };
 use umbriel_visibility::{RayCaster, SurfaceHit};
 
+use super::soft_casters::{BoxCounts, Casters};
 use crate::{
     cli::{
         Failure,
@@ -34,6 +36,9 @@ const RUNS: usize = 3;
 /// PCF's one kernel, a share of the light's size seen from the nearest receiver.
 const PCF_SHARE: f64 = 0.25;
 
+/// How wide the interval of a box's penumbra may be, a share of that half way between the light and the farthest receiver.
+const TOLERATED: f64 = 0.25;
+
 /// What is compared, and how fine the object-space method is.
 pub(super) struct Plan<'a> {
     pub(super) args: &'a SoftArgs,
@@ -48,48 +53,22 @@ pub(super) struct Compared {
     pub(super) comparison: Comparison,
     pub(super) truth: Vec<Option<f64>>,
     pub(super) shades: Vec<Vec<f32>>,
-}
-
-/// Why methods of pictures cannot take the scene under this light, if they cannot.
-pub(super) fn obstacle(scene: &Scene, light: &Light) -> Option<String> {
-    if !matches!(light.extent, Extent::Rectangle { .. }) {
-        let name = &light.name;
-        return Some(format!("light \"{name}\" is no rectangle; depth maps look along a rectangle's normal"));
-    }
-    let curved = scene.objects.iter().find(|object| matches!(object.shape, Shape::Analytic(_)));
-    curved.map(|object| format!("object \"{}\" is curved; depth maps take flat faces only", object.name))
+    /// Which pixels show a surface.
+    pub(super) is_surface: Vec<bool>,
 }
 
 /// Compares methods, frame by frame.
 pub(super) fn compare(scene: &Scene, light: usize, plan: &Plan) -> Result<Compared, Failure> {
-    let mut compared = Stage::new(scene, light, plan)?.compare()?;
+    let still = Stage::new(scene, light, plan)?;
+    let casters = Casters::new(scene, &still.space);
+    let mut compared = still.compare(&casters)?;
     for frame in 1..plan.args.frames {
-        let moved = with_blockers_moved(scene, DVec3::from_array(plan.args.step) * f64::from(frame))?;
-        let Compared { comparison, truth, shades } = Stage::new(&moved, light, plan)?.compare()?;
+        let moved = casters.moved(scene, DVec3::from_array(plan.args.step) * f64::from(frame))?;
+        let Compared { comparison, truth, shades, is_surface } = Stage::new(&moved, light, plan)?.compare(&casters)?;
         compared.comparison.add_frame(&comparison);
-        (compared.truth, compared.shades) = (truth, shades);
+        (compared.truth, compared.shades, compared.is_surface) = (truth, shades, is_surface);
     }
     Ok(compared)
-}
-
-/// Whether an object blocks for the methods of pictures: single rectangles only receive.
-fn is_blocker(object: &Object) -> bool {
-    !matches!(object.shape, Shape::Rectangle(_))
-}
-
-fn with_blockers_moved(scene: &Scene, by: DVec3) -> Result<Scene, Failure> {
-    let mut moved = scene.clone();
-    if by == DVec3::ZERO {
-        return Ok(moved);
-    }
-    for object in moved.objects.iter_mut().filter(|object| is_blocker(object)) {
-        let refused = |reason: String| Failure::Refused(format!("--step moves \"{}\" too far: {reason}", object.name));
-        let map = DAffine3 { translation: object.placement.map().translation + by, ..*object.placement.map() };
-        let placement = Placement::new(map).map_err(|defect| refused(defect.to_string()))?;
-        let placed = Object::new(object.name.clone(), object.shape.clone(), placement, object.sides);
-        *object = placed.map_err(|defect| refused(defect.to_string()))?;
-    }
-    Ok(moved)
 }
 
 /// The scene made ready for all methods.
@@ -100,10 +79,11 @@ struct Stage<'a> {
     number: usize,
     plan: &'a Plan<'a>,
     hits: Vec<Option<SurfaceHit>>,
-    points: Vec<Option<DVec3>>,
-    facets: Vec<Facets>,
+    points: Vec<Option<SurfacePoint>>,
+    flat: Vec<Facets>,
+    curved: CurvedBodies,
     space: LightSpace,
-    /// Edge of the square light, metres.
+    /// Of the light: see [`LightSpace::of_light`].
     width: f64,
     /// Depth of the farthest receiver.
     farthest: f64,
@@ -112,10 +92,8 @@ struct Stage<'a> {
 impl<'a> Stage<'a> {
     fn new(scene: &'a Scene, number: usize, plan: &'a Plan<'a>) -> Result<Self, Failure> {
         let (light, args) = (&scene.lights[number], plan.args);
-        if let Some(text) = obstacle(scene, light) {
-            return Err(Failure::Refused(text));
-        }
-        let facets: Vec<Facets> = scene.objects.iter().filter_map(Object::facets).collect();
+        let flat: Vec<Facets> = scene.objects.iter().filter_map(Object::facets).collect();
+        let curved = CurvedBodies::new(scene);
         let caster = RayCaster::new(scene);
         let [width, height] = args.size;
         let view = viewpoint::choose(scene, &caster, &[], width, height);
@@ -124,23 +102,17 @@ impl<'a> Stage<'a> {
         let point = |(number, hit): (usize, &Option<SurfaceHit>)| {
             hit.map(|hit| {
                 let ray = view.ray((number % row) as f64 + 0.5, (number / row) as f64 + 0.5);
-                ray.origin + ray.direction * hit.distance
+                SurfacePoint { position: ray.origin + ray.direction * hit.distance, normal: hit.normal }
             })
         };
-        let points: Vec<Option<DVec3>> = hits.iter().enumerate().map(point).collect();
-        let Extent::Rectangle { u, v } = light.extent else {
-            return Err(Failure::Refused(format!("light \"{}\" is no rectangle", light.name)));
-        };
-        let origin = light.source.xyz();
-        let normal = u.cross(v);
-        let corners: Vec<DVec3> = facets.iter().flat_map(|facets| facets.positions().iter().copied()).collect();
-        let side: f64 = corners.iter().map(|&corner| normal.dot(corner - origin)).sum();
-        let forward = if side < 0.0 { -normal } else { normal };
-        let space = LightSpace::round(origin, forward, corners.iter().copied(), args.map);
-        let depths = points.iter().flatten().map(|&point| space.to_light(point).z);
+        let points: Vec<Option<SurfacePoint>> = hits.iter().enumerate().map(point).collect();
+        let corners = flat.iter().flat_map(|facets| facets.positions().iter().copied());
+        let corners: Vec<DVec3> = corners.chain(curved.corners()).collect();
+        let (space, width) = LightSpace::of_light(light, &corners, args.map)
+            .ok_or_else(|| Failure::Refused(format!("light \"{}\" has no extent", light.name)))?;
+        let depths = points.iter().flatten().map(|point| space.to_light(point.position).z);
         let farthest = depths.fold(0.0, f64::max);
-        let width = 2.0 * normal.length().sqrt();
-        Ok(Self { scene, light, number, plan, hits, points, facets, space, width, farthest })
+        Ok(Self { scene, light, number, plan, hits, points, flat, curved, space, width, farthest })
     }
 
     /// The visible fraction at every `stride`th point; of points that are none, nothing.
@@ -156,42 +128,46 @@ impl<'a> Stage<'a> {
     }
 
     /// Every method's time and errors, the truth, and the shades.
-    fn compare(&self) -> Result<Compared, Failure> {
+    fn compare(&self, casters: &Casters) -> Result<Compared, Failure> {
         let args = self.plan.args;
         // Pictures need the truth everywhere; numbers are as good from some of it.
         let stride = if self.plan.needs_all { 1 } else { (self.points.len() / args.truth.max(1)).max(1) };
         let truth = self.truth(stride);
         let begun = Instant::now();
-        let mut shader = SoftShader::new(DepthMap::new(self.space, &self.facets), self.width);
+        let mut shader = SoftShader::new(DepthMap::new(self.space, &self.flat, &self.curved), self.width);
         let map_seconds = begun.elapsed().as_secs_f64();
         let names: &[MethodName] = if args.method.is_empty() { &MethodName::ALL } else { &args.method };
         let (mut rows, mut shades) = (Vec::new(), Vec::new());
         for &name in names {
-            let (seconds, shade) = self.shade(name, &mut shader)?;
+            let (seconds, shade) = self.shade(name, &mut shader, casters)?;
             rows.push(Row { name: name.text(), seconds, errors: self.errors(&truth, &shade, stride) });
             shades.push(shade);
         }
-        let (given, left) = self.outline_corners();
+        let BoxCounts { boxes, left_out, corners } = casters.counts(self.scene, &self.space);
+        let pairs = || truth.iter().zip(self.turned_to_light().step_by(stride)).filter(|(truth, _)| truth.is_some());
         let comparison = Comparison {
             light: self.light.name.clone(),
             size: args.size,
             map: args.map,
             map_seconds,
-            truth_points: truth.iter().flatten().count(),
-            boxes: given,
-            outline_corners: left,
+            truth_points: pairs().count(),
+            turned_away: pairs().filter(|(_, is_turned)| !is_turned).count(),
+            boxes,
+            boxes_left_out: left_out,
+            outline_corners: corners,
             frames: 1,
             rows,
         };
-        Ok(Compared { comparison, truth, shades })
+        let is_surface = self.points.iter().map(Option::is_some).collect();
+        Ok(Compared { comparison, truth, shades, is_surface })
     }
 
     /// Time and shades of a method.
-    fn shade(&self, name: MethodName, shader: &mut SoftShader) -> Result<(f64, Vec<f32>), Failure> {
+    fn shade(&self, name: MethodName, shader: &mut SoftShader, casters: &Casters) -> Result<(f64, Vec<f32>), Failure> {
         let (mut seconds, mut shade) = (f64::INFINITY, Vec::new());
         for _ in 0..if self.plan.args.frames > 1 { 1 } else { RUNS } {
             let begun = Instant::now();
-            let Some(method) = self.prepare(name, shader) else { return self.shade_by_cells() };
+            let Some(method) = self.prepare(name, shader, casters) else { return self.shade_by_cells() };
             shade = shader.shade(&self.points, &method);
             seconds = seconds.min(begun.elapsed().as_secs_f64());
         }
@@ -223,86 +199,49 @@ impl<'a> Stage<'a> {
     }
 
     /// What a method of pictures makes anew in every frame besides the depth map; `None` for cells, which have no use for one.
-    fn prepare(&self, name: MethodName, shader: &mut SoftShader) -> Option<SoftMethod> {
-        let boxes = |kernel, blockers| SoftMethod::Boxes { kernel, quality: 1.0, blockers, farthest: self.farthest };
+    fn prepare(&self, name: MethodName, shader: &mut SoftShader, casters: &Casters) -> Option<SoftMethod> {
+        let (scene, space, farthest, width) = (self.scene, &self.space, self.farthest, self.width);
+        let boxes = |kernel, blockers: Vec<Blocker>| SoftMethod::Boxes { kernel, quality: 1.0, blockers, farthest };
         let method = match name {
-            MethodName::Pcf => SoftMethod::Pcf { radius: 0.5 * PCF_SHARE * self.width / self.farthest },
+            MethodName::Pcf => {
+                SoftMethod::Pcf { radius: 0.5 * PCF_SHARE * space.width_on_image(width, 0.5 * farthest, farthest) }
+            }
             MethodName::Pcss => SoftMethod::Pcss,
             MethodName::AverageDepth => {
-                shader.prepare_average_depth(self.farthest);
+                shader.prepare_average_depth(farthest);
                 SoftMethod::AverageDepth
             }
-            MethodName::BoxesFixed => boxes(BoxKernel::Fixed, self.blockers()),
-            MethodName::Boxes => boxes(BoxKernel::OwnDistance, self.blockers()),
+            MethodName::BoxesFixed => boxes(BoxKernel::Fixed, casters.blockers(scene, space)),
+            MethodName::Boxes => boxes(BoxKernel::OwnDistance, casters.blockers(scene, space)),
             MethodName::Cells => return None,
             MethodName::BoxesRefined => {
-                let tolerance = self.plan.args.tolerance.unwrap_or(0.25 * self.width);
-                let refine =
-                    |object: &Object| Blocker::refined(&self.space, object, self.farthest, self.width, tolerance);
-                boxes(BoxKernel::OwnDistance, self.casters().into_iter().flatten().flat_map(refine).collect())
+                let widest = space.penumbra(width, 0.5 * farthest, farthest);
+                let tolerance = self.plan.args.tolerance.unwrap_or(TOLERATED * widest);
+                boxes(BoxKernel::OwnDistance, casters.refined(scene, space, farthest, [width, tolerance]))
             }
         };
         Some(method)
     }
 
-    /// The objects that block, by families: everything but single rectangles, which receive.
-    fn casters(&self) -> Vec<Vec<&Object>> {
-        let families = &self.scene.families;
-        let blocks = |object: &&Object| is_blocker(object);
-        let of = |member: &Member| objects_of(families, *member).into_iter().map(|number| &self.scene.objects[number]);
-        let groups = families.roots.iter().map(|member| of(member).filter(blocks).collect());
-        let groups: Vec<Vec<&Object>> = groups.filter(|group: &Vec<&Object>| !group.is_empty()).collect();
-        // A scene of one's own making may have no families.
-        if groups.is_empty() {
-            self.scene.objects.iter().filter(blocks).map(|object| vec![object]).collect()
-        } else {
-            groups
-        }
-    }
-
-    fn blockers(&self) -> Vec<Blocker> {
-        let of = |group: &Vec<&Object>| {
-            let boxes: Vec<OrientedBox> = group.iter().filter_map(|object| OrientedBox::of(object)).collect();
-            Blocker::of(&outlines(&self.space, &boxes))
-        };
-        self.casters().iter().filter_map(of).collect()
-    }
-
-    /// How many boxes there are, and how many corners each outline that is left keeps.
-    fn outline_corners(&self) -> (usize, Vec<usize>) {
-        let groups = self.casters();
-        let left = groups.iter().flat_map(|group| {
-            let boxes: Vec<OrientedBox> = group.iter().filter_map(|object| OrientedBox::of(object)).collect();
-            outlines(&self.space, &boxes).into_iter().map(|outline| outline.corners.len()).collect::<Vec<_>>()
-        });
-        (groups.iter().map(Vec::len).sum(), left.collect())
-    }
-
     fn errors(&self, truth: &[Option<f64>], shade: &[f32], stride: usize) -> Errors {
-        let pairs = truth.iter().zip(shade.iter().step_by(stride));
+        let pairs = truth.iter().zip(shade.iter().step_by(stride)).zip(self.turned_to_light().step_by(stride));
         // What looks away from the light is dark in any renderer, by its normal alone.
-        let errors = pairs.zip(self.hits.iter().step_by(stride)).filter_map(|((truth, &shade), hit)| {
-            let turned = hit.as_ref().is_some_and(|hit| self.is_turned_to_light(hit));
-            truth.filter(|_| turned).map(|truth| (f64::from(shade) - truth).abs())
+        let errors = pairs.filter_map(|((truth, &shade), is_turned)| {
+            truth.filter(|_| is_turned).map(|truth| (f64::from(shade) - truth).abs())
         });
         let errors = errors.collect();
         let touched = shade.iter().filter(|&&shade| shade < 1.0).count() as f64 / shade.len().max(1) as f64;
         Errors::of(errors, touched)
     }
 
-    fn is_turned_to_light(&self, hit: &SurfaceHit) -> bool {
-        let facets = &self.facets[hit.object];
-        let corner = facets.facet(hit.face).corners()[0];
-        hit.normal.dot(self.light.source.xyz() - facets.positions()[corner as usize]) > 0.0
-    }
-}
-
-/// The objects below a member.
-fn objects_of(tree: &FamilyTree, member: Member) -> Vec<usize> {
-    match member {
-        Member::Object(object) => vec![object],
-        Member::Family(family) => {
-            tree.families[family].members.iter().flat_map(|&member| objects_of(tree, member)).collect()
-        }
+    /// Of all pixels: whether they see a face by its front that is turned to the light's middle.
+    fn turned_to_light(&self) -> impl Iterator<Item = bool> + '_ {
+        let light = self.light.source.xyz();
+        self.points.iter().map(move |point| {
+            point.is_some_and(|SurfacePoint { position, normal }| {
+                let towards = if self.light.source.is_sun() { light } else { light - position };
+                normal.dot(towards) > 0.0
+            })
+        })
     }
 }

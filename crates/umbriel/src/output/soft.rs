@@ -8,6 +8,7 @@ use umbriel_scene::Scene;
 use umbriel_shadow::{AreaBounds, Detail, LitArea, SoftLight, SoftObject};
 
 use super::{
+    drawing::{self, Anchor},
     json::DetailUsed,
     table::{aligned, number},
 };
@@ -16,6 +17,12 @@ const SCHEMA: u32 = 1;
 
 /// How an error is painted: this much is all red.
 const FULL_ERROR: f64 = 0.5;
+
+/// Height of the words over a picture, pixels.
+const CAPTION: u32 = 16;
+
+/// Where nothing is seen.
+const BACKGROUND: [u8; 3] = [0xc4, 0xd2, 0xe2];
 
 /// How far a method is from the truth.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -51,7 +58,12 @@ pub(crate) struct Comparison {
     #[serde(rename = "depth_map_seconds")]
     pub(crate) map_seconds: f64,
     pub(crate) truth_points: usize,
+    /// Of these, those on faces that are not turned to the light's middle: no method is judged by them.
+    #[serde(rename = "points_turned_away")]
+    pub(crate) turned_away: usize,
     pub(crate) boxes: usize,
+    /// Boxes that reach the light's plane, and so shade nothing.
+    pub(crate) boxes_left_out: usize,
     pub(crate) outline_corners: Vec<usize>,
     pub(crate) frames: u32,
     #[serde(rename = "methods")]
@@ -108,8 +120,7 @@ pub(crate) struct Document<'a> {
     umbriel: &'static str,
     #[serde(flatten)]
     areas: &'a Areas,
-    /// Nothing where no depth map can be drawn.
-    pictures: Option<&'a Comparison>,
+    pictures: &'a Comparison,
 }
 
 impl Errors {
@@ -185,13 +196,12 @@ impl ObjectAreas {
 }
 
 impl<'a> Document<'a> {
-    pub(crate) fn new(areas: &'a Areas, pictures: Option<&'a Comparison>) -> Self {
+    pub(crate) fn new(areas: &'a Areas, pictures: &'a Comparison) -> Self {
         Self { schema: SCHEMA, umbriel: env!("CARGO_PKG_VERSION"), areas, pictures }
     }
 
     pub(crate) fn to_text(&self) -> String {
-        let pictures = self.pictures.map(|comparison| format!("\n{}", comparison.to_text()));
-        self.areas.to_text() + &pictures.unwrap_or_default()
+        format!("{}\n{}", self.areas.to_text(), self.pictures.to_text())
     }
 
     pub(crate) fn to_json(&self) -> String {
@@ -219,24 +229,31 @@ impl Comparison {
     }
 
     fn to_text(&self) -> String {
-        let Self { light, size: [width, height], map, map_seconds, truth_points, boxes, outline_corners, frames, rows } =
-            self;
-        let frames = if *frames > 1 { format!("; {frames} frames, times are their means") } else { String::new() };
+        let [width, height] = self.size;
+        let (map, count) = (self.map, self.truth_points);
         let mut text = format!(
-            "light {light}; picture {width} x {height}; depth map {map} x {map}, {:.1} ms; truth at {truth_points} points{frames}\n\
-             boxes: {boxes}, corners of their outlines: {outline_corners:?}\n\n\
-             {:<15}{:>12}{:>10}{:>10}{:>10}{:>11}\n",
-            1e3 * map_seconds,
-            "method",
-            "time/ms",
-            "RMSE",
-            "99 %",
-            "largest",
-            "touched/%"
+            "light {}; picture {width} x {height}; depth map {map} x {map}, {:.1} ms; truth at {count} points",
+            self.light,
+            1e3 * self.map_seconds
         );
-        for Row { name, seconds, errors } in rows {
+        // Writing to a string cannot fail.
+        if self.turned_away > 0 {
+            let _ = write!(text, ", {} of them turned away from the light and not judged", self.turned_away);
+        }
+        if self.frames > 1 {
+            let _ = write!(text, "; {} frames, times are their means", self.frames);
+        }
+        let _ = write!(text, "\nboxes: {}, corners of their outlines: {:?}", self.boxes, self.outline_corners);
+        if self.boxes_left_out > 0 {
+            let _ = write!(text, "; {} reach the light's plane and shade nothing", self.boxes_left_out);
+        }
+        let _ = writeln!(
+            text,
+            "\n\n{:<15}{:>12}{:>10}{:>10}{:>10}{:>11}",
+            "method", "time/ms", "RMSE", "99 %", "largest", "touched/%"
+        );
+        for Row { name, seconds, errors } in &self.rows {
             let Errors { rmse, percentile_99, largest, touched } = errors;
-            // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
                 "{name:<15}{:>12.2}{rmse:>10.4}{percentile_99:>10.4}{largest:>10.4}{:>11.2}",
@@ -247,29 +264,66 @@ impl Comparison {
         text
     }
 
-    /// The truth and each method from left to right; below, the errors: red too light, blue too dark.
-    pub(crate) fn strip(&self, [width, height]: [u32; 2], truth: &[Option<f64>], shades: &[Vec<f32>]) -> Picture {
-        let columns = 1 + shades.len() as u32;
-        let mut pixels = vec![[0; 3]; (width * columns * 2 * height) as usize];
-        let mut put = |column: u32, row: u32, number: usize, color: [u8; 3]| {
-            let (x, y) = (number as u32 % width, number as u32 / width);
-            pixels[((row * height + y) * width * columns + column * width + x) as usize] = color;
-        };
-        let gray = |value: f64| [(255.0 * value.clamp(0.0, 1.0)).round() as u8; 3];
-        for (number, truth) in truth.iter().enumerate() {
-            let value = truth.unwrap_or(1.0);
-            put(0, 0, number, gray(value));
-            put(0, 1, number, gray(1.0));
-            for (column, shade) in shades.iter().enumerate() {
-                let shade = f64::from(shade[number]);
-                put(column as u32 + 1, 0, number, gray(shade));
-                let error = if truth.is_some() { ((shade - value) / FULL_ERROR).clamp(-1.0, 1.0) } else { 0.0 };
-                let other = gray(1.0 - error.abs())[0];
-                put(column as u32 + 1, 1, number, if error > 0.0 { [255, other, other] } else { [other, other, 255] });
+    /// The picture by the only method, or the truth and each method from left to right, and below the errors: red too light, blue too dark. What shows no
+    /// surface is the background.
+    pub(crate) fn picture(&self, seen: &Seen) -> Picture {
+        let [width, height] = self.size;
+        if let [shade] = seen.shades {
+            let pixels = shade.iter().zip(seen.is_surface).map(|(&shade, &is_surface)| shown(shade.into(), is_surface));
+            return Picture { width, height, pixels: pixels.collect() };
+        }
+        let columns = 1 + seen.shades.len() as u32;
+        let rows = 2 * (height + CAPTION);
+        let mut strip =
+            Picture { width: width * columns, height: rows, pixels: vec![[255; 3]; (width * columns * rows) as usize] };
+        for column in 0..columns {
+            let shade = column.checked_sub(1).map(|method| &seen.shades[method as usize]);
+            self.caption(&mut strip, column);
+            for (number, (truth, &is_surface)) in seen.truth.iter().zip(seen.is_surface).enumerate() {
+                let (x, y) = (column * width + number as u32 % width, CAPTION + number as u32 / width);
+                let value = shade.map_or(truth.unwrap_or(1.0), |shade| shade[number].into());
+                let mut put = |y: u32, color| strip.pixels[(y * width * columns + x) as usize] = color;
+                put(y, shown(value, is_surface));
+                put(y + height + CAPTION, error_shown(truth.map_or(0.0, |truth| value - truth)));
             }
         }
-        Picture { width: width * columns, height: 2 * height, pixels }
+        strip
     }
+
+    /// A column's name, and below its error.
+    fn caption(&self, strip: &mut Picture, column: u32) {
+        let [width, height] = self.size;
+        let mut words = |y: u32, text: &str| {
+            let at = [f64::from(column * width + 4), f64::from(y + CAPTION - 4)];
+            drawing::write(strip, at, Anchor::Start, text, drawing::BLACK);
+        };
+        match column.checked_sub(1).map(|method| &self.rows[method as usize]) {
+            None => words(0, "truth"),
+            Some(row) => {
+                words(0, row.name);
+                let rmse = format!("RMSE {:.4}: red too light, blue too dark", row.errors.rmse);
+                words(height + CAPTION, &rmse);
+            }
+        }
+    }
+}
+
+/// What a comparison shows: pixel by pixel, and the shades method by method.
+pub(crate) struct Seen<'a> {
+    pub(crate) truth: &'a [Option<f64>],
+    pub(crate) shades: &'a [Vec<f32>],
+    pub(crate) is_surface: &'a [bool],
+}
+
+fn shown(value: f64, is_surface: bool) -> [u8; 3] {
+    if is_surface { [(255.0 * value.clamp(0.0, 1.0)).round() as u8; 3] } else { BACKGROUND }
+}
+
+/// An error as a colour.
+fn error_shown(error: f64) -> [u8; 3] {
+    let error = (error / FULL_ERROR).clamp(-1.0, 1.0);
+    let other = (255.0 * (1.0 - error.abs())).round() as u8;
+    if error > 0.0 { [255, other, other] } else { [other, other, 255] }
 }
 
 #[cfg(test)]

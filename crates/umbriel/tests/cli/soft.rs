@@ -35,15 +35,67 @@ fn methods_are_compared_with_the_truth() {
 }
 
 #[test]
-fn what_has_no_depth_map_is_refused() {
-    let curved = format!("{PLATE}[[object]]\nname = \"ball\"\nsphere = {{ radius = 1 }}\n");
-    let workspace = Workspace::with(&[("plate.toml", PLATE), ("ball.toml", &curved)]);
+fn limits_are_details() {
+    let workspace = Workspace::with(&[("plate.toml", PLATE)]);
+    for limit in ["--time 50ms", "--memory 50kB", "--max-undecided 0.05"] {
+        let run = workspace.run(&format!("soft plate.toml --size 16x12 --map 64 {limit} --json -")).succeeds();
+        let json: serde_json::Value = serde_json::from_str(&run.stdout()).expect("JSON");
+        let mean = &json["lights"][0]["objects"][0]["visible_fraction"];
+        let [lower, upper] = ["lower", "upper"].map(|key| mean[key].as_f64().expect("a number"));
+        assert!(lower > 0.8 && lower <= upper && upper < 1.0, "{limit}: {mean}");
+    }
+}
+
+#[test]
+fn lights_without_extent_are_refused() {
+    let workspace = Workspace::with(&[("plate.toml", PLATE)]);
     workspace.run("soft plate.toml --light noon").fails(1, &["no chosen light has an extent"]);
-    workspace.run("soft ball.toml --size 8x8 --method pcss").fails(1, &["ball", "curved"]);
-    let areas = workspace.run("soft ball.toml --receiver ball --boundary-depth 4").succeeds();
-    assert!(areas.stdout().contains("penumbra %") && !areas.stdout().contains("pcss"), "{}", areas.stdout());
     workspace.run("soft plate.toml --map 3").fails(2, &["between 16 and 8192"]);
 }
+
+/// Under each kind of area light, sheets and curved bodies shade and slabs do not shade themselves.
+#[test]
+fn every_light_and_body_has_its_picture() {
+    let bodies = "[[object]]\nname = \"slab\"\nbox = { size = [20, 1, 20] }\ntranslation = [0, -0.5, 0]\n\
+                  [[object]]\nname = \"sheet\"\nrectangle = { size = [4, 4] }\ntranslation = [0, 5, 0]\n\
+                  [[object]]\nname = \"ball\"\nsphere = { radius = 1.5 }\ntranslation = [6, 3, 0]\n\
+                  [camera]\neye = [0, 14, 22]\ntarget = [0, 0, 0]\n";
+    for light in [
+        "rectangle = { center = [0, 12, 0], u = [0.5, 0, 0], v = [0, 0, 0.5] }",
+        "point = { position = [0, 12, 0], radius = 0.5 }",
+        "sun = { direction = [0.1, -1, 0.1], angular_diameter = 4 }",
+    ] {
+        let scene = format!("{bodies}[[light]]\nname = \"wide\"\n{light}\n");
+        let workspace = Workspace::with(&[("all.toml", &scene)]);
+        let run = workspace.run("soft all.toml --size 80x60 --map 512 --boundary-depth 6 --json -").succeeds();
+        let json: serde_json::Value = serde_json::from_str(&run.stdout()).expect("JSON");
+        let pictures = &json["pictures"];
+        assert_eq!(pictures["boxes"], 2, "the sheet and the ball block, the slab does not: {light}");
+        for method in pictures["methods"].as_array().expect("methods") {
+            let number = |key: &str| method[key].as_f64().expect("a number");
+            // All lit would be off by the shadows, all touched by the slab itself.
+            assert!(number("rmse") < 0.08, "{light}: {method}");
+            assert!(number("touched") > 0.02 && number("touched") < 0.4, "{light}: {method}");
+        }
+    }
+}
+
+#[test]
+fn given_boxes_are_used_and_checked() {
+    let workspace = Workspace::with(&[
+        ("plate.toml", &PLATE.replace("translation = [0, 5, 0]\n", BOXES)),
+        ("out.toml", &PLATE.replace("translation = [0, 5, 0]\n", &BOXES.replace("[1.0, 0, 0]", "[0.9, 0, 0]"))),
+        ("flat.toml", &PLATE.replace("translation = [0, 5, 0]\n", &BOXES.replace("[1.0, 0, 0]", "[0, 2, 0]"))),
+    ]);
+    let run = workspace.run("soft plate.toml --size 40x30 --map 64 --method boxes --json -").succeeds();
+    assert!(run.stdout().contains("\"boxes\": 2"), "{}", run.stdout());
+    workspace.run("info out.toml").fails(1, &["block", "vertex", "none of its boxes"]);
+    workspace.run("info flat.toml").fails(1, &["block", "box 0 has no volume"]);
+}
+
+/// Two halves of the block.
+const BOXES: &str = "translation = [0, 5, 0]\nboxes = [{ center = [-1, 0, 0], half = [[1.0, 0, 0], [0, 0.5, 0], [0, 0, 2]] }, \
+                     { center = [1, 0, 0], half = [[1.0, 0, 0], [0, 0.5, 0], [0, 0, 2]] }]\n";
 
 #[test]
 fn blockers_move_from_frame_to_frame() {
@@ -59,4 +111,14 @@ fn blockers_move_from_frame_to_frame() {
     // Areas are those of the scene as it stands in the file.
     assert_eq!(still["lights"], moving["lights"]);
     workspace.run("soft plate.toml --frames 0").fails(2, &["0"]);
+    // A sheet moves, too.
+    let sheet = PLATE.replace("box = { size = [4, 1, 4] }", "rectangle = { size = [4, 4] }");
+    let workspace = Workspace::with(&[("plate.toml", &sheet)]);
+    let touched = |rest: &str| {
+        let text = workspace.run(&format!("soft plate.toml --size 40x30 --map 64 --method boxes --json - {rest}"));
+        let json: serde_json::Value = serde_json::from_str(&text.succeeds().stdout()).expect("JSON");
+        json["pictures"]["methods"][0]["touched"].as_f64().expect("a share")
+    };
+    let still = touched("");
+    assert!(still > 0.0 && touched("--frames 2 --step 30,0,0") < still, "{still}");
 }

@@ -5,13 +5,13 @@
 
 use std::path::Path;
 
-use glam::DVec3;
-use umbriel_geometry::Analytic;
+use glam::{DAffine3, DVec3};
+use umbriel_geometry::{Analytic, Placement};
 use umbriel_io::{LoadOptions, load};
 use umbriel_scene::{Extent, Scene, Shape};
 use umbriel_shadow::{
     Detail, Place, Queries, Silent, SoftRequest, soft_bake,
-    soft_image::{LightSpace, OrientedBox, outlines},
+    soft_image::{BoxTree, LightSpace, OrientedBox, Outline, visible_outlines},
 };
 
 fn fixture(name: &str) -> Scene {
@@ -24,35 +24,40 @@ fn number_of(scene: &Scene, name: &str) -> usize {
 }
 
 #[test]
-fn at_depth_8_the_floor_is_known_to_one_per_cent() {
+fn at_depth_8_the_robot_and_its_floor_are_known_to_one_per_cent() {
     let scene = fixture("robot.toml");
-    let floor = number_of(&scene, "floor");
     let closed = scene.objects.iter().filter(|object| matches!(object.shape, Shape::Mesh(_)));
     for facets in closed.map(|object| object.facets().expect("flat")) {
         assert!((0..facets.len()).all(|face| facets.is_closed(face)));
     }
     let detail = Detail::Depth { interior: 8, boundary: 8 };
-    let request = SoftRequest { receivers: vec![floor], keep_cells: true, ..SoftRequest::everything(&scene, detail) };
-    let report = soft_bake(&scene, &request, &Silent).expect("done").remove(0).objects.remove(0);
+    let request = SoftRequest { keep_cells: true, ..SoftRequest::everything(&scene, detail) };
+    let report = soft_bake(&scene, &request, &Silent).expect("done").remove(0);
     let queries = Queries::new(&scene);
-    let light = &scene.lights[0];
-    let (mut squares, mut penumbra, mut count) = (0.0, 0, 0);
-    // Every third cell, at a point that is not its middle, weighted by area.
-    for cell in report.cells.iter().step_by(3) {
-        let area = 0.25f64.powi(i32::from(cell.level));
-        let [u, v] = cell.point([0.171, 0.683]);
-        let place = Place::Surface { object: floor, face: 0, u, v };
-        let seen = queries.visible_fraction(&place, light).expect("a place");
-        let (low, high) = (cell.lower - seen.max_error, cell.upper + seen.max_error);
-        assert!(low <= seen.value && seen.value <= high, "{seen:?} {cell:?}");
-        squares += 3.0 * area * (seen.value - cell.estimate).powi(2);
-        penumbra += usize::from(seen.value > 0.0 && seen.value < 1.0);
-        count += 1;
+    let (mut squares, mut whole, mut penumbra, mut count) = (0.0, 0.0, 0, 0);
+    for object in &report.objects {
+        let facets = scene.objects[object.object].facets().expect("flat");
+        // About ten thousand cells of each object, spread evenly, at a point that is not their middle, weighted by area.
+        for cell in object.cells.iter().step_by((object.cells.len() / 10_000).max(1)) {
+            let area = facets.area(cell.face as usize).value * 0.25f64.powi(i32::from(cell.level));
+            let [u, v] = cell.point([0.171, 0.683]);
+            let place = Place::Surface { object: object.object, face: cell.face as usize, u, v };
+            // Of a cell that is cut by a triangle's edge the point may be outside.
+            let Ok(seen) = queries.visible_fraction(&place, &scene.lights[0]) else { continue };
+            let (low, high) = (cell.lower - seen.max_error, cell.upper + seen.max_error);
+            assert!(low <= seen.value && seen.value <= high, "{seen:?} {cell:?}");
+            squares += area * (seen.value - cell.estimate).powi(2);
+            whole += area;
+            penumbra += usize::from(seen.value > 0.0 && seen.value < 1.0);
+            count += 1;
+        }
     }
-    assert!(squares.sqrt() < 0.01, "RMSE {} of {count} points", squares.sqrt());
+    let rmse = (squares / whole).sqrt();
+    assert!(rmse < 0.01, "RMSE {rmse} of {count} points");
     assert!(penumbra > 300, "{penumbra} of {count}");
-    assert!(report.umbra.lower > 1_000.0 && report.umbra.lower < report.umbra.upper);
-    assert!(report.visible.upper - report.visible.lower < 0.02 * report.area, "{:?}", report.visible);
+    let floor = &report.objects[number_of(&scene, "floor")];
+    assert!(floor.umbra.lower > 1_000.0 && floor.umbra.lower < floor.umbra.upper);
+    assert!(floor.visible.upper - floor.visible.lower < 0.02 * floor.area, "{:?}", floor.visible);
 }
 
 #[test]
@@ -60,11 +65,12 @@ fn both_arms_vanish_the_head_keeps_three_corners_and_the_body_five() {
     let scene = fixture("robot.toml");
     let origin = scene.lights[0].source.xyz();
     let parts = scene.objects.iter().filter(|object| matches!(object.shape, Shape::Mesh(_)));
-    let boxes: Vec<OrientedBox> = parts.filter_map(OrientedBox::of).collect();
+    let boxes: Vec<OrientedBox> = parts.flat_map(|object| BoxTree::of(object).roots(object.placement.map())).collect();
     assert_eq!(boxes.len(), 4);
     let corners = boxes.iter().flat_map(|oriented| oriented.corners);
     let space = LightSpace::round(origin, DVec3::Y * 50.0 - origin, corners, 64);
-    let corners: Vec<usize> = outlines(&space, &boxes).iter().map(|outline| outline.corners.len()).collect();
+    let whole: Vec<Outline> = boxes.iter().filter_map(|oriented| Outline::of(&space, oriented)).collect();
+    let corners: Vec<usize> = visible_outlines(&whole).iter().map(|outline| outline.corners.len()).collect();
     assert_eq!(corners, [3, 5]);
 }
 
@@ -78,13 +84,28 @@ struct Eclipse {
     moon_at: f64,
 }
 
-/// Observers stand this far above the ground, metres.
-const EYE: f64 = 10.0;
+/// How long the cones are and how wide on the ground, metres.
+#[derive(Debug)]
+struct Cones {
+    /// From the Moon's middle to the apex of the umbra, and how far before it that of the penumbra is.
+    umbra: f64,
+    penumbra: f64,
+    /// From the umbra's apex to the ground; negative where it reaches the ground.
+    antumbra: f64,
+    /// Across the umbra or antumbra on the ground, straight, and across the penumbra.
+    inner_width: f64,
+    penumbra_width: f64,
+}
 
 impl Eclipse {
-    fn of(name: &str) -> Self {
-        let scene = fixture(name);
+    /// The fixture with the Moon at another distance, if one is given.
+    fn of(name: &str, distance: Option<f64>) -> Self {
+        let mut scene = fixture(name);
         let (earth, moon) = (number_of(&scene, "earth"), number_of(&scene, "moon"));
+        if let Some(distance) = distance {
+            let map = DAffine3::from_translation(DVec3::NEG_X * distance);
+            scene.objects[moon] = scene.objects[moon].moved(Placement::new(map).expect("regular")).expect("a ball");
+        }
         let radius = |object: usize| match scene.objects[object].shape {
             Shape::Analytic(Analytic::Sphere { radius }) => radius,
             _ => panic!("a ball"),
@@ -95,22 +116,29 @@ impl Eclipse {
         Self { sun, earth: radius(earth), moon: radius(moon), sun_at, moon_at, scene }
     }
 
-    /// Where the cone with its apex at `apex` on the axis and this sine of half its angle meets the sphere of the observers, on the side of
+    /// By cones that touch both balls.
+    fn cones(&self) -> Cones {
+        let Self { sun, earth, moon, sun_at, moon_at, .. } = *self;
+        let between = sun_at - moon_at;
+        let (umbra, penumbra) = (between * moon / (sun - moon), between * moon / (sun + moon));
+        Cones {
+            umbra,
+            penumbra,
+            antumbra: moon_at - earth - umbra,
+            inner_width: 2.0 * self.cone_on_earth(umbra - moon_at, (sun - moon) / between),
+            penumbra_width: 2.0 * self.cone_on_earth(-moon_at - penumbra, (sun + moon) / between),
+        }
+    }
+
+    /// Where the cone with its apex at `apex` on the axis and this sine of half its angle meets the Earth's surface, on the side of
     /// the Moon: the distance from the axis.
     fn cone_on_earth(&self, apex: f64, sine: f64) -> f64 {
         // x = −√(E² − r²) and r = |x − apex| t: (1 + t²) x² − 2 t² a x + t² a² − E² = 0.
         let tangent_squared = sine * sine / (1.0 - sine * sine);
-        let radius = self.earth + EYE;
         let (p, q) = (1.0 + tangent_squared, tangent_squared * apex);
-        let r = tangent_squared * apex * apex - radius * radius;
+        let r = tangent_squared * apex * apex - self.earth * self.earth;
         let x = (q - (q * q - p * r).sqrt()) / p;
         (x - apex).abs() * tangent_squared.sqrt()
-    }
-
-    /// An observer at this distance from the axis.
-    fn on_earth(&self, r: f64) -> DVec3 {
-        let radius = self.earth + EYE;
-        DVec3::new(-(radius * radius - r * r).sqrt(), r, 0.0)
     }
 
     /// The share of the Sun that no part of the Moon covers, where all of the Moon is before it.
@@ -120,6 +148,39 @@ impl Eclipse {
             4.0 * std::f64::consts::PI * half * half
         };
         1.0 - cap(self.moon_at, self.moon) / cap(self.sun_at, self.sun)
+    }
+
+    /// By bisection on the visible fraction alone: along the axis behind the Moon, with the Earth out of the way, and on the
+    /// Earth's own surface, a line of one of its patches from the point under the Moon.
+    fn measured(&self) -> Cones {
+        let expected = self.cones();
+        let seen_in = |scene: &Scene, place: Place| {
+            Queries::new(scene).visible_fraction(&place, &self.scene.lights[0]).expect("a place").value
+        };
+        let alone =
+            Scene { objects: vec![self.scene.objects[number_of(&self.scene, "moon")].clone()], ..Scene::default() };
+        let on_axis = |x: f64| seen_in(&alone, Place::Free { position: [x - self.moon_at, 0.0, 0.0] });
+        let umbra = bisect(2.0 * self.moon, 2.0 * expected.umbra, |x| on_axis(x) == 0.0);
+        let earth = number_of(&self.scene, "earth");
+        let placed = self.scene.objects[earth].analytic().expect("a ball");
+        let position = |face: usize, u: f64| placed.charts()[face].bounded_point(placed.placement(), u, 0.5).position;
+        let face = (0..6).min_by(|&a, &b| position(a, 0.5).x.total_cmp(&position(b, 0.5).x)).expect("six patches");
+        let queries = Queries::new(&self.scene);
+        let seen = |u: f64| {
+            let place = Place::Surface { object: earth, face, u, v: 0.5 };
+            queries.visible_fraction(&place, &self.scene.lights[0]).expect("a place").value
+        };
+        let width = |u: f64| 2.0 * position(face, u).y.hypot(position(face, u).z);
+        let outer = bisect(0.5, 1.0, |u| seen(u) < 1.0);
+        let inner = if seen(0.5) == 0.0 {
+            bisect(0.5, outer, |u| seen(u) == 0.0)
+        } else {
+            // As long as the Moon is all before the Sun.
+            bisect(0.5, outer, |u| seen(u) - self.ring(position(face, u)) < 4.0 * f64::EPSILON)
+        };
+        let antumbra = self.moon_at - self.earth - umbra;
+        // The penumbra's apex is before the Moon, where nothing is hidden: its place follows from its width on the ground.
+        Cones { umbra, penumbra: expected.penumbra, antumbra, inner_width: width(inner), penumbra_width: width(outer) }
     }
 }
 
@@ -139,39 +200,31 @@ fn assert_near(found: f64, expected: f64, what: &str) {
     assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{what}: {found} is not {expected}");
 }
 
+/// Six distances of the Moon from the nearest to the farthest, metres.
+const DISTANCES: [f64; 6] = [3.6e8, 3.69e8, 3.78e8, 3.87e8, 3.96e8, 4.06e8];
+
 #[test]
 fn the_eclipses_have_their_closed_forms() {
-    for (name, is_total) in [("eclipse-total.toml", true), ("eclipse-annular.toml", false)] {
-        let eclipse = Eclipse::of(name);
-        let Eclipse { scene, sun, earth, moon, sun_at, moon_at } = &eclipse;
-        let seen_in = |queries: &Queries, position: DVec3| {
-            let place = Place::Free { position: position.to_array() };
-            queries.visible_fraction(&place, &scene.lights[0]).expect("a place").value
-        };
-        let queries = Queries::new(scene);
-        let seen = |r: f64| seen_in(&queries, eclipse.on_earth(r));
-        let between = sun_at - moon_at;
-        let umbra_length = between * moon / (sun - moon);
-        // Along the axis behind the Moon, with the Earth out of the way of the ray: the umbra ends at its apex.
-        let alone = Scene { objects: vec![scene.objects[number_of(scene, "moon")].clone()], ..Scene::default() };
-        let alone = Queries::new(&alone);
-        let behind = |x: f64| seen_in(&alone, DVec3::new(x - moon_at, 0.0, 0.0));
-        let found = bisect(2.0 * moon, 2.0 * umbra_length, |x| behind(x) == 0.0);
-        assert_near(found, umbra_length, "length of the umbra");
-        // Across the Earth.
-        let penumbra_apex = -moon_at - between * moon / (sun + moon);
-        let penumbra = bisect(0.0, 0.9 * earth, |r| seen(r) < 1.0);
-        assert_near(penumbra, eclipse.cone_on_earth(penumbra_apex, (sun + moon) / between), "penumbra");
-        let umbra_apex = umbra_length - moon_at;
-        let inner = eclipse.cone_on_earth(umbra_apex, (sun - moon) / between);
-        assert_eq!(is_total, umbra_apex > -earth - EYE);
-        if is_total {
-            assert_near(bisect(0.0, penumbra, |r| seen(r) == 0.0), inner, "umbra, total");
-        } else {
-            assert!(seen(0.0) > 0.0, "annular");
-            // As long as the Moon is all before the Sun.
-            let is_ring = |r: f64| seen(r) - eclipse.ring(eclipse.on_earth(r)) < 4.0 * f64::EPSILON;
-            assert_near(bisect(0.0, penumbra, is_ring), inner, "antumbra, annular");
-        }
+    assert!(Eclipse::of("eclipse-total.toml", None).cones().antumbra < 0.0);
+    assert!(Eclipse::of("eclipse-annular.toml", None).cones().antumbra > 0.0);
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/soft.md");
+    let page = std::fs::read_to_string(page).expect("the page with the table");
+    for distance in DISTANCES {
+        let eclipse = Eclipse::of("eclipse-total.toml", Some(distance));
+        let (expected, found) = (eclipse.cones(), eclipse.measured());
+        assert_near(found.umbra, expected.umbra, "length of the umbra");
+        assert_near(found.inner_width, expected.inner_width, "width of the umbra or antumbra");
+        assert_near(found.penumbra_width, expected.penumbra_width, "width of the penumbra");
+        let row = eclipse_row(distance, &found);
+        assert!(page.contains(&row), "docs/soft.md lacks {row}");
     }
+}
+
+/// The row of the page's table: kilometres to the metre.
+fn eclipse_row(distance: f64, cones: &Cones) -> String {
+    let km = |metres: f64| format!("{:.3}", 1e-3 * metres);
+    let kind = if cones.antumbra < 0.0 { "total" } else { "annular" };
+    let Cones { umbra, penumbra, antumbra, inner_width, penumbra_width } = *cones;
+    let lengths = [distance, umbra, penumbra, antumbra.max(0.0), inner_width, penumbra_width].map(km).join(" | ");
+    format!("| {kind} | {lengths} |")
 }

@@ -4,18 +4,14 @@
 //! of its corners those on a face turned to the light stay, but for one on three such faces, which is inside; a corner inside of another box's outline (and,
 //! a condition of ours, behind that box) shapes no shadow, and a box without corners is dropped. Of each outline that is left, the middles of its two
 //! corners nearest to the light's plane and of its two farthest are taken; over the outlines of a blocker, the nearest is *max*, where penumbrae are
-//! widest, the farthest *min*. Ours: one pair a blocker instead of one a scene; the receiver's own depth; outlines on the plane of slopes, so
-//! that they are where the depth map has them; and boxes that are replaced by their children where their depths leave the width open by more than is tolerated. A
-//! few dozen operations a box and frame.
+//! widest, the farthest *min*. Ours: one pair a blocker instead of one a scene; the receiver's own depth; outlines on the map's image, so
+//! that they are where the depth map has them; and boxes that are replaced by their parts ([`super::BoxTree`]) where their depths leave the width open by more than
+//! is tolerated. A few dozen operations a box and frame.
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use umbriel_geometry::Cuboid;
-use umbriel_scene::{Object, Shape};
 
-use super::depth_map::LightSpace;
-
-/// How often an object's cube is halved at most.
-const DEEPEST: u32 = 5;
+use super::light_space::LightSpace;
 
 /// A box that stands in space as it likes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,115 +21,87 @@ pub struct OrientedBox {
 }
 
 impl OrientedBox {
-    /// The box of an object in its own coordinates, placed; `None` for a shape without corners.
-    pub fn of(object: &Object) -> Option<Self> {
-        let map = object.placement.map();
-        let around = |points: &mut dyn Iterator<Item = DVec3>| {
-            let (low, high) =
-                points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
-            (low.x <= high.x).then(|| Self::between(low, high, map))
-        };
-        match &object.shape {
-            Shape::Mesh(mesh) => around(&mut mesh.positions().iter().copied()),
-            Shape::Convex(body) => around(&mut body.points().iter().copied()),
-            Shape::Cuboid(cuboid) => around(&mut cuboid.corners().into_iter()),
-            Shape::Rectangle(rectangle) => around(&mut rectangle.corners().into_iter()),
-            Shape::Analytic(body) => {
-                let half = DVec3::from_array(body.half_extent());
-                Some(Self::between(-half, half, map))
-            }
-            _ => None,
-        }
+    /// Whether something of a body, given by points round it, may be behind the box as the light sees it: none of the box's faces that
+    /// are turned to the light has the body on its closed front side, up to rounding.
+    pub fn may_hide(&self, space: &LightSpace, points: &[DVec3]) -> bool {
+        let seen: Vec<DVec3> = points.iter().map(|&point| space.to_light(point)).collect();
+        turned_faces(space, &self.corners.map(|corner| space.to_light(corner))).all(|(_, normal, corner)| {
+            seen.iter().any(|&point| {
+                let size = normal.abs().dot(point.abs() + corner.abs());
+                // Some thirty roundings from local coordinates to here.
+                normal.dot(point - corner) < -64.0 * f64::EPSILON * size
+            })
+        })
     }
+}
 
-    /// The box between two local corners, placed.
-    pub fn between(low: DVec3, high: DVec3, map: &DAffine3) -> Self {
-        let size = (high - low).to_array();
-        let middle = 0.5 * (low + high);
-        Self { corners: Cuboid { size }.corners().map(|corner| map.transform_point3(corner + middle)) }
-    }
-
-    /// The boxes round the triangles of a mesh object in the 2^depth parts along each axis: its hierarchy of cubes at that depth, each cut to what it
-    /// holds. The object's own box for other shapes.
-    pub fn parts_of(object: &Object, depth: u32) -> Vec<Self> {
-        let Shape::Mesh(mesh) = &object.shape else { return Self::of(object).into_iter().collect() };
-        let all = mesh
-            .positions()
-            .iter()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)));
-        let edge = (all.1 - all.0).max_element() / f64::from(1u32 << depth.min(10));
-        let mut cubes = std::collections::BTreeMap::new();
-        for triangle in mesh.triangles() {
-            let corners = triangle.map(|corner| mesh.positions()[corner as usize]);
-            let middle = corners.iter().sum::<DVec3>() / 3.0;
-            let key = if edge > 0.0 { ((middle - all.0) / edge).to_array().map(|place| place as u32) } else { [0; 3] };
-            let bounds = cubes.entry(key).or_insert((DVec3::INFINITY, DVec3::NEG_INFINITY));
-            *bounds = corners.iter().fold(*bounds, |(low, high), &corner| (low.min(corner), high.max(corner)));
-        }
-        cubes.into_values().map(|(low, high)| Self::between(low, high, object.placement.map())).collect()
-    }
+/// The faces of a box (in light space) that are turned to the light: corners, outward normal, a point.
+fn turned_faces<'a>(
+    space: &'a LightSpace,
+    seen: &'a [DVec3; 8],
+) -> impl Iterator<Item = ([u32; 4], DVec3, DVec3)> + 'a {
+    let middle = seen.iter().sum::<DVec3>() / 8.0;
+    Cuboid::FACES.into_iter().filter_map(move |face| {
+        let [a, b, _, d] = face.map(|corner| seen[corner as usize]);
+        let normal = (b - a).cross(d - a);
+        let outward = if normal.dot(a - middle) < 0.0 { -normal } else { normal };
+        space.is_turned_to_light(outward, a).then_some((face, outward, a))
+    })
 }
 
 /// A box's outline as the light sees it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
-    /// Slopes and depth of its corners, in order round it, without those that were dropped.
+    /// Places on the image and depths of its corners, in order round it, without those that were dropped.
     pub corners: Vec<DVec3>,
-    /// All of its corners' slopes, counter-clockwise.
+    /// All of its corners on the image, counter-clockwise.
     hull: Vec<DVec2>,
-    /// Depths of the box.
+    /// The rectangle round them.
+    low: DVec2,
+    high: DVec2,
+    /// Of the box.
     depths: [f64; 2],
 }
 
-/// The outlines of boxes: steps 1 and 2. A box that reaches the light's plane has none.
-pub fn outlines(space: &LightSpace, boxes: &[OrientedBox]) -> Vec<Outline> {
-    let whole: Vec<Outline> = boxes.iter().filter_map(|oriented| outline(space, oriented)).collect();
-    let shapes = |number: usize, corner: &DVec3| {
-        !whole.iter().enumerate().any(|(other, outline)| other != number && outline.hides(*corner))
-    };
-    let visible = whole.iter().enumerate().map(|(number, outline)| {
-        let corners = outline.corners.iter().copied().filter(|corner| shapes(number, corner)).collect();
-        Outline { corners, ..outline.clone() }
-    });
-    visible.filter(|outline| !outline.corners.is_empty()).collect()
-}
-
-/// Step 1: which corners lie on one or two faces turned to the light.
-fn outline(space: &LightSpace, oriented: &OrientedBox) -> Option<Outline> {
-    let seen = oriented.corners.map(|corner| space.to_light(corner));
-    if seen.iter().any(|corner| corner.z <= 0.0) {
-        return None;
-    }
-    let middle = seen.iter().sum::<DVec3>() / 8.0;
-    let mut counts = [0; 8];
-    for face in Cuboid::FACES {
-        let [a, b, _, d] = face.map(|corner| seen[corner as usize]);
-        let normal = (b - a).cross(d - a);
-        let outward = if normal.dot(a - middle) < 0.0 { -normal } else { normal };
-        // The light is the origin.
-        if outward.dot(a) < 0.0 {
+impl Outline {
+    /// Step 1: which corners lie on one or two faces turned to the light. A box that reaches the plane of a lamp has no outline.
+    pub fn of(space: &LightSpace, oriented: &OrientedBox) -> Option<Self> {
+        let seen = oriented.corners.map(|corner| space.to_light(corner));
+        if seen.iter().any(|&corner| !space.is_before(corner)) {
+            return None;
+        }
+        let mut counts = [0; 8];
+        for (face, _, _) in turned_faces(space, &seen) {
             face.iter().for_each(|&corner| counts[corner as usize] += 1);
         }
+        let on_outline = (0..8).filter(|&corner| counts[corner] == 1 || counts[corner] == 2);
+        let mut corners: Vec<DVec3> = on_outline.map(|k| space.image(seen[k]).extend(seen[k].z)).collect();
+        let centre = corners.iter().map(|corner| corner.truncate()).sum::<DVec2>() / corners.len().max(1) as f64;
+        let turn = |corner: &DVec3| {
+            let way = corner.truncate() - centre;
+            libm::atan2(way.y, way.x)
+        };
+        corners.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
+        let hull: Vec<DVec2> = corners.iter().map(|corner| corner.truncate()).collect();
+        let low = hull.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+        let high = hull.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+        let depth = |pick: fn(f64, f64) -> f64, start| seen.iter().map(|corner| corner.z).fold(start, pick);
+        Some(Self { corners, hull, low, high, depths: [depth(f64::min, f64::INFINITY), depth(f64::max, 0.0)] })
     }
-    let on_outline = (0..8).filter(|&corner| counts[corner] == 1 || counts[corner] == 2);
-    let mut corners: Vec<DVec3> = on_outline.map(|k| (seen[k].truncate() / seen[k].z).extend(seen[k].z)).collect();
-    let centre = corners.iter().map(|corner| corner.truncate()).sum::<DVec2>() / corners.len().max(1) as f64;
-    let turn = |corner: &DVec3| {
-        let way = corner.truncate() - centre;
-        libm::atan2(way.y, way.x)
-    };
-    corners.sort_by(|a, b| turn(a).total_cmp(&turn(b)));
-    let hull = corners.iter().map(|corner| corner.truncate()).collect();
-    let depth = |pick: fn(f64, f64) -> f64, start| seen.iter().map(|corner| corner.z).fold(start, pick);
-    Some(Outline { corners, hull, depths: [depth(f64::min, f64::INFINITY), depth(f64::max, 0.0)] })
-}
 
-impl Outline {
+    /// The nearest and the farthest depth of the box, metres.
+    pub fn depths(&self) -> [f64; 2] {
+        self.depths
+    }
+
     /// Whether a corner is inside and not nearer to the light than the box.
     fn hides(&self, corner: DVec3) -> bool {
+        let place = corner.truncate();
+        if corner.z <= self.depths[0] || place.cmple(self.low).any() || place.cmpge(self.high).any() {
+            return false;
+        }
         let next = self.hull.iter().cycle().skip(1);
-        let is_inside = self.hull.iter().zip(next).all(|(&a, &b)| (b - a).perp_dot(corner.truncate() - a) > 0.0);
-        is_inside && self.hull.len() > 2 && corner.z > self.depths[0]
+        self.hull.len() > 2 && self.hull.iter().zip(next).all(|(&a, &b)| (b - a).perp_dot(place - a) > 0.0)
     }
 
     /// Step 3: the middles of its two nearest corners and of its two farthest.
@@ -145,13 +113,27 @@ impl Outline {
     }
 }
 
+/// Step 2: the outlines without the corners that others hide; those that lose all of them are dropped. O(outlines²).
+pub fn visible_outlines(whole: &[Outline]) -> Vec<Outline> {
+    let shapes = |number: usize, corner: &DVec3| {
+        !whole.iter().enumerate().any(|(other, outline)| other != number && outline.hides(*corner))
+    };
+    let visible = whole.iter().enumerate().map(|(number, outline)| {
+        let corners = outline.corners.iter().copied().filter(|corner| shapes(number, corner)).collect();
+        Outline { corners, ..outline.clone() }
+    });
+    visible.filter(|outline| !outline.corners.is_empty()).collect()
+}
+
 /// A blocker: the two points between which penumbrae are interpolated, and how far its outlines reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blocker {
-    /// Slopes and depth of *max*, the nearest to the light.
+    /// Place on the image and depth of *max*, the nearest to the light.
     pub nearest: DVec3,
-    /// Slopes and depth of *min*, the farthest.
+    /// Place on the image and depth of *min*, the farthest.
     pub farthest: DVec3,
+    /// The nearest depth of its boxes.
+    front: f64,
     low: DVec2,
     high: DVec2,
 }
@@ -159,68 +141,55 @@ pub struct Blocker {
 impl Blocker {
     /// Steps 3 and 4 over the outlines of one blocker; `None` without outlines.
     pub fn of(outlines: &[Outline]) -> Option<Self> {
-        let extremes = outlines.iter().map(Outline::extremes);
-        let pairs: Vec<[DVec3; 2]> = extremes.collect();
+        let pairs: Vec<[DVec3; 2]> = outlines.iter().map(Outline::extremes).collect();
         let nearest = pairs.iter().map(|pair| pair[0]).min_by(|a, b| a.z.total_cmp(&b.z))?;
         let farthest = pairs.iter().map(|pair| pair[1]).max_by(|a, b| a.z.total_cmp(&b.z))?;
-        let slopes = outlines.iter().flat_map(|outline| &outline.hull);
-        let (low, high) =
-            slopes.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &s| (low.min(s), high.max(s)));
-        Some(Self { nearest, farthest, low, high })
-    }
-
-    /// A blocker for each box of a mesh object's hierarchy of cubes, as deep as it takes for the penumbra of each, on a receiver at this depth, to be
-    /// known within `tolerance` metres; the object's own box where that does. Ours. At most five levels.
-    pub fn refined(space: &LightSpace, object: &Object, receiver: f64, width: f64, tolerance: f64) -> Vec<Self> {
-        let mut blockers = Vec::new();
-        for depth in 0..=DEEPEST {
-            let boxes = if depth == 0 {
-                OrientedBox::of(object).into_iter().collect()
-            } else {
-                OrientedBox::parts_of(object, depth)
-            };
-            let outlines: Vec<Outline> = boxes.iter().filter_map(|oriented| outline(space, oriented)).collect();
-            blockers = outlines.iter().filter_map(|outline| Self::of(std::slice::from_ref(outline))).collect();
-            let is_known = |outline: &Outline| {
-                let [widest, narrowest] = Self::interval(outline.depths, receiver, width);
-                widest - narrowest <= tolerance
-            };
-            if outlines.iter().all(is_known) {
-                break;
-            }
-        }
-        blockers
+        let front = outlines.iter().map(|outline| outline.depths[0]).fold(f64::INFINITY, f64::min);
+        let low = outlines.iter().map(|outline| outline.low).fold(DVec2::INFINITY, DVec2::min);
+        let high = outlines.iter().map(|outline| outline.high).fold(DVec2::NEG_INFINITY, DVec2::max);
+        Some(Self { nearest, farthest, front, low, high })
     }
 
     /// Between which widths the penumbra of a blocker between two depths lies: it falls with the blocker's depth. Metres.
-    pub fn interval(depths: [f64; 2], receiver: f64, width: f64) -> [f64; 2] {
-        depths.map(|depth| (width * (receiver - depth) / depth).max(0.0))
+    pub fn interval(space: &LightSpace, depths: [f64; 2], receiver: f64, width: f64) -> [f64; 2] {
+        depths.map(|depth| space.penumbra(width, depth, receiver))
     }
 
-    /// Whether a receiver's slope is in the outlines' rectangle, grown by the widest penumbra.
-    pub(crate) fn holds(&self, slope: DVec2, receiver: f64, width: f64) -> bool {
-        let grown = (width * (1.0 / self.nearest.z - 1.0 / receiver)).max(0.0);
-        slope.cmpge(self.low - grown).all() && slope.cmple(self.high + grown).all()
+    /// Whether a receiver is behind the nearest of the boxes.
+    pub(super) fn is_before(&self, receiver: f64) -> bool {
+        self.front < receiver
     }
 
-    /// How near a slope is to *min*, 1 at *max* and 0 at *min*.
-    fn share_of_nearest(&self, slope: DVec2) -> f64 {
+    /// The outlines' rectangle on the image, grown by the widest penumbra on receivers at this depth.
+    pub(super) fn rectangle(&self, space: &LightSpace, receiver: f64, width: f64) -> [DVec2; 2] {
+        let grown = space.width_on_image(width, self.front, receiver);
+        [self.low - grown, self.high + grown]
+    }
+
+    /// Whether a receiver's place is in that rectangle.
+    pub(super) fn holds(&self, space: &LightSpace, place: DVec2, receiver: f64, width: f64) -> bool {
+        let [low, high] = self.rectangle(space, receiver, width);
+        place.cmpge(low).all() && place.cmple(high).all()
+    }
+
+    /// How near a place is to *min*, 1 at *max* and 0 at *min*.
+    fn share_of_nearest(&self, place: DVec2) -> f64 {
         let (to_nearest, to_farthest) =
-            (slope.distance(self.nearest.truncate()), slope.distance(self.farthest.truncate()));
+            (place.distance(self.nearest.truncate()), place.distance(self.farthest.truncate()));
         let both = to_nearest + to_farthest;
         if both > 0.0 { to_farthest / both } else { 1.0 }
     }
 
-    /// The blocker's depth at a slope, interpolated.
-    pub(crate) fn depth_at(&self, slope: DVec2) -> f64 {
-        let share = self.share_of_nearest(slope);
+    /// The blocker's depth at a place, interpolated.
+    pub(super) fn depth_at(&self, place: DVec2) -> f64 {
+        let share = self.share_of_nearest(place);
         share * self.nearest.z + (1.0 - share) * self.farthest.z
     }
 
-    /// The penumbra's width at a slope, interpolated between those of the two points for a receiver at `receiver`, metres.
-    pub(crate) fn fixed_width(&self, slope: DVec2, receiver: f64, width: f64) -> f64 {
-        let [widest, narrowest] = Self::interval([self.nearest.z, self.farthest.z], receiver, width);
-        let share = self.share_of_nearest(slope);
+    /// The penumbra's width at a place, interpolated between those of the two points for a receiver at `receiver`, metres.
+    pub(super) fn fixed_width(&self, space: &LightSpace, place: DVec2, receiver: f64, width: f64) -> f64 {
+        let [widest, narrowest] = Self::interval(space, [self.nearest.z, self.farthest.z], receiver, width);
+        let share = self.share_of_nearest(place);
         share * widest + (1.0 - share) * narrowest
     }
 }

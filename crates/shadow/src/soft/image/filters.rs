@@ -1,6 +1,6 @@
 //! Shades from a depth map: PCF, PCSS, average depth, and kernels from boxes.
 //!
-//! - **PCF** (Reeves, Salesin and Cook, SIGGRAPH 1987): the share of the texels in a window that are not nearer than the point.
+//! - **PCF** (Reeves, Salesin and Cook, SIGGRAPH 1987): the share of the texels in a window that are not before the receiver.
 //! - **PCSS** (Fernando, "Percentage-closer soft shadows", SIGGRAPH 2005 sketches): the mean depth of the nearer texels in a search window is the
 //!   blocker's; its penumbra's width is PCF's window.
 //! - **Average depth** (VSSM; Yang et al., "Variance soft shadow mapping", Computer Graphics Forum 29(7), 2010): that mean estimated from mean and
@@ -8,14 +8,21 @@
 //! - **Boxes** (Duan, "A fast soft shadows algorithm for dynamic scene in MMOG", Computer Knowledge and Technology 2009(15)): the blocker's depth is
 //!   interpolated between two points of the outlines of its boxes, and nothing is done outside of the outlines, grown by the widest penumbra.
 //!
-//! All share one PCF and the smallest depths of squares of texels: a window with nothing nearer than the point is lit at once, and no estimate of a
-//! blocker is nearer than they say (as by the hierarchical map of Yang et al.). PCF's inner loop runs along rows without a branch, so the compiler makes vectors of it. On the map a light of width W seen past a blocker at
-//! z_b from a point at z has the slope W·(1/z_b − 1/z): the kernel of all four. Pixels in parallel.
+//! All share one PCF, the receiver's plane ([`super::receiver`]) and the smallest depths of squares of texels: a window with nothing before the plane is lit
+//! at once, and no estimate of a blocker is nearer than they say (as by the hierarchical map of Yang et al.). Texels are counted sixteen at a time
+//! by the widest vectors of the processor ([`umbriel_geometry::simd`]); pixels in parallel.
 
-use glam::{DVec2, DVec3};
+use std::ops::Range;
+
 use rayon::prelude::*;
+use umbriel_geometry::simd::dispatch;
 
-use super::{boxes::Blocker, depth_map::DepthMap};
+use super::{
+    blocker_grid::BlockerGrid,
+    boxes::Blocker,
+    depth_map::DepthMap,
+    receiver::{CountNearer, Limit, Receiver, SurfacePoint},
+};
 
 /// Which kernel a receiver gets from boxes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,9 +37,9 @@ pub enum BoxKernel {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum SoftMethod {
-    /// One kernel for all, a slope (half its width).
+    /// One kernel for all.
     Pcf {
-        /// Half the kernel's width on the plane of slopes.
+        /// Half the kernel's width on the map's image.
         radius: f64,
     },
     /// Blocker search by reading every texel.
@@ -56,7 +63,7 @@ pub enum SoftMethod {
 #[derive(Clone, Debug)]
 pub struct SoftShader {
     map: DepthMap,
-    /// Edge of the light, metres.
+    /// Edge of the light in metres, or of a sun twice the tangent of its radius.
     width: f64,
     tables: Option<Tables>,
 }
@@ -69,15 +76,11 @@ struct Tables {
     background: f64,
 }
 
-/// How many texels a point's depth is granted, for a texel stands for its middle: the steepest receiver that is shaded without
-/// shadowing itself rises as much as a texel and a half across one.
-const BIAS_TEXELS: f64 = 1.5;
-
-/// Numbers added side by side.
-const LANES: usize = 16;
+/// Columns that one thread sums up at a time.
+const COLUMNS: usize = 64;
 
 impl SoftShader {
-    /// For a square light of this edge, metres.
+    /// For a square lamp of this edge in metres, or for a sun of this width: 2·tan(α/2) for the angular diameter α.
     pub fn new(map: DepthMap, width: f64) -> Self {
         Self { map, width, tables: None }
     }
@@ -88,10 +91,11 @@ impl SoftShader {
     }
 
     /// Makes the summed-area tables, which [`SoftMethod::AverageDepth`] needs; `background` is the depth of what lies behind everything.
+    /// Rows in parallel, then bands of columns: the same bits for any number of threads.
     pub fn prepare_average_depth(&mut self, background: f64) {
-        let size = self.map.size();
-        let mut sums = vec![[0.0; 2]; (size + 1) * (size + 1)];
-        sums.par_chunks_mut(size + 1).enumerate().skip(1).for_each(|(row, line)| {
+        let edge = self.map.size() + 1;
+        let mut sums = vec![[0.0; 2]; edge * edge];
+        sums.par_chunks_mut(edge).enumerate().skip(1).for_each(|(row, line)| {
             let mut sum = [0.0; 2];
             for (column, &depth) in self.map.row(row - 1).iter().enumerate() {
                 let depth = f64::from(depth).min(background);
@@ -99,129 +103,118 @@ impl SoftShader {
                 line[column + 1] = sum;
             }
         });
-        for row in 1..=size {
-            let (before, after) = sums.split_at_mut(row * (size + 1));
-            let last = &before[(row - 1) * (size + 1)..];
-            for (sum, above) in after[..=size].iter_mut().zip(last) {
-                *sum = [sum[0] + above[0], sum[1] + above[1]];
-            }
+        // Every band has its part of every row.
+        let mut bands: Vec<Vec<&mut [[f64; 2]]>> = (0..edge.div_ceil(COLUMNS)).map(|_| Vec::new()).collect();
+        for line in sums.chunks_mut(edge) {
+            bands.iter_mut().zip(line.chunks_mut(COLUMNS)).for_each(|(band, part)| band.push(part));
         }
+        bands.into_par_iter().for_each(add_rows_up);
         self.tables = Some(Tables { sums, background });
     }
 
-    /// The share of the light that each point (world coordinates, metres) sees; 1 for no point. Average depth without its tables shades as PCSS.
-    pub fn shade(&self, points: &[Option<DVec3>], method: &SoftMethod) -> Vec<f32> {
-        points
-            .par_iter()
-            .with_min_len(256)
-            .map(|point| point.map_or(1.0, |point| self.shade_point(point, method)))
-            .collect()
+    /// The share of the light that each point sees; 1 for no point. Average depth without its tables shades as PCSS.
+    pub fn shade(&self, points: &[Option<SurfacePoint>], method: &SoftMethod) -> Vec<f32> {
+        let grid = match method {
+            SoftMethod::Boxes { blockers, farthest, .. } => {
+                BlockerGrid::new(&self.map.space, blockers, *farthest, self.width)
+            }
+            _ => BlockerGrid::default(),
+        };
+        let shade = |point: &Option<SurfacePoint>| {
+            let receiver = point.as_ref().and_then(|point| Receiver::new(&self.map.space, point));
+            receiver.map_or(1.0, |receiver| self.shade_point(&receiver, method, &grid))
+        };
+        points.par_iter().with_min_len(256).map(shade).collect()
     }
 
-    fn shade_point(&self, point: DVec3, method: &SoftMethod) -> f32 {
-        let seen = self.map.space.to_light(point);
-        if seen.z <= 0.0 {
-            return 1.0;
-        }
-        let place = self.map.space.to_texels(seen);
+    fn shade_point(&self, receiver: &Receiver, method: &SoftMethod, grid: &BlockerGrid) -> f32 {
         match method {
-            SoftMethod::Pcf { radius } => self.filter(place, seen.z, *radius),
-            SoftMethod::Pcss => self.shade_with(place, seen.z, |window, limit| self.mean_nearer(window, limit)),
-            SoftMethod::AverageDepth => self.shade_with(place, seen.z, |window, limit| match &self.tables {
-                Some(tables) => tables.mean_nearer(window, seen.z, self.map.size()),
+            SoftMethod::Pcf { radius } => self.filter(receiver, *radius),
+            SoftMethod::Pcss => self.shade_with(receiver, |window, limit| self.mean_nearer(window, limit)),
+            SoftMethod::AverageDepth => self.shade_with(receiver, |window, limit| match &self.tables {
+                Some(tables) => tables.mean_nearer(window, receiver.depth, self.map.size()),
                 None => self.mean_nearer(window, limit),
             }),
             SoftMethod::Boxes { kernel, quality, blockers, farthest } => {
-                let slope = seen.truncate() / seen.z;
-                let receiver = if *kernel == BoxKernel::Fixed { *farthest } else { seen.z };
-                let radius =
-                    blockers.iter().filter(|blocker| blocker.holds(slope, receiver, self.width)).map(|blocker| {
-                        match kernel {
-                            BoxKernel::Fixed => blocker.fixed_width(slope, *farthest, self.width) / seen.z,
-                            BoxKernel::OwnDistance => self.slope_of_light(blocker.depth_at(slope), seen.z),
-                        }
-                    });
-                match radius.reduce(f64::max) {
+                let near = grid.near(receiver.place).iter().map(|&number| &blockers[number as usize]);
+                match self.width_by_boxes(receiver, *kernel, near, *farthest) {
                     None => 1.0,
-                    Some(width) => self.filter(place, seen.z, 0.5 * quality * width),
+                    Some(width) => self.filter(receiver, 0.5 * quality * width),
                 }
             }
         }
     }
 
-    /// The slope that the light has, seen past a blocker.
-    fn slope_of_light(&self, blocker: f64, receiver: f64) -> f64 {
-        (self.width * (1.0 / blocker - 1.0 / receiver)).max(0.0)
+    /// The widest penumbra on the image that a blocker throws on the receiver; `None` where none does.
+    fn width_by_boxes<'a>(
+        &self,
+        receiver: &Receiver,
+        kernel: BoxKernel,
+        blockers: impl Iterator<Item = &'a Blocker>,
+        farthest: f64,
+    ) -> Option<f64> {
+        let (space, place) = (&self.map.space, receiver.image);
+        let deepest = if kernel == BoxKernel::Fixed { farthest } else { receiver.depth };
+        let before = blockers.filter(|blocker| blocker.is_before(receiver.depth));
+        let near = before.filter(|blocker| blocker.holds(space, place, deepest, self.width));
+        let widths = near.map(|blocker| match kernel {
+            BoxKernel::Fixed => space.on_image(blocker.fixed_width(space, place, farthest, self.width), receiver.depth),
+            BoxKernel::OwnDistance => space.width_on_image(self.width, blocker.depth_at(place), receiver.depth),
+        });
+        widths.reduce(f64::max)
     }
 
     /// A shade by searching the blocker's depth.
-    fn shade_with(
-        &self,
-        place: DVec2,
-        depth: f64,
-        search: impl Fn([std::ops::Range<usize>; 2], f32) -> Option<f64>,
-    ) -> f32 {
+    fn shade_with(&self, receiver: &Receiver, search: impl Fn(&[Range<usize>; 2], Limit) -> Option<f64>) -> f32 {
+        let (space, depth) = (&self.map.space, receiver.depth);
         let nearest = f64::from(self.map.nearest());
         if !nearest.is_finite() || nearest >= depth {
             return 1.0;
         }
-        let radius = 0.5 * self.slope_of_light(nearest, depth) / self.map.space.texel();
-        let Some(window) = self.map.window(place, radius) else { return 1.0 };
-        let (limit, nearest) = (self.limit(depth), self.map.nearest_in(&window));
-        if nearest >= limit {
+        let radius = 0.5 * space.width_on_image(self.width, nearest, depth) / space.texel();
+        let Some(window) = self.map.window(receiver.place, radius) else { return 1.0 };
+        let (limit, nearest) = (receiver.limit(space, &window), self.map.nearest_in(&window));
+        if limit.frees(nearest) {
             return 1.0;
         }
-        match search(window, limit).map(|blocker| blocker.max(f64::from(nearest))) {
+        match search(&window, limit).map(|blocker| blocker.max(f64::from(nearest))) {
             None => 1.0,
-            Some(blocker) => self.filter(place, depth, 0.5 * self.slope_of_light(blocker, depth)),
+            Some(blocker) => self.filter(receiver, 0.5 * space.width_on_image(self.width, blocker, depth)),
         }
     }
 
-    /// Texels nearer than this hide a point at `depth`.
-    fn limit(&self, depth: f64) -> f32 {
-        (depth * (1.0 - BIAS_TEXELS * self.map.space.texel())) as f32
-    }
-
-    /// PCF over a window of this radius, a slope.
-    fn filter(&self, place: DVec2, depth: f64, radius: f64) -> f32 {
-        let Some(window) = self.map.window(place, radius / self.map.space.texel()) else { return 1.0 };
-        let limit = self.limit(depth);
-        if self.map.nearest_in(&window) >= limit {
+    /// PCF over a window of this radius on the image.
+    fn filter(&self, receiver: &Receiver, radius: f64) -> f32 {
+        let space = &self.map.space;
+        let Some(window) = self.map.window(receiver.place, radius / space.texel()) else { return 1.0 };
+        let limit = receiver.limit(space, &window);
+        if limit.frees(self.map.nearest_in(&window)) {
             return 1.0;
         }
-        let [columns, rows] = window;
-        let count = columns.len() * rows.len();
-        let hidden: u32 = rows
-            .map(|row| self.map.row(row)[columns.clone()].iter().map(|&depth| u32::from(depth < limit)).sum::<u32>())
-            .sum();
-        1.0 - hidden as f32 / count as f32
+        let hidden = dispatch(CountNearer::<false> { map: &self.map, window: &window, limit }).count;
+        1.0 - hidden as f32 / (window[0].len() * window[1].len()) as f32
     }
 
-    /// The mean depth of the texels in a window that are nearer than `limit`.
-    fn mean_nearer(&self, [columns, rows]: [std::ops::Range<usize>; 2], limit: f32) -> Option<f64> {
-        let (mut sums, mut counts) = ([0.0f32; LANES], [0u32; LANES]);
-        for row in rows {
-            let (chunks, rest) = self.map.row(row)[columns.clone()].as_chunks::<LANES>();
-            for chunk in chunks {
-                for lane in 0..LANES {
-                    let is_nearer = chunk[lane] < limit;
-                    sums[lane] += if is_nearer { chunk[lane] } else { 0.0 };
-                    counts[lane] += u32::from(is_nearer);
-                }
-            }
-            for (lane, &depth) in rest.iter().enumerate().filter(|&(_, &depth)| depth < limit) {
-                sums[lane] += depth;
-                counts[lane] += 1;
-            }
+    /// The mean depth of the texels in a window that hide the receiver.
+    fn mean_nearer(&self, window: &[Range<usize>; 2], limit: Limit) -> Option<f64> {
+        let nearer = dispatch(CountNearer::<true> { map: &self.map, window, limit });
+        (nearer.count > 0).then(|| f64::from(nearer.sum) / f64::from(nearer.count))
+    }
+}
+
+/// Adds to every row of a band the one above, from above to below.
+fn add_rows_up(mut band: Vec<&mut [[f64; 2]]>) {
+    for row in 1..band.len() {
+        let (above, below) = band.split_at_mut(row);
+        for (sum, above) in below[0].iter_mut().zip(above[row - 1].iter()) {
+            *sum = [sum[0] + above[0], sum[1] + above[1]];
         }
-        let count: u32 = counts.iter().sum();
-        (count > 0).then(|| f64::from(sums.iter().sum::<f32>()) / f64::from(count))
     }
 }
 
 impl Tables {
     /// The estimated mean depth of what is nearer than `depth`; `None` where all is farther.
-    fn mean_nearer(&self, [columns, rows]: [std::ops::Range<usize>; 2], depth: f64, size: usize) -> Option<f64> {
+    fn mean_nearer(&self, [columns, rows]: &[Range<usize>; 2], depth: f64, size: usize) -> Option<f64> {
         let at = |row: usize, column: usize| self.sums[row * (size + 1) + column];
         let count = (columns.len() * rows.len()) as f64;
         let [mean, square] = [0, 1].map(|k| {

@@ -7,7 +7,7 @@ mod raster;
 
 use std::fmt::Write;
 
-pub(crate) use raster::picture;
+pub(crate) use raster::{picture, write};
 
 /// Red, green, blue.
 pub(crate) type Colour = [u8; 3];

@@ -58,7 +58,7 @@ fn dot(picture: &mut Picture, at: [f64; 2], radius: f64, colour: Colour, is_fill
 }
 
 /// Words whose letters stand on `at`.
-fn write(picture: &mut Picture, [x, y]: [f64; 2], anchor: Anchor, words: &str, colour: Colour) {
+pub(crate) fn write(picture: &mut Picture, [x, y]: [f64; 2], anchor: Anchor, words: &str, colour: Colour) {
     let length = words.chars().count() as i64 * font::ADVANCE;
     let shift = match anchor {
         Anchor::Start => 0,
