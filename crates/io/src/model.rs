@@ -201,8 +201,8 @@ impl Model {
             let refused = |defect: &dyn std::fmt::Display| LoadProblem::element(format!("object \"{name}\""), defect);
             let (shape, placement) = placed(object.shape, turn * object.map).map_err(|defect| refused(&*defect))?;
             let sides = object.sides.unwrap_or(sides);
-            let checked = Object::new(name.clone(), shape, placement, sides)
-                .and_then(|placed| placed.with_boxes(object.boxes));
+            let checked =
+                Object::new(name.clone(), shape, placement, sides).and_then(|placed| placed.with_boxes(object.boxes));
             objects.push(checked.map_err(|defect| refused(&defect))?);
         }
         if objects.iter().all(|object| object.face_count() == 0) {

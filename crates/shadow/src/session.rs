@@ -24,6 +24,7 @@ use crate::{
 /// A change of the scene. Objects and lights are named by their indices at that moment.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
+#[allow(clippy::large_enum_variant, reason = "changes come one by one and are taken apart at once")]
 pub enum Change {
     /// An object stands elsewhere.
     Move {

@@ -141,8 +141,7 @@ impl<const SUMS: bool> CountNearer<'_, SUMS> {
         for row in rows.clone() {
             let start = limit.first + (row - rows.start) as f32 * limit.per_row;
             let mut left = columns.len();
-            let mut group = 0;
-            for depths in map.groups(row, columns.start, columns.len()) {
+            for (group, depths) in map.groups(row, columns.start, columns.len()).iter().enumerate() {
                 let number = simd.splat16(start + (group * LANES) as f32 * limit.per_column) + ramp;
                 let depths: F16<S> = simd.load(depths);
                 let against = if PARALLEL { depths - number } else { depths * number };
@@ -155,7 +154,6 @@ impl<const SUMS: bool> CountNearer<'_, SUMS> {
                     sums = sums + depths.select(hides, simd.splat16(0.0));
                 }
                 left = left.saturating_sub(LANES);
-                group += 1;
             }
         }
         let mut sum = 0.0;
