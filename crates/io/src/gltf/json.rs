@@ -147,6 +147,9 @@ pub(super) struct PunctualLight {
     pub(super) name: Option<String>,
     #[serde(rename = "type")]
     pub(super) kind: String,
+    pub(super) color: Option<Vec<f64>>,
+    pub(super) intensity: Option<f64>,
+    pub(super) range: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -180,7 +180,7 @@ impl Check<'_> {
                 }
             }
             super::shapes::declared(document, node).map_err(|message| LoadProblem::element(place, message))?;
-            self.transform(index, node);
+            self.node(index, node);
         }
         for (index, scene) in document.scenes.iter().enumerate() {
             for &node in &scene.nodes {

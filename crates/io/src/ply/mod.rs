@@ -1,7 +1,7 @@
 //! PLY (G. Turk, "The PLY Polygon File Format", Stanford, 1994), as text or binary in both byte orders.
 //!
-//! Read here instead of by a crate: `ply-rs` has not been released since 2021, builds a hash map for every vertex, and tells
-//! faults without a place. The surface is the elements `vertex` (x, y, z), `face` (lists of corners, triangulated) and
+//! Read here instead of by a crate: `ply-rs` has not been released since 2021, and its fork `ply-rs-bw` builds a map of names for every
+//! vertex, unless each record's reader is written by hand. The surface is the elements `vertex` (x, y, z), `face` (lists of corners, triangulated) and
 //! `tristrips` (strips, −1 begins a new one); their other properties are passed over, other elements too, with a finding. One object,
 //! named after the file. One pass, O(bytes) but for triangulation. A header that tells of more than the file holds is
 //! refused before anything is read.

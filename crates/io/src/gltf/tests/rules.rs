@@ -244,6 +244,10 @@ fn broken_rules_of_documents_are_told() {
             "KHR_lights_punctual: it is not among the extensionsUsed",
         ),
         (of("materials", json!([{ "alphaMode": "GLASS" }])), "material 0: its alphaMode"),
+        (
+            of("extensions", json!({ "KHR_lights_punctual": { "lights": [{ "type": "point", "range": -1 }] } })),
+            "light 0: its colour, intensity or range",
+        ),
         (of("images", json!([{}])), "image 0: it has not just one of uri and bufferView"),
         (of("cameras", json!([{}])), "camera 0: it is not either"),
         (of("skins", json!([{ "joints": [0, 0] }])), "skin 0: it has no joints, or one of them twice"),

@@ -29,9 +29,12 @@ impl Check<'_> {
         }
     }
 
-    /// Rotations that are none, and matrices that are no product of a translation, a rotation and scales.
-    pub(super) fn transform(&mut self, index: usize, node: &Node) {
+    /// Skins of nothing, rotations that are none, and matrices that are no product of a translation, a rotation and scales.
+    pub(super) fn node(&mut self, index: usize, node: &Node) {
         let place = || hierarchy::place(index, node);
+        if node.skin.is_some() && node.mesh.is_none() {
+            self.tell(&place(), "it has a skin and no mesh");
+        }
         if node.rotation.is_some_and(|rotation| !is_unit(rotation)) {
             self.tell(&place(), "its rotation is no unit quaternion");
         }
@@ -75,9 +78,18 @@ impl Check<'_> {
         view.is_some_and(|view| view.byte_stride.is_none() && size.is_some_and(|size| !size.is_multiple_of(4)))
     }
 
-    /// Materials, images and cameras that say too much or too little.
+    /// Lights, materials, images and cameras that say too much or too little.
     pub(super) fn looks(&mut self) {
         let document = self.document;
+        let lights = document.extensions.lights.iter().flat_map(|lights| &lights.lights);
+        for (index, light) in lights.enumerate() {
+            let is_odd = light.intensity.is_some_and(|intensity| intensity < 0.0)
+                || light.range.is_some_and(|range| range <= 0.0)
+                || light.color.as_ref().is_some_and(|color| color.len() != 3);
+            if is_odd {
+                self.tell(&format!("light {index}"), "its colour, intensity or range is none of glTF's");
+            }
+        }
         for (index, material) in document.materials.iter().enumerate() {
             if !matches!(material.alpha_mode.as_deref(), None | Some("OPAQUE" | "MASK" | "BLEND")) {
                 self.tell(&format!("material {index}"), "its alphaMode is none of glTF's, taken as OPAQUE");
