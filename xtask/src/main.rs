@@ -12,6 +12,7 @@ mod layers;
 mod pictures;
 mod portals;
 mod projection;
+mod rasteriser;
 mod regress;
 mod soak;
 mod soft;

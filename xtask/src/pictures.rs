@@ -22,7 +22,7 @@ use umbriel_visibility::{
     },
 };
 
-use crate::workspace::root;
+use crate::{rasteriser, workspace::root};
 
 /// What is drawn.
 #[derive(Clone, Debug, clap::Args)]
@@ -36,6 +36,9 @@ pub(crate) struct Options {
     /// Only scenes whose path holds this
     #[arg(long, value_name = "TEXT")]
     scene: Option<String>,
+    /// Time the depth buffer beside a rasteriser from the registry instead, for the first camera; needs the feature `rasterisers`
+    #[arg(long)]
+    rival: bool,
 }
 
 /// Real models; those that are not there are left out, with a line that says so.
@@ -61,6 +64,11 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         }
         let scene =
             load(&path, &LoadOptions::default()).with_context(|| format!("cannot read {}", path.display()))?.scene;
+        if options.rival {
+            println!("{name}");
+            rasteriser::compare(&scene, &View::around(&scene, 30.0, 35.0, options.size, options.size))?;
+            continue;
+        }
         let mut totals = Totals::default();
         for view in views(&scene, options.size).into_iter().take(options.cameras) {
             totals.add(&scene, &view)?;
@@ -72,6 +80,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         totals.rows.iter().for_each(|row| println!("  {}", row.text()));
         differing += totals.differing;
         pictures += totals.pictures;
+    }
+    if options.rival {
+        return Ok(());
     }
     ensure!(pictures > 0, "no scene was drawn");
     ensure!(differing == 0, "{differing} pixels differ");

@@ -1,7 +1,7 @@
 //! `cargo xtask portals`: what cells and portals spare, and whether anything visible is missing; `cargo xtask office` writes the scenes.
 //!
 //! On offices of 200, 2,000 and 10,000 rooms: objects submitted for eyes in random rooms, by portals and by plain frustum culling; time to
-//! bake the shadow of one lamp after loading, beside that in a scene of only what it reaches. Then random eyes and lamps on the stored office: rays in random directions, cast
+//! bake the shadow of one lamp after loading, beside that in a scene of only what it reaches. Then random eyes and lamps on the stored office, in its rooms, outdoors and in the planes of portals: rays in random directions, cast
 //! against all objects, must meet nothing that is not among what is reached. The table goes to `docs/portals.md` by hand, with the
 //! machine that it was taken on.
 
@@ -201,16 +201,46 @@ fn view(eye: DVec3, random: &mut SplitMix64) -> View {
     View { camera, width: 160, height: 100 }
 }
 
+/// Where rays are cast from: half of the places are in cells, one in four outdoors, one in four in the very plane of a portal.
+fn any_place(scene: &Scene, number: usize, random: &mut SplitMix64) -> DVec3 {
+    match number % 4 {
+        2 => on_portal(scene, random),
+        3 => outdoors(scene, random),
+        _ => eye(scene, random),
+    }
+}
+
+/// A point of a random portal; in its plane where that is one of the axes'.
+fn on_portal(scene: &Scene, random: &mut SplitMix64) -> DVec3 {
+    let portals = scene.cells.portals();
+    let corners = &portals[random.below(portals.len())].corners;
+    let along = corners[0].lerp(corners[1], random.between(0.0, 1.0));
+    along.lerp(corners[2], random.between(0.0, 1.0))
+}
+
+/// A place near the building, in no room.
+fn outdoors(scene: &Scene, random: &mut SplitMix64) -> DVec3 {
+    let bounds = scene.cells.bounds().iter().copied().fold(umbriel_geometry::Aabb::EMPTY, |all, own| all.union(own));
+    let far = 0.2 * bounds.size().max_element();
+    loop {
+        let at = |axis: usize, random: &mut SplitMix64| random.between(bounds.min[axis] - far, bounds.max[axis] + far);
+        let place = DVec3::new(at(0, random), at(1, random), at(2, random));
+        if scene.cells.cells_at(place).iter().all(|&cell| Some(cell) == scene.cells.outdoors()) {
+            return place;
+        }
+    }
+}
+
 /// Casts rays from random eyes and lamps against the whole scene; what they meet must be among what is reached.
 fn judge(scene: &Scene, places: usize, rays: usize) -> Result<(usize, usize)> {
     let caster = RayCaster::new(scene);
     let mut random = SplitMix64::new(11);
     let (mut cast, mut met) = (0, 0);
     for number in 0..places {
-        let view = view(eye(scene, &mut random), &mut random);
+        let view = view(any_place(scene, number, &mut random), &mut random);
         let reach = reach_of_eye(scene, &view).context("an eye")?;
         let seen: Vec<usize> = reach.indices().collect();
-        let lamp = eye(scene, &mut random);
+        let lamp = any_place(scene, number / 4, &mut random);
         let lit: Vec<usize> = reach_of_light(scene, &LightSource::point(lamp.to_array())?).indices().collect();
         for _ in 0..rays {
             let pixel = [random.between(0.0, 160.0), random.between(0.0, 100.0)];

@@ -2,12 +2,15 @@
 //!
 //! Counts are limited, since a small file may ask for much exact work: points and triangles of a cell, half-spaces of a cell, corners
 //! of a portal, and cells and portals count as parts of the scene.
+//!
+//! Meshes whose coordinates are all numbers of 32 bits are taken as rounded to these ([`slack`]): a wall that was turned before it was written
+//! is flat no more, and walls of two rooms differ. Other coordinates are exact, unless the entry says how they are rounded.
 
 use std::{collections::HashMap, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 use umbriel_geometry::{Brep, HalfSpace, Mesh, Placement, accept_point};
-use umbriel_scene::{CellEntry, CellGraph, Object, Portal, Region, SceneCell};
+use umbriel_scene::{CellEntry, CellGraph, Object, Portal, Region, SceneCell, convex_body};
 
 use crate::{
     error::{LoadProblem, excerpt},
@@ -18,6 +21,8 @@ use crate::{
 pub(crate) const MOST_PLANES: usize = 256;
 /// Points or triangles that a cell, and points that a portal may be given by.
 pub(crate) const MOST_POINTS: usize = 4096;
+/// Metres that coordinates may be said to be rounded by; rounder rooms are mistakes.
+const MOST_ROUNDING: f64 = 1.0;
 
 /// Where an entry stands in its file.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,6 +60,8 @@ pub(crate) struct ModelCell {
     pub(crate) shape: CellShape,
     /// Local to the file's coordinates.
     pub(crate) map: DAffine3,
+    /// How far the file says that its coordinates are rounded, metres.
+    pub(crate) rounding: Option<f64>,
     pub(crate) place: EntryPlace,
 }
 
@@ -67,6 +74,8 @@ pub(crate) struct ModelPortal {
     pub(crate) outline: Outline,
     /// Local to the file's coordinates.
     pub(crate) map: DAffine3,
+    /// How far the file says that its coordinates are rounded, metres.
+    pub(crate) rounding: Option<f64>,
     pub(crate) place: EntryPlace,
 }
 
@@ -104,9 +113,11 @@ pub(crate) fn graph(
         if numbers.insert(cell.name.clone(), number).is_some() {
             return Err(refused("another cell has this name".to_owned()));
         }
-        let region = region(&cell.shape, *turn * cell.map).map_err(refused)?;
+        let map = *turn * cell.map;
+        let slack = cell_slack(&cell, map).map_err(refused)?;
+        let region = region(&cell.shape, map, slack).map_err(refused)?;
         cell_places.push((cell.place, cell.name.clone()));
-        regions.push(SceneCell { name: printable(&cell.name).into_owned(), region });
+        regions.push(SceneCell { name: printable(&cell.name).into_owned(), region, slack });
     }
     let mut joined = Vec::with_capacity(portals.len());
     for portal in portals {
@@ -116,9 +127,11 @@ pub(crate) fn graph(
             numbers.get(name).copied().ok_or_else(unknown)
         };
         let ends = [number(&portal.cells[0])?, number(&portal.cells[1])?];
-        let corners = corners(&portal.outline, *turn * portal.map).map_err(refused)?;
+        let map = *turn * portal.map;
+        let slack = portal_slack(&portal, map).map_err(refused)?;
+        let corners = corners(&portal.outline, map).map_err(refused)?;
         portal_places.push((portal.place, portal.name.clone()));
-        joined.push(Portal { name: printable(&portal.name).into_owned(), cells: ends, corners });
+        joined.push(Portal { name: printable(&portal.name).into_owned(), cells: ends, corners, slack });
     }
     CellGraph::new(regions, joined, objects).map_err(|(entry, defect)| {
         let (kind, (place, name)) = match entry {
@@ -129,7 +142,50 @@ pub(crate) fn graph(
     })
 }
 
-fn region(shape: &CellShape, map: DAffine3) -> Result<Region, String> {
+/// What coordinates of 32 bits may be rounded by, of the greatest number: half an ulp is 2⁻²⁴. A turn and a move in such numbers (four entries and three
+/// products rounded, three sums, and one more to write) take eight of them where nothing cancels.
+const SINGLE_ROUNDING: f64 = f32::EPSILON as f64 * 4.0;
+
+/// How far placed points may be from what is meant if all their coordinates are numbers of 32 bits, else 0: the rounding of the greatest coordinate, as the
+/// placement magnifies it, and of the placement's own move, since its numbers are of 32 bits, too.
+fn slack(points: &[DVec3], map: DAffine3) -> f64 {
+    let is_single = |point: &DVec3| point.as_vec3().as_dvec3() == *point;
+    if !points.iter().all(is_single) {
+        return 0.0;
+    }
+    let greatest = points.iter().fold(0.0_f64, |greatest, point| greatest.max(point.abs().max_element()));
+    let axes = &map.matrix3;
+    let magnified = (axes.x_axis.abs() + axes.y_axis.abs() + axes.z_axis.abs()) * greatest + map.translation.abs();
+    SINGLE_ROUNDING * magnified.max_element()
+}
+
+fn cell_slack(cell: &ModelCell, map: DAffine3) -> Result<f64, String> {
+    let found = match &cell.shape {
+        CellShape::Mesh(mesh) => slack(mesh.positions(), map),
+        CellShape::Points(_) | CellShape::Outdoors => 0.0,
+    };
+    stated(cell.rounding, found)
+}
+
+fn portal_slack(portal: &ModelPortal, map: DAffine3) -> Result<f64, String> {
+    let found = match &portal.outline {
+        Outline::HullOf(points) => slack(points, map),
+        Outline::Corners(_) => 0.0,
+    };
+    stated(portal.rounding, found)
+}
+
+/// What the file states, else what was found.
+fn stated(rounding: Option<f64>, found: f64) -> Result<f64, String> {
+    match rounding {
+        Some(rounding) if !(0.0..=MOST_ROUNDING).contains(&rounding) => {
+            Err(format!("its rounding is {rounding}; it lies between 0 and {MOST_ROUNDING} metres"))
+        }
+        rounding => Ok(rounding.unwrap_or(found)),
+    }
+}
+
+fn region(shape: &CellShape, map: DAffine3, slack: f64) -> Result<Region, String> {
     let placed = |points: &[DVec3]| -> Result<Vec<DVec3>, String> {
         if points.len() > MOST_POINTS {
             return Err(format!("it has {} points; at most {MOST_POINTS} are read", points.len()));
@@ -147,7 +203,9 @@ fn region(shape: &CellShape, map: DAffine3) -> Result<Region, String> {
             }
             let positions = placed(mesh.positions())?.into_iter().map(|position| position.to_array()).collect();
             let placed = Mesh::new(positions, mesh.triangles().to_vec()).map_err(|defect| defect.to_string())?;
-            Brep::of_mesh(&placed).map(Region::Convex).map_err(|defect| format!("its mesh is no convex body: {defect}"))
+            convex_body(&placed, slack)
+                .map(Region::Convex)
+                .map_err(|defect| format!("its mesh is no convex body: {defect}"))
         }
     }
 }

@@ -61,13 +61,13 @@ pub(super) fn add(
     match role {
         Role::Cell(name) => {
             let shape = mesh.map_or(CellShape::Outdoors, |mesh| CellShape::Mesh(mesh.mesh.clone()));
-            model.cells.push(ModelCell { name, shape, map, place });
+            model.cells.push(ModelCell { name, shape, map, rounding: None, place });
         }
         Role::Portal(cells) => {
             let mesh = mesh.ok_or("a portal needs a flat mesh")?;
             let outline = Outline::HullOf(mesh.mesh.positions().to_vec());
             let name = node.name.clone().unwrap_or_else(|| format!("node{}", placed.node));
-            model.portals.push(ModelPortal { name, cells, outline, map, place });
+            model.portals.push(ModelPortal { name, cells, outline, map, rounding: None, place });
         }
     }
     Ok(())

@@ -33,6 +33,7 @@ pub(super) struct CellEntry {
     pub(super) mesh: Option<String>,
     pub(super) node: Option<String>,
     pub(super) outdoors: Option<bool>,
+    pub(super) rounding: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -41,6 +42,7 @@ pub(super) struct PortalEntry {
     pub(super) name: Option<String>,
     pub(super) cells: [String; 2],
     pub(super) corners: Vec<[f64; 3]>,
+    pub(super) rounding: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]

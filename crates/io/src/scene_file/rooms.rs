@@ -30,7 +30,7 @@ pub(super) fn read(
         let place = EntryPlace::Text(line, column);
         let (shape, map) =
             shape_of(entry, &name, path, context).map_err(|fault| fault.at(&place, &name).in_file(path))?;
-        model.cells.push(ModelCell { name, shape, map, place });
+        model.cells.push(ModelCell { name, shape, map, rounding: entry.rounding, place });
     }
     for (number, spanned) in portals.iter().enumerate() {
         let entry = spanned.get_ref();
@@ -38,7 +38,8 @@ pub(super) fn read(
         let (line, column) = context.places.line_and_column(spanned.span());
         let outline = Outline::Corners(entry.corners.iter().copied().map(DVec3::from_array).collect());
         let (cells, place) = (entry.cells.clone(), EntryPlace::Text(line, column));
-        model.portals.push(ModelPortal { name, cells, outline, map: DAffine3::IDENTITY, place });
+        let map = DAffine3::IDENTITY;
+        model.portals.push(ModelPortal { name, cells, outline, map, rounding: entry.rounding, place });
     }
     Ok(())
 }

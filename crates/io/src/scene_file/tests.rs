@@ -330,9 +330,25 @@ fn cells_and_portals() {
 }
 
 #[test]
+fn corners_may_say_how_they_are_rounded() {
+    let rounded = |x: f64, said: &str| {
+        let moved = ROOMS.replace("corners = [[4, 0, 1]", &format!("{said}corners = [[{x}, 0, 1]"));
+        Files::new(&moved).load().map(|loaded| loaded.scene.cells.portals()[0].slack)
+    };
+    assert_eq!(rounded(4.0, "").expect("in place"), 0.0);
+    assert!(rounded(4.000_001, "").is_err());
+    assert_eq!(rounded(4.000_001, "rounding = 2e-6\n").expect("as near as it says"), 2e-6);
+    assert!(rounded(4.1, "rounding = 2e-6\n").is_err());
+}
+
+#[test]
 fn faults_of_cells_and_portals() {
     for (change, parts) in [
-        (("outdoors = true", "outdoors = false"), &["line 14", "cell \"outside\"", "exactly one of"][..]),
+        (
+            ("box = [[0, 0, 0], [4, 3, 4]]", "rounding = -1\nbox = [[0, 0, 0], [4, 3, 4]]"),
+            &["line 5", "cell \"west\"", "rounding"][..],
+        ),
+        (("outdoors = true", "outdoors = false"), &["line 14", "cell \"outside\"", "exactly one of"]),
         (("name = \"east\"", "name = \"west\""), &["line 8", "another cell"]),
         (("[1, 0, 0, 8], ", ""), &["line 8", "cell \"east\"", "unbounded towards +x"]),
         (("[4, 3, 0]]", "[4, nan, 0]]"), &["line 11", "cell \"north\"", "not finite"]),

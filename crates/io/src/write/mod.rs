@@ -13,6 +13,6 @@ mod vtu;
 pub use atomic::{Staged, WriteError, check_target};
 pub use csv::{PointColumns, PointRow, PointTable, PointsError, Table, read_points, write_rows};
 pub use glb::{ColoredMesh, write_glb};
-pub use png::{GrayPicture, Picture, write_gray_png, write_png};
+pub use png::{GrayPicture, Picture, write_gray_png, write_png, write_png_parts};
 pub use svg::{LineArt, LineLayer, write_svg};
 pub use vtu::{GridArray, GridValues, PolygonGrid, write_vtu};

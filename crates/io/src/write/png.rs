@@ -1,4 +1,4 @@
-//! Pictures as PNG: eight bits a channel, no alpha; sRGB, or one channel of linear shares.
+//! Pictures as PNG: eight bits a channel, no alpha; sRGB, or one channel of linear shares. [`write_png_parts`] writes pictures that are never held whole.
 
 use std::io::{self, Write};
 
@@ -42,6 +42,44 @@ pub fn write_gray_png(picture: &GrayPicture, out: &mut impl Write) -> io::Result
     encode([picture.width, picture.height], &picture.pixels, ExtendedColorType::L8, out)
 }
 
+/// Writes a PNG part by part: memory for some rows, whatever the picture's size. The parts are pixels in order, of any number.
+///
+/// # Errors
+/// The first error among the parts, what the system says, or `InvalidInput` when the number of pixels is not width × height, or one of them is zero.
+pub fn write_png_parts(
+    [width, height]: [u32; 2],
+    parts: impl Iterator<Item = io::Result<Vec<[u8; 3]>>>,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let expected = u64::from(width) * u64::from(height);
+    let refused = |pixels: u64| {
+        let text = format!("{pixels} pixels for a picture of {width} x {height}");
+        io::Error::new(io::ErrorKind::InvalidInput, text)
+    };
+    if expected == 0 {
+        return Err(refused(0));
+    }
+    let mut encoder = ::png::Encoder::new(out, width, height);
+    encoder.set_color(::png::ColorType::Rgb);
+    encoder.set_depth(::png::BitDepth::Eight);
+    encoder.set_compression(::png::Compression::Fast);
+    let mut writer = encoder.write_header()?;
+    let mut stream = writer.stream_writer()?;
+    let mut written = 0;
+    for part in parts {
+        let pixels = part?;
+        written += pixels.len() as u64;
+        if written > expected {
+            return Err(refused(written));
+        }
+        stream.write_all(pixels.as_flattened())?;
+    }
+    if written < expected {
+        return Err(refused(written));
+    }
+    Ok(stream.finish()?)
+}
+
 fn encode([width, height]: [u32; 2], bytes: &[u8], color: ExtendedColorType, out: &mut impl Write) -> io::Result<()> {
     let channels = u64::from(color.channel_count());
     let expected = u64::from(width) * u64::from(height);
@@ -64,6 +102,20 @@ mod tests {
         let read = image::load_from_memory(&bytes).expect("a picture").into_rgb8();
         assert_eq!((read.width(), read.height()), (2, 1));
         assert_eq!(read.into_raw(), picture.pixels.as_flattened());
+    }
+
+    #[test]
+    fn parts_make_the_same_picture() {
+        let pixels: Vec<[u8; 3]> = (0..12 * 300).map(|k| [k as u8, (k / 7) as u8, (k / 251) as u8]).collect();
+        let parts = |pixels: &[[u8; 3]]| pixels.chunks(12 * 7).map(|part| Ok(part.to_vec())).collect::<Vec<_>>();
+        let mut bytes = Vec::new();
+        write_png_parts([12, 300], parts(&pixels).into_iter(), &mut bytes).expect("written");
+        let read = image::load_from_memory(&bytes).expect("a picture").into_rgb8();
+        assert_eq!((read.width(), read.height()), (12, 300));
+        assert_eq!(read.into_raw(), pixels.as_flattened());
+        for size in [[12, 299], [12, 301], [0, 300]] {
+            assert!(write_png_parts(size, parts(&pixels).into_iter(), &mut Vec::new()).is_err(), "{size:?}");
+        }
     }
 
     #[test]

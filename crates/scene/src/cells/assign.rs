@@ -1,14 +1,14 @@
 //! Which objects are in which cells.
 //!
 //! An object is left out of a cell only if one plane of the cell has all of it strictly on the outer side, of a mesh each triangle with
-//! a plane of its own. It is left out of the outdoors only if its box, an ulp wider, lies in the union of the other closed cells: the
+//! a plane of its own. It is left out of the outdoors only if its box, an ulp and the greatest slack wider, lies in the union of the other closed cells: the
 //! box is divided at the planes of the cells' boxes until each part lies in one cell, which ends for cells that are boxes themselves, and
 //! is given up (it belongs to the outdoors) where the cells are slanted.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, Brep, ExactPoint, Point, Sign};
+use umbriel_geometry::{Aabb, Brep, ExactPoint, Point};
 
-use super::{CellGraph, Region, SceneCell, is_inside, side_of_face};
+use super::{CellGraph, Region, SceneCell, is_beyond, is_inside, may_hold};
 use crate::{Object, Shape};
 
 /// The convex cells sorted along the axis in which they spread farthest.
@@ -21,12 +21,14 @@ pub(super) struct Index {
     boxes: Vec<Aabb>,
     /// The largest extent of a cell along the axis.
     widest: f64,
+    /// The largest slack of a cell, metres.
+    slack: f64,
 }
 
 impl Index {
     pub(super) fn new(cells: &[SceneCell]) -> Self {
         let boxed = |(number, cell): (usize, &SceneCell)| match &cell.region {
-            Region::Convex(body) => Some((number as u32, body.bounds())),
+            Region::Convex(body) => Some((number as u32, body.bounds().widened(DVec3::splat(cell.slack)))),
             Region::Outdoors => None,
         };
         let mut boxes: Vec<(u32, Aabb)> = cells.iter().enumerate().filter_map(boxed).collect();
@@ -39,6 +41,7 @@ impl Index {
             starts: boxes.iter().map(|&(cell, own)| (own.min[axis], cell)).collect(),
             boxes: boxes.into_iter().map(|(_, own)| own).collect(),
             widest: widest.next_up(),
+            slack: cells.iter().fold(0.0, |slack, cell| cell.slack.max(slack)),
         }
     }
 
@@ -73,7 +76,7 @@ pub(super) fn members(graph: &CellGraph, objects: &[Object]) -> (Vec<Vec<u32>>, 
         let mut surface = None;
         let mut is_loose = true;
         graph.index.for_each_near(&graph.cells, &bounds, |cell, body| {
-            if meets(body, object, &bounds, &mut surface) {
+            if meets((&graph.cells[cell], body), object, &bounds, &mut surface) {
                 members[cell].push(number as u32);
                 is_loose = false;
             }
@@ -115,20 +118,18 @@ impl Pieces {
     }
 
     /// Whether planes of a cell keep all pieces outside.
-    fn are_outside(&self, cell: &Brep) -> bool {
+    fn are_outside(&self, (cell, body): (&SceneCell, &Brep)) -> bool {
         let points = || {
             let floats = self.floats.iter().map(|&position| Point::exact(position));
             floats.chain(self.points.iter().map(ExactPoint::bounded))
         };
         if self.triangles.is_empty() {
-            return (0..cell.face_count())
-                .any(|face| points().all(|point| side_of_face(cell, face, &point) == Sign::Positive));
+            return (0..body.face_count()).any(|face| points().all(|point| is_beyond(cell, body, face, &point)));
         }
         // For each vertex the planes that it is outside of, as bits; planes beyond 64 are not asked.
-        let asked = cell.face_count().min(64);
+        let asked = body.face_count().min(64);
         let outside = |point: Point| {
-            (0..asked)
-                .fold(0_u64, |bits, face| bits | u64::from(side_of_face(cell, face, &point) == Sign::Positive) << face)
+            (0..asked).fold(0_u64, |bits, face| bits | u64::from(is_beyond(cell, body, face, &point)) << face)
         };
         let outside: Vec<u64> = points().map(outside).collect();
         self.triangles.iter().all(|triangle| triangle.iter().fold(u64::MAX, |all, &at| all & outside[at as usize]) != 0)
@@ -136,22 +137,22 @@ impl Pieces {
 }
 
 /// Whether an object may have a point in a closed cell.
-fn meets(cell: &Brep, object: &Object, bounds: &Aabb, pieces: &mut Option<Pieces>) -> bool {
+fn meets((cell, body): (&SceneCell, &Brep), object: &Object, bounds: &Aabb, pieces: &mut Option<Pieces>) -> bool {
     let corners = corners(bounds);
-    let is_beyond =
-        |face: usize| corners.iter().all(|&corner| side_of_face(cell, face, &Point::exact(corner)) == Sign::Positive);
-    if (0..cell.face_count()).any(is_beyond) {
+    let misses = |face: usize| corners.iter().all(|&corner| is_beyond(cell, body, face, &Point::exact(corner)));
+    if (0..body.face_count()).any(misses) {
         return false;
     }
-    if corners.iter().all(|&corner| is_inside(cell, corner)) {
+    if corners.iter().all(|&corner| may_hold(cell, body, corner)) {
         return true;
     }
-    !pieces.get_or_insert_with(|| Pieces::of(object)).are_outside(cell)
+    !pieces.get_or_insert_with(|| Pieces::of(object)).are_outside((cell, body))
 }
 
 /// Whether a box lies in the inside of the union of the convex cells; no where that is not seen by dividing it.
 pub(super) fn is_enclosed(graph: &CellGraph, bounds: &Aabb) -> bool {
-    let wider = Aabb { min: bounds.min.map(f64::next_down), max: bounds.max.map(f64::next_up) };
+    let rounded = bounds.widened(DVec3::splat(graph.index.slack));
+    let wider = Aabb { min: rounded.min.map(f64::next_down), max: rounded.max.map(f64::next_up) };
     let mut near = Vec::new();
     graph.index.for_each_near(&graph.cells, &wider, |_, body| near.push((body, body.bounds())));
     // Each division takes one plane of one box away from the inside of each part.

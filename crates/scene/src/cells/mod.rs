@@ -15,6 +15,7 @@
 
 mod assign;
 mod portal;
+mod rounded;
 #[cfg(test)]
 mod tests;
 
@@ -24,6 +25,8 @@ use umbriel_geometry::{Aabb, Brep, NumberDefect, Point, Sign, predicates};
 use crate::Object;
 use assign::Index;
 pub use portal::Portal;
+pub use rounded::convex_body;
+use rounded::{apart, boxed};
 
 /// What a cell is.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +45,8 @@ pub struct SceneCell {
     pub name: String,
     /// Where it is.
     pub region: Region,
+    /// How far each coordinate of its corners may be from what is meant, by rounding, metres; 0 where it is exact. What is so near to its boundary counts as inside.
+    pub slack: f64,
 }
 
 /// Which entry a defect is about.
@@ -203,7 +208,7 @@ impl CellGraph {
         let at = Aabb { min: point, max: point };
         let mut held: Vec<usize> = Vec::new();
         self.index.for_each_near(&self.cells, &at, |cell, body| {
-            if is_inside(body, point) {
+            if may_hold(&self.cells[cell], body, point) {
                 held.push(cell);
             }
         });
@@ -217,6 +222,12 @@ impl CellGraph {
     }
 }
 
+/// Whether a point lies in a closed convex cell, as it may be meant.
+fn may_hold(cell: &SceneCell, body: &Brep, point: DVec3) -> bool {
+    let x = Point::exact(point);
+    (0..body.face_count()).all(|face| !is_beyond(cell, body, face, &x))
+}
+
 /// Whether a point lies in a closed convex body.
 fn is_inside(body: &Brep, point: DVec3) -> bool {
     let x = Point::exact(point);
@@ -227,6 +238,15 @@ fn is_inside(body: &Brep, point: DVec3) -> bool {
 fn side_of_face(body: &Brep, face: usize, x: &Point) -> Sign {
     let [a, b, c] = face_plane(body, face).map(Point::exact);
     predicates::side(&a, &b, &c, x)
+}
+
+/// Whether a point lies strictly outside a face's plane, however the cell is meant.
+fn is_beyond(cell: &SceneCell, body: &Brep, face: usize, x: &Point) -> bool {
+    if cell.slack == 0.0 {
+        return side_of_face(body, face, x) == Sign::Positive;
+    }
+    let [a, b, c] = face_plane(body, face).map(|corner| boxed(corner, cell.slack));
+    apart(&a, &b, &c, x) == Some(Sign::Positive)
 }
 
 /// Three corners of a face, counter-clockwise from outside.

@@ -1,14 +1,17 @@
 //! Portals: convex polygons, checked against the two cells that they join.
 //!
-//! Corners of slanted portals are rounded, and so are those of the cells that they should lie on. So a corner stands for the box
-//! round it that reaches an ulp of its greatest coordinate to all sides, as far as a turn about the origin may move it; it
-//! is refused where no point of the box, and none of the boxes round the corners of the face, is in place. What has short
-//! coordinates and lies in planes along the axes is decided exactly by the same rule.
+//! Corners of slanted portals are rounded, and so are those of the cells that they should lie on. So a corner stands for a box round it
+//! ([`super::rounded`]); it is refused where no point of the box, and none of the boxes round the corners of the face, is in place. Where
+//! neither the portal nor its cells state a slack, it is nothing for a portal that lies exactly in place, else an ulp of the greatest
+//! coordinate, as far as a turn about the origin may move a corner.
 
 use glam::DVec3;
 use umbriel_geometry::{Approx, Brep, Decide, Dyadic, Point, Sign, accept_point, predicates};
 
-use super::{CellDefect, Region, SceneCell, face_plane};
+use super::{
+    CellDefect, Region, SceneCell, face_plane,
+    rounded::{apart, boxed, ulp},
+};
 
 /// An opening between two cells.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +23,9 @@ pub struct Portal {
     /// The corners of a strictly convex polygon, in order, world coordinates in metres. In a graph the first of the cells is
     /// in front of it, where they run counter-clockwise.
     pub corners: Vec<DVec3>,
+    /// How far each coordinate of a corner may be from what is meant, by rounding, metres. In a graph it is that of its cells at least, and what
+    /// is seen through the portal is taken wider by it; 0 only where it lies exactly in both boundaries.
+    pub slack: f64,
 }
 
 impl Portal {
@@ -75,14 +81,17 @@ impl Portal {
                 defect,
             })?;
         }
-        self.check_polygon()?;
-        let mut front = [None; 2];
-        for (end, front) in front.iter_mut().enumerate() {
-            if let Region::Convex(body) = &cells[self.cells[end]].region {
-                self.check_boundary(body, end)?;
-                *front = Some(self.has_in_front(body));
-            }
+        let bodies = self.cells.map(|cell| match &cells[cell].region {
+            Region::Convex(body) => Some(body),
+            Region::Outdoors => None,
+        });
+        self.slack = self.cells.iter().fold(self.slack, |slack, &cell| slack.max(cells[cell].slack));
+        if self.check_place(bodies).is_err() {
+            let vertices = bodies.into_iter().flatten().flat_map(Brep::vertices).copied();
+            self.slack = self.slack.max(ulp(vertices.chain(self.corners.iter().copied())));
+            self.check_place(bodies)?;
         }
+        let front = bodies.map(|body| Some(self.has_in_front(body?)));
         let first_is_in_front = match front {
             [Some(first), Some(second)] if first == second => return Err(CellDefect::SameSide),
             [Some(first), _] => first,
@@ -94,12 +103,21 @@ impl Portal {
         Ok(self)
     }
 
+    /// A strictly convex polygon in the boundaries of its cells, as far as its slack tells.
+    fn check_place(&self, bodies: [Option<&Brep>; 2]) -> Result<(), CellDefect> {
+        self.check_polygon()?;
+        bodies.into_iter().enumerate().try_for_each(|(end, body)| match body {
+            Some(body) => self.check_boundary(body, end),
+            None => Ok(()),
+        })
+    }
+
     /// Planar within the corners' boxes, and every corner strictly left of every edge that it does not belong to.
     fn check_polygon(&self) -> Result<(), CellDefect> {
         let corners = &self.corners;
-        let [a, b, c] = [0, 1, 2].map(|k| boxed(corners[k]));
+        let [a, b, c] = [0, 1, 2].map(|k| boxed(corners[k], self.slack));
         for (corner, &position) in corners.iter().enumerate().skip(3) {
-            if apart(&a, &b, &c, &boxed(position)).is_some() {
+            if apart(&a, &b, &c, &boxed(position, self.slack)).is_some() {
                 return Err(CellDefect::NotPlanar { corner });
             }
         }
@@ -118,11 +136,12 @@ impl Portal {
         Ok(())
     }
 
-    /// Whether all corners lie in one face of a cell.
+    /// Whether all corners lie in one face of a cell, and no vertices of the cell lie on different sides of them: where rounding splits a
+    /// wall into slivers, a sliver alone tells little.
     fn check_boundary(&self, body: &Brep, end: usize) -> Result<(), CellDefect> {
         let sides = |face: usize, corner: DVec3| {
-            let [a, b, c] = face_plane(body, face).map(boxed);
-            apart(&a, &b, &c, &boxed(corner))
+            let [a, b, c] = face_plane(body, face).map(|corner| boxed(corner, self.slack));
+            apart(&a, &b, &c, &boxed(corner, self.slack))
         };
         let outside = |&corner: &DVec3| (0..body.face_count()).any(|face| sides(face, corner) == Some(Sign::Positive));
         if let Some(corner) = self.corners.iter().position(outside) {
@@ -132,8 +151,19 @@ impl Portal {
         let farthest = (0..body.face_count()).map(off).min_by_key(|off| off.map_or(0, |corner| usize::MAX - corner));
         match farthest.flatten() {
             Some(corner) => Err(CellDefect::NotInBoundary { corner, end }),
+            None if self.divides(body) => Err(CellDefect::NotInBoundary { corner: 0, end }),
             None => Ok(()),
         }
+    }
+
+    /// Whether a cell surely reaches to both sides of the polygon's plane.
+    fn divides(&self, body: &Brep) -> bool {
+        let third = self.corners.len() * 2 / 3;
+        let [a, b, c] = [0, self.corners.len() / 3, third].map(|k| boxed(self.corners[k], self.slack));
+        let on = |side: Sign| {
+            body.vertices().iter().any(|&vertex| apart(&a, &b, &c, &boxed(vertex, self.slack)) == Some(side))
+        };
+        on(Sign::Positive) && on(Sign::Negative)
     }
 
     /// Whether a cell whose boundary the polygon lies in is in front of it: by the vertex farthest from its plane.
@@ -145,18 +175,6 @@ impl Portal {
         let heights = body.vertices().iter().map(height);
         heights.max_by(|a, b| a.abs().total_cmp(&b.abs())).is_some_and(|height| height > 0.0)
     }
-}
-
-/// A point with the box that it stands for.
-fn boxed(position: DVec3) -> Point<'static> {
-    let greatest = position.abs().max_element();
-    Point { slack: DVec3::splat(greatest.next_up() - greatest), ..Point::exact(position) }
-}
-
-/// The side of the plane of three boxes on which a fourth surely lies; `None` where all of them may have points in one plane.
-fn apart(a: &Point, b: &Point, c: &Point, x: &Point) -> Option<Sign> {
-    let filtered: Approx = predicates::side_filter(a, b, c, predicates::Target::Point(x));
-    filtered.sign().filter(|&sign| sign != Sign::Zero)
 }
 
 /// The axis along which the polygon's area is largest, by Newell's sums; any will do where none is clearly largest.

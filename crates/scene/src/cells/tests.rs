@@ -8,17 +8,17 @@ use crate::{Shape, Sides};
 fn room(name: &str, min: [f64; 3], max: [f64; 3]) -> SceneCell {
     let ends = [DVec3::from_array(min), DVec3::from_array(max)];
     let corner = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z);
-    SceneCell { name: name.into(), region: Region::Convex(Brep::hull((0..8).map(corner)).expect("a box")) }
+    SceneCell { name: name.into(), region: Region::Convex(Brep::hull((0..8).map(corner)).expect("a box")), slack: 0.0 }
 }
 
 fn outdoors() -> SceneCell {
-    SceneCell { name: "outdoors".into(), region: Region::Outdoors }
+    SceneCell { name: "outdoors".into(), region: Region::Outdoors, slack: 0.0 }
 }
 
 /// A door in the plane x = 4.
 fn door(cells: [usize; 2]) -> Portal {
     let corners = [[4.0, 0.0, 1.0], [4.0, 0.0, 2.0], [4.0, 2.0, 2.0], [4.0, 2.0, 1.0]];
-    Portal { name: "door".into(), cells, corners: corners.map(DVec3::from_array).to_vec() }
+    Portal { name: "door".into(), cells, corners: corners.map(DVec3::from_array).to_vec(), slack: 0.0 }
 }
 
 fn rooms() -> Vec<SceneCell> {
@@ -77,7 +77,7 @@ fn a_slanted_object_beside_a_cell_is_not_in_it() {
         [[0.0, 0.0, 0.0], [8.0, 0.0, 0.0], [0.0, 0.0, 8.0], [0.0, 3.0, 0.0], [8.0, 3.0, 0.0], [0.0, 3.0, 8.0]]
             .map(DVec3::from_array),
     );
-    let cells = vec![SceneCell { name: "wedge".into(), region: Region::Convex(slanted.expect("a wedge")) }];
+    let cells = vec![SceneCell { name: "wedge".into(), region: Region::Convex(slanted.expect("a wedge")), slack: 0.0 }];
     let graph = CellGraph::new(cells, Vec::new(), &[object]).expect("a room");
     assert_eq!(graph.objects_in(0), [0; 0], "all of it lies beyond x + z = 8");
 }
@@ -154,4 +154,38 @@ fn outlines_are_strictly_convex() {
     let portal = Portal { corners: outline, ..door([0, 1]) };
     assert!(CellGraph::new(rooms(), vec![portal], &[]).is_ok());
     assert!(Portal::outline_of(&[DVec3::ZERO, DVec3::X, DVec3::X * 2.0]).len() < 3);
+}
+
+#[test]
+fn walls_that_rounding_bends_are_convex_within_their_slack() {
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let mut bent = 0;
+    for step in 1..40 {
+        let turn = glam::DQuat::from_euler(glam::EulerRot::YXZ, 0.1 * f64::from(step), 0.05 * f64::from(step), 0.3);
+        let corner = |i: u32| {
+            let local = DVec3::new(4.0 * f64::from(i & 1), 3.0 * f64::from(i >> 1 & 1), 5.0 * f64::from(i >> 2));
+            (turn * local).as_vec3().as_dvec3().to_array()
+        };
+        let mut positions: Vec<[f64; 3]> = (0..8).map(corner).collect();
+        let mesh = Mesh::new(positions.clone(), triangles.clone()).expect("a mesh");
+        bent += u32::from(Brep::of_mesh(&mesh).is_err());
+        let body = convex_body(&mesh, 7.0 * f64::from(f32::EPSILON)).expect("convex but for rounding");
+        assert_eq!(body.vertices().len(), 8);
+        // A dent is a dent.
+        positions[7] = [0, 1, 2].map(|axis| 0.2 * positions[7][axis] + 0.8 * positions[0][axis]);
+        assert!(convex_body(&Mesh::new(positions, triangles.clone()).expect("a mesh"), 1e-6).is_err());
+    }
+    assert!(bent > 20, "{bent}");
+}
+
+#[test]
+fn what_is_near_a_rounded_cell_is_in_it() {
+    let rounded = |slack: f64| vec![SceneCell { slack, ..room("west", [0.0; 3], [4.0, 3.0, 4.0]) }];
+    let near = DVec3::new(4.0 + 1e-6, 1.0, 1.0);
+    let object = cube("beside", [1.0; 3], [4.5 + 1e-6, 1.0, 1.0]);
+    for (slack, held) in [(0.0, false), (1e-7, false), (1e-5, true)] {
+        let graph = CellGraph::new(rounded(slack), Vec::new(), std::slice::from_ref(&object)).expect("a room");
+        assert_eq!((graph.cells_at(near).len() == 1, graph.objects_in(0).len() == 1), (held, held), "{slack}");
+    }
 }

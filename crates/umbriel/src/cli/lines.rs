@@ -26,8 +26,9 @@ struct Pen {
 }
 
 /// The lowest layer first.
-const PENS: [Pen; 3] = [
+const PENS: [Pen; 4] = [
     Pen { ink: Ink::Shadow, name: "shadow", width: 0.5, color: [120, 130, 150], dashes: None },
+    Pen { ink: Ink::ShadowOutline, name: "shadow-outline", width: 0.7, color: [90, 100, 125], dashes: None },
     Pen { ink: Ink::Hidden, name: "hidden", width: 0.6, color: [150, 150, 150], dashes: Some([3.0, 3.0]) },
     Pen { ink: Ink::Visible, name: "visible", width: 1.1, color: [20, 20, 25], dashes: None },
 ];
@@ -49,8 +50,11 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         ..LineOptions::default()
     };
     let drawing = draw_lines(scene, &view, &options).map_err(|defect| Failure::Unusable(defect.to_string()))?;
-    if drawing.curved > 0 && !args.scene.quiet {
-        output::tell(&format!("note: {} curved bodies have no edges and are left out of the drawing", drawing.curved));
+    if drawing.left_out > 0 && !args.scene.quiet {
+        output::tell(&format!("note: {} general quadrics are left out of the drawing", drawing.left_out));
+    }
+    if let (Some(defect), false) = (&drawing.no_outlines, args.scene.quiet) {
+        output::tell(&format!("note: shadows are hatched without outlines: {defect}"));
     }
     let art = art(&drawing);
     let stage = |file: &output::Target| Staged::new(&file.path, |out| write_svg(&art, out));

@@ -2,21 +2,26 @@
 
 use std::path::Path;
 
-use umbriel_io::write::{Picture, Staged, write_png};
+use umbriel_io::write::{Picture, Staged, write_png, write_png_parts};
 use umbriel_scene::Scene;
 use umbriel_shadow::{CellMethod, Progress, Request, bake_hours};
-use umbriel_visibility::{CostModel, RayCaster, View};
+use umbriel_visibility::{
+    CostModel, RayCaster, View,
+    two_pass::{ShadowPolygons, TwoPassDefect},
+};
 
 use crate::{
     cli::{
         Failure, acceleration, lines,
         plan::{self, CellUse},
         reach,
-        render_args::{RenderArgs, SurfaceMethod},
+        render_args::{RenderArgs, ShadowsChoice, SurfaceMethod},
         suns, surfaces,
     },
     output::{
-        self, Format, hours_picture, legend,
+        self, Format, hours_picture,
+        lamplight::Lamplight,
+        legend,
         picture::{Studio, Undecided},
         viewpoint,
     },
@@ -49,13 +54,33 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     if args.method.is_none() {
         prepare(&mut caster, &view, args);
     }
-    let undecided = args.undecided.map_or(Undecided::Decide, Undecided::Show);
-    let coverage = caster.coverage(&view);
-    let receivers = worth_baking(scene, &coverage, undecided, args.aa);
     let bar = Bar::new(interrupt, args.scene.quiet);
-    let request = Request { detail, sampling: None, lights, receivers, keep_cells: true, method: CellMethod::Auto };
-    let report = umbriel_shadow::bake(scene, &request, &bar)?;
-    let mut studio = Studio::new(scene, &caster, &report, undecided);
+    let lamplight = Lamplight::new(scene, &lights);
+    let asked = (&lamplight, &caster);
+    let studio = match args.shadows {
+        ShadowsChoice::Polygons => polygons(scene, asked, &lights)?,
+        ShadowsChoice::Cells => {
+            let request = Request { detail, lights, ..Request::everything(scene, detail) };
+            baked(args, scene, asked, (&view, request), &bar)?
+        }
+    };
+    draw(args, (scene, &objects), (&studio, view), &files, &bar)
+}
+
+/// A studio with the cells of a bake.
+fn baked<'a>(
+    args: &RenderArgs,
+    scene: &Scene,
+    (lamplight, caster): (&'a Lamplight<'a>, &'a RayCaster),
+    (view, request): (&View, Request),
+    bar: &Bar,
+) -> Result<Studio<'a>, Failure> {
+    let undecided = args.undecided.map_or(Undecided::Decide, Undecided::Show);
+    let coverage = coverage(caster, view);
+    let receivers = worth_baking(scene, &coverage, undecided, args.aa);
+    let request = Request { receivers, keep_cells: true, ..request };
+    let report = umbriel_shadow::bake(scene, &request, bar)?;
+    let mut studio = Studio::new(scene, (lamplight, caster), &report, undecided);
     if undecided == Undecided::Decide {
         let points: Vec<u64> = coverage.iter().map(|pixels| pixels * u64::from(args.aa * args.aa)).collect();
         let choices = studio.prepare(&report, &points, args.acceleration.of_rays());
@@ -64,17 +89,113 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
             named.zip(&choices).for_each(|(name, choice)| acceleration::tell_light(name, choice));
         }
     }
-    let mut picture = match args.method {
-        None => studio.picture(&view, args.aa, &bar)?,
-        Some(method) => {
-            surfaces::Canvas { scene, objects: &objects, studio: &studio, view, subpixels: args.aa, bar: &bar }
-                .draw(method)?
-        }
+    Ok(studio)
+}
+
+/// A studio with shadow polygons, which do not depend on the view.
+fn polygons<'a>(
+    scene: &Scene,
+    asked: (&'a Lamplight<'a>, &'a RayCaster),
+    lights: &[usize],
+) -> Result<Studio<'a>, Failure> {
+    let cast = |&light: &usize| {
+        let source = scene.lights[light].source;
+        ShadowPolygons::cast(asked.0.scene(), &source).map(|polygons| (source, polygons))
     };
-    if let Some(undecided) = args.undecided {
-        legend::add(&mut picture, undecided);
+    let lamps = lights.iter().map(cast).collect::<Result<Vec<_>, _>>();
+    let refused = |defect: TwoPassDefect| {
+        let named = match defect {
+            TwoPassDefect::Curved { object } | TwoPassDefect::Holes { object } => {
+                format!(" (\"{}\")", asked.0.scene().objects[object].name)
+            }
+            _ => String::new(),
+        };
+        Failure::Refused(format!("--shadows polygons: {defect}{named}"))
+    };
+    Ok(Studio::with_polygons(asked, lamps.map_err(refused)?))
+}
+
+/// Rays along the longer edge of the picture that tell how much is seen of each object.
+const LOOK: u32 = 2048;
+
+/// Pixels of each object; of large pictures about so many.
+fn coverage(caster: &RayCaster, view: &View) -> Vec<u64> {
+    let shrink = view.width.max(view.height).div_ceil(LOOK);
+    let small = View { width: view.width.div_ceil(shrink), height: view.height.div_ceil(shrink), ..*view };
+    caster.coverage(&small).into_iter().map(|pixels| pixels * u64::from(shrink * shrink)).collect()
+}
+
+/// Draws and writes the picture: band by band where it is one picture in one file, else held whole.
+fn draw(
+    args: &RenderArgs,
+    (scene, objects): (&Scene, &[usize]),
+    (studio, view): (&Studio, View),
+    files: &[output::Target],
+    bar: &Bar,
+) -> Result<(), Failure> {
+    let canvas = surfaces::Canvas { studio, view, subpixels: args.aa, bar };
+    let band = canvas.band();
+    let is_held = args.method == Some(SurfaceMethod::All) || args.undecided.is_some() || files.len() > 1;
+    if is_held && u64::from(view.width) * u64::from(view.height) > MOST_HELD {
+        let text =
+            format!("a picture of more than {MOST_HELD} pixels goes to one file, by one method, without --undecided");
+        return Err(Failure::Unusable(text));
     }
-    write(&picture, &files, &bar)
+    let Some(method) = args.method else {
+        let mut rows = |rows| Ok(studio.rows(&view, args.aa, rows, bar)?);
+        if !is_held {
+            return write_rows(&view, band, files, &mut rows, bar);
+        }
+        let mut picture = Picture { width: view.width, height: view.height, pixels: rows(0..view.height)? };
+        if let Some(undecided) = args.undecided {
+            legend::add(&mut picture, undecided);
+        }
+        return write(&picture, files, bar);
+    };
+    let shot = canvas.shot(scene, objects)?;
+    let mut drawing = canvas.begin(&shot, method);
+    if is_held {
+        let mut picture = drawing.whole()?;
+        drawing.tell()?;
+        if let Some(undecided) = args.undecided {
+            legend::add(&mut picture, undecided);
+        }
+        return write(&picture, files, bar);
+    }
+    write_rows(&view, band, files, &mut |rows| Ok(drawing.draw(rows)?.concat()), bar)?;
+    drawing.tell()
+}
+
+/// Pixels of a picture that is held whole.
+const MOST_HELD: u64 = 1 << 25;
+
+/// Writes the one file as its rows come.
+fn write_rows(
+    view: &View,
+    band: u32,
+    files: &[output::Target],
+    rows: &mut dyn FnMut(std::ops::Range<u32>) -> Result<Vec<[u8; 3]>, Failure>,
+    bar: &Bar,
+) -> Result<(), Failure> {
+    let mut failed = None;
+    let mut part = |first: u32| {
+        rows(first..(first + band).min(view.height)).map_err(|failure| {
+            failed = Some(failure);
+            std::io::Error::other("the picture was not finished")
+        })
+    };
+    let mut stage = |file: &output::Target| {
+        let parts = (0..view.height).step_by(band as usize).map(&mut part);
+        Staged::new(&file.path, |out| write_png_parts([view.width, view.height], parts, out))
+    };
+    let staged = files.iter().map(&mut stage).collect::<Result<Vec<_>, _>>();
+    if let Some(failure) = failed {
+        return Err(failure);
+    }
+    if bar.is_cancelled() {
+        return Err(Failure::Interrupted);
+    }
+    output::commit_all(staged?)
 }
 
 /// Where the picture is taken from, the objects that it is drawn from, and what casts its rays.

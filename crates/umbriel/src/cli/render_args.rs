@@ -34,6 +34,9 @@ pub(crate) struct RenderArgs {
     /// [default: rounded rays, quicker with many shadows]
     #[arg(long, value_enum, value_name = "METHOD", conflicts_with_all = ["suns", "acceleration"])]
     pub(crate) method: Option<SurfaceMethod>,
+    /// Where shadows come from: baked cells and exact queries, or shadow polygons that the lights cast once (scenes of flat faces)
+    #[arg(long, value_enum, value_name = "HOW", default_value = "cells", conflicts_with_all = ["suns", "undecided", "lines"])]
+    pub(crate) shadows: ShadowsChoice,
     /// Draw edges instead of surfaces, hidden parts left out, shadows hatched: to a .svg file
     #[arg(long, conflicts_with_all = ["suns", "acceleration", "method", "undecided"])]
     pub(crate) lines: bool,
@@ -52,6 +55,15 @@ pub(crate) struct RenderArgs {
     /// Write the picture to a .png file, lines to a .svg file (repeatable)
     #[arg(short, long = "output", value_name = "FILE", required = true)]
     pub(crate) output: Vec<PathBuf>,
+}
+
+/// Where the shadows of a picture come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ShadowsChoice {
+    /// Baked cells, and exact queries where these do not say
+    Cells,
+    /// Shadow polygons on every face
+    Polygons,
 }
 
 /// A method of hidden surfaces.

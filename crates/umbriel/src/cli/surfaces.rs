@@ -3,7 +3,10 @@
 //! The faces of a picture with more pixels, `--aa` along each edge of a pixel, are found band by band, shaded, and averaged; only
 //! one band of faces is held.
 
-use std::time::{Duration, Instant};
+use std::{
+    ops::Range,
+    time::{Duration, Instant},
+};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -36,9 +39,6 @@ const COLUMNS: usize = 3;
 
 /// What a picture is drawn from.
 pub(crate) struct Canvas<'a> {
-    pub(crate) scene: &'a Scene,
-    /// The objects that it is drawn from.
-    pub(crate) objects: &'a [usize],
     pub(crate) studio: &'a Studio<'a>,
     pub(crate) view: View,
     /// Samples along each edge of a pixel.
@@ -54,48 +54,84 @@ struct Row {
     differing: usize,
 }
 
-impl Canvas<'_> {
-    /// The picture by one method, or the pictures of all of them; what they did goes to standard output.
-    pub(crate) fn draw(&self, method: SurfaceMethod) -> Result<Picture, Failure> {
+/// A picture in the making by one method, or the same by all of them.
+pub(crate) struct Drawing<'a> {
+    canvas: Canvas<'a>,
+    shot: &'a Shot,
+    methods: Vec<Box<dyn HiddenSurface>>,
+    rows: Vec<Row>,
+}
+
+impl<'a> Canvas<'a> {
+    /// The faces that may be seen, of some objects of a scene.
+    pub(crate) fn shot(&self, scene: &Scene, objects: &[usize]) -> Result<Shot, Failure> {
         let fine =
             View { width: self.view.width * self.subpixels, height: self.view.height * self.subpixels, ..self.view };
-        let shot = Shot::of_objects(self.scene, self.objects, &fine)
-            .map_err(|defect| Failure::Unusable(defect.to_string()))?;
-        let methods = methods(method, &shot);
-        let mut rows: Vec<Row> = methods.iter().map(|method| Row::new(method.as_ref())).collect();
-        let mut pixels: Vec<Vec<[u8; 3]>> = vec![Vec::new(); methods.len()];
-        let band = (BAND / fine.width / self.subpixels).max(1);
-        for first in (0..self.view.height).step_by(band as usize) {
-            if self.bar.is_cancelled() {
-                return Err(Failure::Interrupted);
-            }
-            let last = (first + band).min(self.view.height);
-            let mut known: Option<(FacePicture, Vec<[u8; 3]>)> = None;
-            for ((method, row), pixels) in methods.iter().zip(&mut rows).zip(&mut pixels) {
-                let start = Instant::now();
-                let (faces, work) = draw_rows(method.as_ref(), &shot, first * self.subpixels..last * self.subpixels);
-                row.time += start.elapsed();
-                row.work += work;
-                let differing = known.as_ref().map_or(0, |(other, _)| faces.differences(other));
-                row.differing += differing;
-                match &known {
-                    // The same faces have the same colours.
-                    Some((_, colors)) if differing == 0 => pixels.extend_from_slice(colors),
-                    _ => {
-                        let colors = self.colors(&shot, &faces, first..last);
-                        pixels.extend_from_slice(&colors);
-                        known.get_or_insert((faces, colors));
-                    }
-                }
-            }
-            self.bar.advance("picture", u64::from(last), u64::from(self.view.height));
-        }
-        output::print(&text(&shot, &rows))?;
-        Ok(side_by_side([self.view.width, self.view.height], pixels))
+        Shot::of_objects(scene, objects, &fine).map_err(|defect| Failure::Unusable(defect.to_string()))
     }
 
+    /// Ready to draw a shot of this canvas.
+    pub(crate) fn begin(self, shot: &'a Shot, method: SurfaceMethod) -> Drawing<'a> {
+        let methods = methods(method, shot);
+        let rows = methods.iter().map(|method| Row::new(method.as_ref())).collect();
+        Drawing { canvas: self, shot, methods, rows }
+    }
+
+    /// Rows of pixels that are drawn at once.
+    pub(crate) fn band(&self) -> u32 {
+        (BAND / self.view.width / (self.subpixels * self.subpixels)).max(1)
+    }
+}
+
+impl Drawing<'_> {
+    /// Some rows of pixels by each method.
+    pub(crate) fn draw(&mut self, rows: Range<u32>) -> Result<Vec<Vec<[u8; 3]>>, Failure> {
+        let Canvas { view, subpixels, bar, .. } = &self.canvas;
+        if bar.is_cancelled() {
+            return Err(Failure::Interrupted);
+        }
+        let mut pixels: Vec<Vec<[u8; 3]>> = Vec::with_capacity(self.methods.len());
+        let mut known: Option<FacePicture> = None;
+        for (method, row) in self.methods.iter().zip(&mut self.rows) {
+            let start = Instant::now();
+            let (faces, work) = draw_rows(method.as_ref(), self.shot, rows.start * subpixels..rows.end * subpixels);
+            row.time += start.elapsed();
+            row.work += work;
+            let differing = known.as_ref().map_or(0, |other| faces.differences(other));
+            row.differing += differing;
+            // The same faces have the same colours.
+            let colors = match pixels.first() {
+                Some(first) if differing == 0 => first.clone(),
+                _ => self.canvas.colors(self.shot, &faces, rows.clone()),
+            };
+            pixels.push(colors);
+            known.get_or_insert(faces);
+        }
+        bar.advance("picture", u64::from(rows.end), u64::from(view.height));
+        Ok(pixels)
+    }
+
+    /// The whole picture; those of several methods side by side.
+    pub(crate) fn whole(&mut self) -> Result<Picture, Failure> {
+        let View { width, height, .. } = self.canvas.view;
+        let mut pixels: Vec<Vec<[u8; 3]>> = vec![Vec::new(); self.methods.len()];
+        let band = self.canvas.band();
+        for first in (0..height).step_by(band as usize) {
+            let parts = self.draw(first..(first + band).min(height))?;
+            pixels.iter_mut().zip(parts).for_each(|(pixels, part)| pixels.extend(part));
+        }
+        Ok(side_by_side([width, height], pixels))
+    }
+
+    /// What the methods did, to standard output.
+    pub(crate) fn tell(&self) -> Result<(), Failure> {
+        output::print(&text(self.shot, &self.rows))
+    }
+}
+
+impl Canvas<'_> {
     /// Some rows of pixels, each the mean of its samples.
-    fn colors(&self, shot: &Shot, faces: &FacePicture, rows: std::ops::Range<u32>) -> Vec<[u8; 3]> {
+    fn colors(&self, shot: &Shot, faces: &FacePicture, rows: Range<u32>) -> Vec<[u8; 3]> {
         let n = self.subpixels;
         let sample = |column: u32, row: u32| match faces.hit(shot, [column, row]) {
             Some(hit) => self.studio.surface(&hit, &shot.view().ray(f64::from(column) + 0.5, f64::from(row) + 0.5)),

@@ -10,6 +10,7 @@ pub(crate) mod glb;
 pub(crate) mod hours;
 pub(crate) mod hours_picture;
 pub(crate) mod json;
+pub(crate) mod lamplight;
 pub(crate) mod legend;
 pub(crate) mod lightmap;
 mod overlay;

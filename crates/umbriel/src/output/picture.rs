@@ -1,7 +1,10 @@
 //! The picture: every pixel's surface in the light of the scene's lamps, with the computed shadows.
 //!
 //! Lambert's cosine law for the lights, a sky that is brighter above for everything else, neutral colours. Whether a
-//! point is lit comes from the cells of the bake; where these do not say, from an exact query.
+//! point is lit comes from the cells of the bake; where these do not say, from an exact query. Or it is looked up in shadow polygons,
+//! which were cast once for all pictures of the scene.
+
+use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -11,9 +14,9 @@ use umbriel_scene::Scene;
 use umbriel_shadow::{
     Cancelled, Expected, LightReport, Place, Progress, Queries, Report, SearchChoice, SearchCosts, Verdict,
 };
-use umbriel_visibility::{Acceleration, Ray, RayCaster, SurfaceHit, View};
+use umbriel_visibility::{Acceleration, Ray, RayCaster, SurfaceHit, View, two_pass::ShadowPolygons};
 
-use crate::output::cells::CellMap;
+use crate::output::{cells::CellMap, lamplight::Lamplight};
 
 /// Rays a pixel along each of its edges, unless asked for otherwise.
 pub(crate) const SUBPIXELS: u32 = 2;
@@ -47,15 +50,23 @@ pub(crate) enum Undecided {
 /// All that a picture is made from.
 pub(crate) struct Studio<'a> {
     caster: &'a RayCaster,
+    lamplight: &'a Lamplight<'a>,
     queries: Queries<'a>,
     lamps: Vec<Lamp>,
     undecided: Undecided,
 }
 
-/// A light, and for each object the cells it was baked into.
 struct Lamp {
     source: LightSource,
-    cells: Vec<CellMap>,
+    shadows: Shadows,
+}
+
+/// What is known of a lamp's shadows.
+enum Shadows {
+    /// For each object the cells that it was baked into.
+    Cells(Vec<CellMap>),
+    /// Of the scene that lights are asked about.
+    Polygons(ShadowPolygons),
 }
 
 /// What is known about a point in the light of a lamp.
@@ -65,16 +76,31 @@ enum Exposure {
 }
 
 impl<'a> Studio<'a> {
-    pub(crate) fn new(scene: &'a Scene, caster: &'a RayCaster, report: &Report, undecided: Undecided) -> Self {
+    /// With the cells of a bake. The lights of `lamplight` are those of the report.
+    pub(crate) fn new(
+        scene: &Scene,
+        (lamplight, caster): (&'a Lamplight<'a>, &'a RayCaster),
+        report: &Report,
+        undecided: Undecided,
+    ) -> Self {
         let lamps = report.lights.iter().map(|light| {
             let mut cells: Vec<CellMap> = Vec::new();
             cells.resize_with(scene.objects.len(), CellMap::default);
             for object in &light.objects {
                 cells[object.object] = CellMap::new(&object.cells);
             }
-            Lamp { source: scene.lights[light.light].source, cells }
+            Lamp { source: scene.lights[light.light].source, shadows: Shadows::Cells(cells) }
         });
-        Self { caster, queries: Queries::new(scene), lamps: lamps.collect(), undecided }
+        Self { caster, lamplight, queries: Queries::new(lamplight.scene()), lamps: lamps.collect(), undecided }
+    }
+
+    /// With shadow polygons, cast for the lights of `lamplight`.
+    pub(crate) fn with_polygons(
+        (lamplight, caster): (&'a Lamplight<'a>, &'a RayCaster),
+        lamps: Vec<(LightSource, ShadowPolygons)>,
+    ) -> Self {
+        let lamps = lamps.into_iter().map(|(source, cast)| Lamp { source, shadows: Shadows::Polygons(cast) }).collect();
+        Self { caster, lamplight, queries: Queries::new(lamplight.scene()), lamps, undecided: Undecided::Decide }
     }
 
     /// Makes ready for the points that no cell decides, of so many that are seen of each object; answers what was chosen for each
@@ -89,9 +115,15 @@ impl<'a> Studio<'a> {
         lights.map(prepare).collect()
     }
 
-    /// Takes the picture.
-    pub(crate) fn picture(&self, view: &View, subpixels: u32, progress: &dyn Progress) -> Result<Picture, Cancelled> {
-        take(self.caster, view, subpixels, progress, &|hit, ray| self.surface(hit, ray))
+    /// Some rows of the picture.
+    pub(crate) fn rows(
+        &self,
+        view: &View,
+        subpixels: u32,
+        rows: Range<u32>,
+        progress: &dyn Progress,
+    ) -> Result<Vec<[u8; 3]>, Cancelled> {
+        take_rows((self.caster, view), subpixels, rows, progress, &|hit, ray| self.surface(hit, ray))
     }
 
     /// The light that comes from a point of a surface, linear.
@@ -101,13 +133,13 @@ impl<'a> Studio<'a> {
         let facing = if seen_from_front { hit.normal } else { -hit.normal };
         let mut light = NADIR.lerp(ZENITH, 0.5 + 0.5 * facing.y);
         let albedo = SURFACES[hit.object % SURFACES.len()];
-        for lamp in &self.lamps {
+        for (number, lamp) in self.lamps.iter().enumerate() {
             // The lit side is seen only by an eye on the same side of the surface.
             let cosine = facing.dot(towards(&lamp.source, point));
             if cosine <= 0.0 {
                 continue;
             }
-            match (self.exposure(lamp, hit), self.undecided) {
+            match (self.exposure((number, lamp), hit, point), self.undecided) {
                 (Exposure::Undecided, Undecided::Show(color)) => return from_srgb(color) * (0.4 + 0.6 * cosine),
                 (Exposure::Undecided, Undecided::Decide) | (Exposure::Known(false), _) => {}
                 (Exposure::Known(true), _) => light += cosine * LAMPS / self.lamps.len() as f64,
@@ -116,17 +148,25 @@ impl<'a> Studio<'a> {
         albedo * light
     }
 
-    fn exposure(&self, lamp: &Lamp, hit: &SurfaceHit) -> Exposure {
-        match lamp.cells[hit.object].at(hit.face as u32, hit.u, hit.v) {
+    fn exposure(&self, (number, lamp): (usize, &Lamp), hit: &SurfaceHit, point: DVec3) -> Exposure {
+        let Some(object) = self.lamplight.place(number, hit.object) else { return Exposure::Known(false) };
+        let cells = match &lamp.shadows {
+            Shadows::Cells(cells) => cells,
+            Shadows::Polygons(cast) => {
+                let face = cast.of(object, hit.face);
+                return Exposure::Known(face.is_some_and(|face| face.is_lit(face.coordinates(point))));
+            }
+        };
+        match cells[hit.object].at(hit.face as u32, hit.u, hit.v) {
             Some(Verdict::Lit) => Exposure::Known(true),
             Some(Verdict::Shadowed) => Exposure::Known(false),
             Some(Verdict::Undecided) if self.undecided != Undecided::Decide => Exposure::Undecided,
-            Some(Verdict::Undecided) | None => Exposure::Known(self.exact(lamp, hit)),
+            Some(Verdict::Undecided) | None => Exposure::Known(self.exact(lamp, object, hit)),
         }
     }
 
-    fn exact(&self, lamp: &Lamp, hit: &SurfaceHit) -> bool {
-        let place = Place::Surface { object: hit.object, face: hit.face, u: hit.u, v: hit.v };
+    fn exact(&self, lamp: &Lamp, object: usize, hit: &SurfaceHit) -> bool {
+        let place = Place::Surface { object, face: hit.face, u: hit.u, v: hit.v };
         // A place that is refused lies, by rounding, just outside its face; it stays dark.
         self.queries.lit(&place, &lamp.source).is_ok_and(|answer| answer.lit)
     }
@@ -152,7 +192,19 @@ pub(crate) fn take(
     progress: &dyn Progress,
     surface: &(dyn Fn(&SurfaceHit, &Ray) -> DVec3 + Sync),
 ) -> Result<Picture, Cancelled> {
-    let done = std::sync::atomic::AtomicU64::new(0);
+    let pixels = take_rows((caster, view), subpixels, 0..view.height, progress, surface)?;
+    Ok(Picture { width: view.width, height: view.height, pixels })
+}
+
+/// Some rows of such a picture.
+fn take_rows(
+    (caster, view): (&RayCaster, &View),
+    subpixels: u32,
+    rows: Range<u32>,
+    progress: &dyn Progress,
+    surface: &(dyn Fn(&SurfaceHit, &Ray) -> DVec3 + Sync),
+) -> Result<Vec<[u8; 3]>, Cancelled> {
+    let done = std::sync::atomic::AtomicU64::new(u64::from(rows.start));
     let row = |y: u32| {
         if progress.is_cancelled() {
             return Err(Cancelled);
@@ -163,8 +215,7 @@ pub(crate) fn take(
         progress.advance("picture", rows, u64::from(view.height));
         Ok(pixels)
     };
-    let rows = (0..view.height).into_par_iter().map(row).collect::<Result<Vec<_>, Cancelled>>()?;
-    Ok(Picture { width: view.width, height: view.height, pixels: rows.concat() })
+    Ok(rows.into_par_iter().map(row).collect::<Result<Vec<_>, Cancelled>>()?.concat())
 }
 
 /// The mean over the pixel's rays, linear light.

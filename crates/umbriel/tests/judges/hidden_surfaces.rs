@@ -10,13 +10,15 @@ use umbriel::{
     },
 };
 
-/// Two perspectives, and one along an axis in parallel, where edges run through many pixel centres.
-fn views(scene: &Scene) -> [View; 3] {
+/// The scene's own camera, two perspectives, and one along an axis in parallel, where edges run through many pixel centres.
+fn views(scene: &Scene) -> Vec<View> {
     let (width, height) = (72, 54);
     let from = |turn, elevation| View::around(scene, turn, elevation, width, height);
     let level = from(0.0, 0.0);
     let projection = Projection::Orthographic { height: 0.5 * (level.camera.eye - level.camera.target).length() };
-    [from(30.0, 35.0), from(-130.0, 8.0), View { camera: Camera { projection, ..level.camera }, ..level }]
+    let around = [from(30.0, 35.0), from(-130.0, 8.0), View { camera: Camera { projection, ..level.camera }, ..level }];
+    let own = scene.camera.map(|_| View::of(scene, width, height));
+    own.into_iter().chain(around).collect()
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Where faces of different objects cross: the segments that Roberts adds for bodies that run through each other.
+//! Where faces cross: the segments that Roberts adds for bodies that run through each other. Faces of one object count, too, unless they share a corner: a file may
+//! have several bodies in one object, and a body may run through itself.
 //!
 //! Each of two faces cuts the other's plane in an interval of their common line; the segment is what both intervals share. Which corners lie on
 //! which side is exact, so faces that only touch have no segment; its ends are rounded.
@@ -12,14 +13,15 @@ use umbriel_geometry::{
 
 use super::{Line, hidden::Hiders};
 
-/// The crossings of all faces of different objects.
+/// The crossings of all faces that share no corner.
 pub(super) fn crossings(hiders: &Hiders) -> Vec<Line<'static>> {
     let of = |item: usize| {
         let mut lines = Vec::new();
         let (body, face) = hiders.face(item as u32);
         hiders.tree.for_each_meeting(&hiders.boxes[item], |other| {
             let (other_body, other_face) = hiders.face(other);
-            if other_body > body {
+            if other as usize > item && (other_body != body || !share_corner(hiders.bodies[body].1, [face, other_face]))
+            {
                 let [a, b] = [(body, face), (other_body, other_face)].map(|(body, face)| (hiders.bodies[body], face));
                 let on = [Some((a.0.0, a.1)), Some((b.0.0, b.1))];
                 let ends = segment((a.0.1, a.1 as usize), (b.0.1, b.1 as usize));
@@ -30,6 +32,11 @@ pub(super) fn crossings(hiders: &Hiders) -> Vec<Line<'static>> {
     };
     // In the order of faces, whatever the order of the tree.
     (0..hiders.boxes.len()).into_par_iter().flat_map_iter(of).collect()
+}
+
+fn share_corner(facets: &Facets, faces: [u32; 2]) -> bool {
+    let [one, other] = faces.map(|face| facets.facet(face as usize).corners());
+    one.iter().any(|&a| other.iter().any(|&b| facets.first_at(a) == facets.first_at(b)))
 }
 
 /// The common segment of two faces.

@@ -1,23 +1,30 @@
-//! Shadows as hatches: parallel lines on every face that is seen, kept where the face lies in the shadow of a light.
+//! Shadows as hatches: lines that are parallel and equally spaced in the picture, kept on every face where it lies in the shadow of a light.
 //!
-//! A line of a hatch lies in its face. A face that is turned away from the light is in its own shadow all over; on others the parts that
+//! A line of the picture and the eye are a plane, and where it cuts a face is a segment: the picture's coordinate across the lines is n/d with n and d affine on the face, and
+//! a line is n − c·d = 0. So one family of lines runs over all faces, near and far. A face that is turned away from the light is in its own shadow all over; on others the parts that
 //! other faces hide from the light are. Ends are rounded.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use umbriel_geometry::{Facets, LightSource, Point, Sign};
 
-use super::{Ink, Line, Stroke, gaps, hidden::Hiders, normal, projection::Projector};
-
-/// More lines on one face than this are not drawn: it passes through the eye's plane, or is far larger than the picture.
-const MOST_LINES: f64 = 4096.0;
+use super::{Ink, Line, Stroke, gaps, hidden::Hiders, projection::Projector};
 
 /// The lines of a hatch.
 pub(super) struct Hatch {
     /// Between them, pixels.
     pub(super) spacing: f64,
-    /// Whether they go up to the right: lights take turns.
-    pub(super) rises: bool,
+    /// Across them: a unit vector of the picture, right and up.
+    pub(super) across: [f64; 2],
+}
+
+impl Hatch {
+    /// The hatch of a light by its number: lines up to the right, then down, then steep and flat, and ever half-way between: Van der Corput's sequence.
+    pub(super) fn of_light(number: usize, spacing: f64) -> Self {
+        let share = (number as u32).reverse_bits() as f64 / (1u64 << 32) as f64;
+        let (sine, cosine) = (std::f64::consts::PI * (0.75 + share)).sin_cos();
+        Self { spacing, across: [cosine, sine] }
+    }
 }
 
 /// The hatches of all faces for one light.
@@ -26,7 +33,7 @@ pub(super) fn draw(hiders: &Hiders, projector: &Projector, light: &LightSource, 
         let (body, face) = hiders.face(item as u32);
         let (object, facets) = hiders.bodies[body];
         let seen = facets.turn(face as usize, projector.eye());
-        if seen == Sign::Zero {
+        if seen == Sign::Zero || !hiders.is_drawn(body) {
             return Vec::new();
         }
         // The side that is seen is lit if the light is on the same side.
@@ -64,30 +71,34 @@ fn shadowed(
         .collect()
 }
 
-/// Parallel lines on a face, as far apart as asked for at its middle. All faces of one plane have lines of one family.
+/// The lines of a hatch on a face, as far as they may be in the picture.
 fn lines_on(facets: &Facets, face: usize, projector: &Projector, hatch: &Hatch) -> Vec<[DVec3; 2]> {
     let numbers = facets.facet(face).corners();
     let corners: Vec<DVec3> = numbers.iter().map(|&number| facets.positions()[number as usize]).collect();
-    let normal = normal(facets, face);
-    let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
-    // Lines where a plane across the slant cuts the face.
-    let across = normal.cross(projector.slant(hatch.rises)).normalize_or_zero();
-    let step = projector.pixel_at(middle) * hatch.spacing;
-    let places: Vec<f64> = corners.iter().map(|corner| corner.dot(across) / step).collect();
-    let (low, high) =
-        places.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &place| (low.min(place), high.max(place)));
-    if !(high - low).is_finite() || high - low > MOST_LINES {
-        return Vec::new();
-    }
-    let count = (high.floor() - low.ceil()).max(-1.0) as i64 + 1;
-    (0..count).filter_map(|k| chord(&corners, &places, low.ceil() + k as f64)).collect()
+    let values: Vec<[f64; 2]> = corners.iter().map(|&corner| projector.across(corner, hatch.across)).collect();
+    let reach = projector.reach_across(hatch.across);
+    let places = values.iter().map(|[n, d]| n / d);
+    let (low, high) = if values.iter().all(|&[_, depth]| depth > 0.0) {
+        places.fold((reach, -reach), |(low, high), place| (low.min(place), high.max(place)))
+    } else {
+        // It reaches behind the eye, where its image has no end.
+        (-reach, reach)
+    };
+    let (first, last) = ((low.max(-reach) / hatch.spacing).ceil(), (high.min(reach) / hatch.spacing).floor());
+    let count = (last - first).max(-1.0) as i64 + 1;
+    let line = |k: i64| {
+        let place = (first + k as f64) * hatch.spacing;
+        let offsets: Vec<f64> = values.iter().map(|[n, d]| n - place * d).collect();
+        chord(&corners, &offsets)
+    };
+    (0..count).filter_map(line).collect()
 }
 
-/// Where a convex polygon has a value that is given at its corners.
-fn chord(corners: &[DVec3], values: &[f64], value: f64) -> Option<[DVec3; 2]> {
+/// Where a value that is given at the corners of a convex polygon is zero.
+fn chord(corners: &[DVec3], values: &[f64]) -> Option<[DVec3; 2]> {
     let crossing = |k: usize| {
         let next = (k + 1) % corners.len();
-        let (from, to) = (values[k] - value, values[next] - value);
+        let (from, to) = (values[k], values[next]);
         ((from < 0.0) != (to < 0.0)).then(|| corners[k].lerp(corners[next], from / (from - to)))
     };
     let points: Vec<DVec3> = (0..corners.len()).filter_map(crossing).collect();

@@ -21,17 +21,23 @@ pub(super) struct Hiders<'a> {
     pub(super) tree: BoxTree,
     pub(super) boxes: Vec<Aabb>,
     eye: LightSource,
+    /// The bodies of which something may be seen; the others only hide, from the eye or from lights. Sorted.
+    pub(super) drawn: Vec<usize>,
 }
 
 impl<'a> Hiders<'a> {
-    pub(super) fn new(bodies: &'a [(u32, &'a Facets)], eye: &LightSource) -> Self {
+    pub(super) fn new(bodies: &'a [(u32, &'a Facets)], eye: &LightSource, drawn: Vec<usize>) -> Self {
         let mut starts = vec![0];
         let mut boxes = Vec::new();
         for (_, facets) in bodies {
             boxes.extend((0..facets.len()).map(|face| facets.facet_bounds(face)));
             starts.push(boxes.len() as u32);
         }
-        Self { bodies, starts, tree: BoxTree::build(&boxes), boxes, eye: *eye }
+        Self { bodies, starts, tree: BoxTree::build(&boxes), boxes, eye: *eye, drawn }
+    }
+
+    pub(super) fn is_drawn(&self, body: usize) -> bool {
+        self.drawn.binary_search(&body).is_ok()
     }
 
     /// A face by its number in the tree: its place among the bodies, and its own number.

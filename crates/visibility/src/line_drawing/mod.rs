@@ -6,16 +6,20 @@
 //! value is affine along the edge, so each cuts the edge once, and the face hides one interval of it. Roberts takes the planes of whole
 //! convex bodies; here every face is a convex piece, so concave meshes need no decomposition and bodies may run through each other.
 //!
-//! **What is drawn.** Borders, outlines (one face turned to the eye, one away), creases, and the segments along which faces of different
-//! objects cross. Shadows are hatched: strokes on the faces that are seen, where a face hides them from a light. The light is an eye, too.
+//! **What is drawn.** Borders, outlines (one face turned to the eye, one away), creases, and the segments along which faces cross.
+//! Shadows are hatched: strokes on the faces that are seen, where a face hides them from a light (the light is an eye, too), with the outlines of shadow polygons
+//! ([`crate::two_pass`]) round them. Of curved bodies a polyhedron is drawn that is off by a quarter of a pixel (`curved`): its outline, its rims, and what it
+//! hides and shadows. General quadrics are left out; [`Drawing::left_out`] counts them. In a scene with cells only what the eye or a light reaches is looked at.
 //!
 //! **What is exact.** On which side of each plane the ends of an edge lie: signs of input corners, so an edge is not hidden by the faces that
 //! it borders, nor by what it touches. Where an edge is cut is rounded, and so are the ends of crossings and hatches, which are drawn
-//! and decide nothing but themselves. Curved bodies hide nothing and are not drawn; [`Drawing::curved`] counts them.
+//! and decide nothing but themselves.
 //!
 //! Cost: O(edges · faces near the way to the eye), the latter by a tree of boxes; hatches as edges, once more for each light.
 
+mod borders;
 mod crossings;
+mod curved;
 mod edges;
 mod hatching;
 mod hidden;
@@ -24,9 +28,14 @@ mod projection;
 use glam::DVec3;
 use rayon::prelude::*;
 use umbriel_geometry::{Facets, LightSource};
-use umbriel_scene::Scene;
+use umbriel_scene::{Object, Scene, Shape};
 
-use crate::{View, hidden_surface::ShotDefect};
+use crate::{
+    View,
+    hidden_surface::ShotDefect,
+    portals::{reach_of_eye, reach_of_light},
+    two_pass::TwoPassDefect,
+};
 use hidden::Hiders;
 use projection::Projector;
 
@@ -39,6 +48,8 @@ pub enum Ink {
     Hidden,
     /// A line of shadow on a face that is seen.
     Shadow,
+    /// Where a cast shadow ends on a face that is seen.
+    ShadowOutline,
 }
 
 /// A straight stroke in the picture.
@@ -76,8 +87,10 @@ pub struct Drawing {
     pub size: [u32; 2],
     /// Sorted by what they stand for, then by objects and edges.
     pub strokes: Vec<Stroke>,
-    /// Curved bodies, which are left out.
-    pub curved: usize,
+    /// General quadrics, which are left out.
+    pub left_out: usize,
+    /// Why shadows have no outlines, if they should and have not.
+    pub no_outlines: Option<TwoPassDefect>,
 }
 
 /// A segment in space that may be drawn, and what it lies on.
@@ -93,23 +106,66 @@ pub(crate) struct Line<'a> {
 /// [`ShotDefect`] for a picture without pixels, or a camera that is not accepted.
 pub fn draw_lines(scene: &Scene, view: &View, options: &LineOptions) -> Result<Drawing, ShotDefect> {
     let projector = Projector::new(view)?;
-    let bodies: Vec<Option<Facets>> = scene.objects.par_iter().map(|object| object.facets()).collect();
-    let flat: Vec<(u32, &Facets)> =
-        bodies.iter().enumerate().filter_map(|(object, facets)| Some((object as u32, facets.as_ref()?))).collect();
-    let hiders = Hiders::new(&flat, projector.eye());
+    let (flat, drawn) = flat_scene(scene, view, options, &projector);
+    // A hull that has become flat by rounding was refused with the scene.
+    let facets: Vec<Facets> = flat.scene.objects.par_iter().filter_map(Object::facets).collect();
+    let bodies: Vec<(u32, &Facets)> = (0..).zip(&facets).collect();
+    let hiders = Hiders::new(&bodies, projector.eye(), drawn);
     let limit = options.crease_degrees.to_radians().cos();
-    let mut lines: Vec<Line> =
-        flat.iter().flat_map(|(_, facets)| edges::edges(facets, projector.eye(), limit)).collect();
+    let smooth = LineOptions::default().crease_degrees.to_radians().cos();
+    let edges = |&body: &usize| {
+        let is_curved = matches!(scene.objects[flat.sources[body]].shape, Shape::Analytic(_));
+        edges::edges(bodies[body].1, projector.eye(), if is_curved { smooth } else { limit })
+    };
+    let mut lines: Vec<Line> = hiders.drawn.iter().flat_map(edges).collect();
     lines.extend(crossings::crossings(&hiders));
-    let drawn: Vec<Vec<Stroke>> = lines.par_iter().map(|line| strokes(line, &hiders, &projector, options)).collect();
-    let mut strokes = drawn.concat();
+    let parts: Vec<Vec<Stroke>> = lines.par_iter().map(|line| strokes(line, &hiders, &projector, options)).collect();
+    let mut drawing = Drawing {
+        size: [view.width, view.height],
+        strokes: parts.concat(),
+        left_out: flat.left_out,
+        no_outlines: None,
+    };
     for (number, light) in options.lights.iter().enumerate() {
-        let hatch = hatching::Hatch { spacing: options.hatch_spacing, rises: number % 2 == 0 };
-        strokes.extend(hatching::draw(&hiders, &projector, light, &hatch));
+        let hatch = hatching::Hatch::of_light(number, options.hatch_spacing);
+        drawing.strokes.extend(hatching::draw(&hiders, &projector, light, &hatch));
+        match borders::draw(&flat.scene, &hiders, &projector, light) {
+            Ok(strokes) => drawing.strokes.extend(strokes),
+            Err(defect) => drawing.no_outlines = Some(defect),
+        }
     }
-    strokes.retain(Stroke::is_seen);
-    strokes.sort_by_key(|stroke| stroke.ink);
-    Ok(Drawing { size: [view.width, view.height], strokes, curved: bodies.len() - flat.len() })
+    drawing.strokes.retain(Stroke::is_seen);
+    drawing.strokes.sort_by_key(|stroke| stroke.ink);
+    Ok(drawing)
+}
+
+/// The objects that a drawing is made from, all with flat faces.
+struct FlatScene {
+    scene: Scene,
+    /// Their indices in the scene.
+    sources: Vec<usize>,
+    left_out: usize,
+}
+
+/// What the eye or a light reaches, and the places of what the eye may see. Hidden lines are wanted of everything.
+fn flat_scene(scene: &Scene, view: &View, options: &LineOptions, projector: &Projector) -> (FlatScene, Vec<usize>) {
+    let all = || (0..scene.objects.len()).collect::<Vec<usize>>();
+    let reach = if scene.cells.is_empty() || options.keeps_hidden { None } else { reach_of_eye(scene, view) };
+    let is_partial = reach.is_some();
+    let seen = reach.map_or_else(all, |reach| reach.indices().collect());
+    let mut wanted = seen.clone();
+    if is_partial {
+        wanted
+            .extend(options.lights.iter().flat_map(|light| reach_of_light(scene, light).indices().collect::<Vec<_>>()));
+        wanted.sort_unstable();
+        wanted.dedup();
+    }
+    let made = |&source: &usize| Some((source, curved::flattened(&scene.objects[source], projector)?));
+    let flat: Vec<Option<(usize, Object)>> = wanted.par_iter().map(made).collect();
+    let left_out = flat.iter().filter(|object| object.is_none()).count();
+    let (sources, objects): (Vec<usize>, Vec<Object>) = flat.into_iter().flatten().unzip();
+    let drawn = (0..sources.len()).filter(|&place| seen.binary_search(&sources[place]).is_ok()).collect();
+    (FlatScene { scene: Scene { objects, ..Scene::default() }, sources, left_out }, drawn)
 }
 
 /// Shorter strokes are what rounding leaves of the ends of others, pixels; nobody sees them.

@@ -1,7 +1,7 @@
 //! From space to the picture, rounded: for strokes, which decide nothing.
 
 use glam::DVec3;
-use umbriel_geometry::LightSource;
+use umbriel_geometry::{Aabb, LightSource};
 use umbriel_scene::Projection;
 
 use crate::{View, hidden_surface::ShotDefect, view::Basis};
@@ -70,15 +70,27 @@ impl Projector {
         (range[0] < range[1]).then_some(range)
     }
 
-    /// How far a pixel reaches at a point, metres.
-    pub(super) fn pixel_at(&self, point: DVec3) -> f64 {
-        let depth = if self.is_parallel { 1.0 } else { self.basis.local(point - self.origin).z.abs() };
-        depth / self.pixels
+    /// How far a pixel reaches where a box is nearest, metres; not positive for a box that reaches behind the eye.
+    pub(super) fn least_pixel(&self, bounds: &Aabb) -> f64 {
+        if self.is_parallel {
+            return 1.0 / self.pixels;
+        }
+        let ends = [bounds.min, bounds.max];
+        let corner = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z);
+        let depth = |i: usize| self.basis.local(corner(i) - self.origin).z;
+        (0..8).map(depth).fold(f64::INFINITY, f64::min).max(0.0) / self.pixels
     }
 
-    /// The direction that lines of a hatch keep in the picture as well as a face allows: to the right, up or down.
-    pub(super) fn slant(&self, rises: bool) -> DVec3 {
-        if rises { self.basis.right + self.basis.up } else { self.basis.right - self.basis.up }
+    /// A coordinate of the picture, along a unit vector (right, up), from its middle in pixels: as a numerator and a denominator that are affine in the point. The denominator is
+    /// positive ahead of the eye.
+    pub(super) fn across(&self, point: DVec3, [right, up]: [f64; 2]) -> [f64; 2] {
+        let seen = self.basis.local(point - self.origin);
+        [self.pixels * (seen.x * right + seen.y * up), if self.is_parallel { 1.0 } else { seen.z }]
+    }
+
+    /// The greatest such coordinate in the picture.
+    pub(super) fn reach_across(&self, [right, up]: [f64; 2]) -> f64 {
+        self.pixels * (self.half[0] * right.abs() + self.half[1] * up.abs())
     }
 }
 

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Cuboid, LightSource, Mesh, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Camera, Object, Projection, Scene, Shape, Sides};
 
 use super::*;
@@ -117,3 +117,152 @@ fn gaps_are_what_is_left() {
     assert_eq!(gaps(&[[0.0, 1.0]], [0.25, 0.5]), Vec::<[f64; 2]>::new());
     assert_eq!(gaps(&[], [0.25, 0.5]), [[0.25, 0.5]]);
 }
+
+#[test]
+fn bodies_of_one_object_have_a_line_where_they_cross() {
+    // Two boxes of 2 × 8 × 2 and 8 × 2 × 2 crossed, as two objects and as one mesh.
+    let (one, other) = (Cuboid { size: [2.0, 8.0, 2.0] }, Cuboid { size: [8.0, 2.0, 4.0] });
+    let both = scene(vec![(Shape::Cuboid(one), DVec3::ZERO), (Shape::Cuboid(other), DVec3::ZERO)]);
+    let mut positions = Vec::new();
+    let mut triangles = Vec::new();
+    for cuboid in [one, other] {
+        let first = positions.len() as u32;
+        positions.extend(cuboid.corners().map(|corner| corner.to_array()));
+        for [a, b, c, d] in Cuboid::FACES.map(|face| face.map(|corner| corner + first)) {
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    let mesh = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a mesh")));
+    let view = view(DVec3::new(1.0, 2.0, 3.0));
+    let [apart, together] =
+        [both, scene(vec![(mesh, DVec3::ZERO)])].map(|scene| length(&drawn(&scene, &view), Ink::Visible));
+    assert!((apart - together).abs() < 1e-9, "{apart}, {together}");
+    let uncrossed = [one, other].map(|cuboid| scene(vec![(Shape::Cuboid(cuboid), DVec3::ZERO)]));
+    assert!(uncrossed.iter().all(|scene| length(&drawn(scene, &view), Ink::Visible) < together));
+}
+
+fn ball(radius: f64) -> Shape {
+    Shape::Analytic(Analytic::Sphere { radius })
+}
+
+#[test]
+fn a_ball_is_a_circle_and_hides_what_is_behind_it() {
+    let alone = drawn(&scene(vec![(ball(4.0), DVec3::ZERO)]), &view(DVec3::new(1.0, 2.0, 3.0)));
+    let circumference = std::f64::consts::TAU * 40.0;
+    let visible = length(&alone, Ink::Visible);
+    assert!((visible - circumference).abs() < 0.005 * circumference, "{visible}, should be {circumference}");
+    for stroke in alone.strokes.iter().filter(|stroke| stroke.ink == Ink::Visible) {
+        let off = stroke.ends.map(|[x, y]| ((x - 100.0).hypot(y - 100.0) - 40.0).abs());
+        assert!(off.iter().all(|&off| off <= 0.25), "{stroke:?}");
+    }
+    // A cube wholly behind it, and one beside.
+    let hidden = drawn(&scene(vec![(ball(4.0), DVec3::ZERO), (cuboid([2.0; 3]), DVec3::Z * -8.0)]), &view(DVec3::Z));
+    let seen = length(&hidden, Ink::Visible);
+    assert!((seen - circumference).abs() < 0.005 * circumference, "{seen}");
+    let beside = drawn(&scene(vec![(ball(4.0), DVec3::ZERO), (cuboid([2.0; 3]), DVec3::X * 8.0)]), &view(DVec3::Z));
+    assert!((length(&beside, Ink::Visible) - circumference - 80.0).abs() < 1.5);
+}
+
+#[test]
+fn rims_of_curved_bodies_are_drawn_and_their_facets_are_not() {
+    // From the side a cylinder is a rectangle, a cone a triangle; from above a disk is a circle.
+    let side = view(DVec3::Z);
+    let of = |body: Analytic, view: &View| {
+        length(&drawn(&scene(vec![(Shape::Analytic(body), DVec3::ZERO)]), view), Ink::Visible)
+    };
+    // Front and back of a rim lie on each other, and only the front is visible.
+    let cylinder = of(Analytic::Cylinder { radius: 3.0, height: 4.0 }, &side);
+    assert!((cylinder - 200.0).abs() < 2.0, "{cylinder}");
+    let cone = of(Analytic::Cone { radius: 3.0, height: 4.0 }, &side);
+    assert!((cone - 160.0).abs() < 2.0, "{cone}");
+    let disk = of(Analytic::Disk { radius: 3.0 }, &view(DVec3::Y));
+    assert!((disk - std::f64::consts::TAU * 30.0).abs() < 1.0, "{disk}");
+    let hyperboloid = of(Analytic::Hyperboloid { waist_radius: 1.0, end_radius: 3.0, height: 6.0 }, &side);
+    // Two rims of 60, two branches of r = cosh t from −acosh 3 to acosh 3.
+    let branch: f64 = (0..10_000)
+        .map(|k| {
+            let at = |k: i32| {
+                let y = -3.0 + 6.0 * f64::from(k) / 10_000.0;
+                DVec3::new((1.0 + 8.0 * (y / 3.0).powi(2)).sqrt(), y, 0.0)
+            };
+            (at(k + 1) - at(k)).length()
+        })
+        .sum();
+    assert!((hyperboloid - 120.0 - 20.0 * branch).abs() < 5.0, "{hyperboloid}, {branch}");
+    let quadric = ANY_QUADRIC;
+    assert!(
+        curved::flattened(
+            &Object { shape: Shape::Analytic(quadric), ..scene(vec![(ball(1.0), DVec3::ZERO)]).objects.remove(0) },
+            &Projector::new(&side).expect("a view")
+        )
+        .is_none()
+    );
+}
+
+#[test]
+fn a_ball_casts_a_hatched_shadow_with_an_outline() {
+    let objects = vec![(Shape::Rectangle(Rectangle { size: [16.0, 16.0] }), DVec3::ZERO), (ball(2.0), DVec3::Y * 3.0)];
+    let sun = LightSource::sun([1.0, -1.0, 0.0]).expect("a sun");
+    let options = LineOptions { lights: vec![sun], hatch_spacing: 0.5, ..LineOptions::default() };
+    let drawing = draw_lines(&scene(objects), &view(DVec3::Y), &options).expect("a drawing");
+    // An ellipse with half axes 2√2 and 2 about (3, 0); the ball, a circle about the origin, hides a part of it and has a dark half.
+    let is_on_floor = |stroke: &&Stroke| stroke.ends.iter().all(|[x, y]| (x - 100.0).hypot(y - 100.0) > 20.5);
+    let inside = |[x, y]: [f64; 2]| ((x - 130.0) / 28.284).powi(2) + ((y - 100.0) / 20.0).powi(2);
+    let of = |ink: Ink| drawing.strokes.iter().filter(move |stroke| stroke.ink == ink).filter(is_on_floor);
+    assert!(of(Ink::Shadow).count() > 50 && of(Ink::ShadowOutline).count() > 20);
+    assert!(of(Ink::Shadow).flat_map(|stroke| stroke.ends).all(|end| inside(end) < 1.02));
+    assert!(of(Ink::ShadowOutline).flat_map(|stroke| stroke.ends).all(|end| (inside(end) - 1.0).abs() < 0.05));
+}
+
+#[test]
+fn hatches_are_equally_spaced_in_the_picture_near_and_far() {
+    // A floor in the shade of a roof of the same size, seen flatly in perspective.
+    let floor = Shape::Rectangle(Rectangle { size: [40.0, 200.0] });
+    let objects = vec![(floor.clone(), DVec3::ZERO), (floor, DVec3::Y * 30.0)];
+    let projection = Projection::Perspective { vertical_degrees: 50.0 };
+    let camera =
+        Camera { eye: DVec3::new(0.0, 3.0, 90.0), target: DVec3::new(0.0, 2.0, 0.0), up: DVec3::Y, projection };
+    let noon = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun");
+    for lights in [vec![noon], vec![noon; 3]] {
+        let options = LineOptions { lights, hatch_spacing: 5.0, ..LineOptions::default() };
+        let drawing = draw_lines(&scene(objects.clone()), &View { camera, width: 300, height: 200 }, &options)
+            .expect("a drawing");
+        let mut families = std::collections::BTreeSet::new();
+        for stroke in drawing.strokes.iter().filter(|stroke| stroke.ink == Ink::Shadow) {
+            let [[a, b], [c, d]] = stroke.ends;
+            let (right, up) = (c - a, b - d);
+            let family = (0..4).find(|&number| {
+                let [x, y] = hatching::Hatch::of_light(number, 5.0).across;
+                let place = |px: f64, py: f64| ((px - 150.0) * x + (100.0 - py) * y) / 5.0;
+                (right * x + up * y).abs() < 1e-6 && (place(a, b) - place(a, b).round()).abs() < 1e-6
+            });
+            families.insert(family.expect("a line of a family"));
+        }
+        assert_eq!(families.len(), options.lights.len());
+    }
+}
+
+#[test]
+fn two_boards_shadows_have_outlines_inside_the_floor_only() {
+    // The shadow of a square on the floor of two triangles: four edges, none along the diagonal or the border.
+    let floor = Mesh::new(
+        vec![[-8.0, 0.0, -8.0], [-8.0, 0.0, 8.0], [8.0, 0.0, 8.0], [8.0, 0.0, -8.0]],
+        vec![[0, 1, 2], [0, 2, 3]],
+    );
+    let objects = vec![
+        (Shape::Mesh(Arc::new(floor.expect("a floor"))), DVec3::ZERO),
+        (Shape::Rectangle(Rectangle { size: [4.0, 4.0] }), DVec3::Y * 6.0),
+    ];
+    let sun = LightSource::sun([1.0, -1.0, 0.0]).expect("a sun");
+    let drawing =
+        draw_lines(&scene(objects), &view(DVec3::Y), &LineOptions { lights: vec![sun], ..LineOptions::default() });
+    let outline = length(&drawing.expect("a drawing"), Ink::ShadowOutline);
+    // From x = 4 to 8, the floor's border: three edges of 4 m.
+    assert!((outline - 120.0).abs() < 1e-3, "{outline}");
+}
+
+/// A ball, said in general.
+const ANY_QUADRIC: Analytic = Analytic::Quadric {
+    matrix: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, -1.0]],
+    within: [[-1.0; 3], [1.0; 3]],
+};

@@ -8,7 +8,7 @@
 //!   portals in the picture where frusta here are exact.
 //! - Guarantee: conservative. A ray from the eye passes portals from one cell to the next, always to the side of the portal where
 //!   the eye is not, and lies in the cone of each; so what it meets first belongs to a cell that is entered with a frustum that holds
-//!   the ray. This takes the scene's word that nothing is seen across boundaries but through portals. Sides of portals and corners of
+//!   the ray. Portals with rounded corners are taken wider for it (`opening`). This takes the scene's word that nothing is seen across boundaries but through portals. Sides of portals and corners of
 //!   cones are decided by exact signs; objects go by their boxes, doubt collects.
 //! - A portal is passed once in a chain. Chains of convex cells cannot meet a cell twice, a ray comes back into a house from the outdoors.
 //!   Where the eye lies in a portal's plane, the neighbour is entered with the frustum as it is.
@@ -16,6 +16,7 @@
 //!   are not made: everything counts as reached then.
 
 mod frustum;
+mod opening;
 #[cfg(test)]
 mod tests;
 
@@ -178,8 +179,9 @@ impl<'a> Search<'a> {
             }
             let portal = &graph.portals()[number as usize];
             let own = usize::from(portal.cells[0] != cell);
-            let frustum = match (frustum::side_of_eye(&self.eye, &portal.corners), own) {
-                (EyeSide::Front, 0) | (EyeSide::Behind, 1) => self.frusta[visit].through(&portal.corners),
+            let (side, corners) = opening::seen(&self.eye, portal);
+            let frustum = match (side, own) {
+                (EyeSide::Front, 0) | (EyeSide::Behind, 1) => self.frusta[visit].through(&corners),
                 (EyeSide::Within, _) => Some(self.frusta[visit].clone()),
                 _ => None,
             };

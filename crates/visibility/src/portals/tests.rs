@@ -8,7 +8,7 @@ use super::*;
 fn room(name: &str, min: DVec3, max: DVec3) -> SceneCell {
     let ends = [min, max];
     let corner = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z);
-    SceneCell { name: name.into(), region: Region::Convex(Brep::hull((0..8).map(corner)).expect("a box")) }
+    SceneCell { name: name.into(), region: Region::Convex(Brep::hull((0..8).map(corner)).expect("a box")), slack: 0.0 }
 }
 
 /// A row of cubes of 4 m along x with a door of 1 m in each wall between two, all in line; a small box in the middle of each room.
@@ -21,6 +21,7 @@ fn enfilade(rooms: usize) -> Scene {
         name: format!("door {number}"),
         cells: [number - 1, number],
         corners: [[0.0, 1.5], [0.0, 2.5], [2.0, 2.5], [2.0, 1.5]].map(|[y, z]| DVec3::new(at(number), y, z)).to_vec(),
+        slack: 0.0,
     };
     let object = |number: usize, z: f64| {
         let place = Placement::new(DAffine3::from_translation(DVec3::new(at(number) + 2.0, 1.0, z))).expect("regular");
@@ -91,6 +92,7 @@ fn two_chains_collect_an_object_once() {
         name: name.into(),
         cells: [0, 1],
         corners: [[0.0, z], [0.0, z + 0.5], [2.0, z + 0.5], [2.0, z]].map(|[y, z]| DVec3::new(4.0, y, z)).to_vec(),
+        slack: 0.0,
     };
     let portals = vec![portal("left", 1.5), portal("right", 2.0)];
     scene.cells = CellGraph::new(scene.cells.cells().to_vec(), portals, &scene.objects).expect("rooms");
@@ -105,10 +107,10 @@ fn two_chains_collect_an_object_once() {
 fn the_sun_looks_in_through_windows_only() {
     let mut scene = enfilade(2);
     let mut cells = scene.cells.cells().to_vec();
-    cells.push(SceneCell { name: "outdoors".into(), region: Region::Outdoors });
+    cells.push(SceneCell { name: "outdoors".into(), region: Region::Outdoors, slack: 0.0 });
     let mut portals = scene.cells.portals().to_vec();
     let window = [[1.0, 1.0], [1.5, 1.0], [1.5, 3.0], [1.0, 3.0]].map(|[x, y]| DVec3::new(x, y, 0.0)).to_vec();
-    portals.push(Portal { name: "window".into(), cells: [0, 2], corners: window });
+    portals.push(Portal { name: "window".into(), cells: [0, 2], corners: window, slack: 0.0 });
     scene.cells = CellGraph::new(cells, portals, &scene.objects).expect("rooms");
     let sun = |direction| LightSource::sun(direction).expect("a sun");
     let reach = reach_of_light(&scene, &sun([1.0, -1.0, 1.5]));
@@ -117,6 +119,63 @@ fn the_sun_looks_in_through_windows_only() {
     assert_eq!(reach_of_light(&scene, &sun([1.0, -0.5, -1.5])).cells, [2], "it shines at the back");
     // Flat enough along x, it passes the door as well.
     assert_eq!(reach_of_light(&scene, &sun([3.0, -0.5, 2.0])).cells, [0, 1, 2]);
+}
+
+/// Rooms, doors and rays are turned and moved exactly enough, and the rooms and doors are rounded to 32 bits: whatever passes the true doors passes the rounded ones.
+#[test]
+fn rounded_doors_show_all_that_the_true_ones_show() {
+    let scene = enfilade(3);
+    let mut far_rooms = 0;
+    for step in 1..60_u32 {
+        let number = |k: u32| f64::from(step.wrapping_mul(2_654_435_761).wrapping_mul(k + 1) >> 8) / f64::from(1 << 24);
+        let turn = glam::DQuat::from_euler(glam::EulerRot::YXZ, 6.0 * number(0), 2.0 * number(1), number(2));
+        let shift = DVec3::new(1000.0 * number(3), -30.0, 7.0) * f64::from(step % 3);
+        let truly = |point: DVec3| turn * point + shift;
+        let rounded = |point: &DVec3| truly(*point).as_vec3().as_dvec3();
+        let slack = truly(DVec3::splat(12.0)).abs().max_element() * f64::from(f32::EPSILON);
+        let turned = |cell: &SceneCell| {
+            let Region::Convex(body) = &cell.region else { return cell.clone() };
+            let body = Brep::hull(body.vertices().iter().map(rounded)).expect("a box");
+            SceneCell { region: Region::Convex(body), slack, ..cell.clone() }
+        };
+        let cells = scene.cells.cells().iter().map(turned).collect();
+        let portal =
+            |portal: &Portal| Portal { corners: portal.corners.iter().map(rounded).collect(), ..portal.clone() };
+        let portals = scene.cells.portals().iter().map(portal).collect();
+        let graph = CellGraph::new(cells, portals, &[]).unwrap_or_else(|defect| panic!("step {step}: {defect:?}"));
+        let scene = Scene { cells: graph, ..Scene::default() };
+        // Through the edges of the two doors, from near and far, and from flat angles.
+        for (k, y, z, to) in [
+            (4, 0.0, 1.5, [0.5, 2.5]),
+            (5, 2.0, 2.5, [0.0, 1.5]),
+            (6, 0.0, 2.5, [0.25, 2.5]),
+            (7, 1.0, 1.5, [1.5, 1.5]),
+        ] {
+            let on_door = DVec3::new(4.0, y, z);
+            let out = 4.0 * 10.0_f64.powi(-((step % 8) as i32)) * number(k);
+            let beside = DVec3::new(4.0 - out, 1.0 + number(k + 1), 2.0 + 1.9 * (number(k + 2) - 0.5));
+            let in_line = on_door - (DVec3::new(8.0, to[0], to[1]) - on_door) * (0.25 * out);
+            let is_inside = in_line.y > 0.0 && (0.0..4.0).contains(&in_line.z);
+            let local = if step % 2 == 0 && is_inside { in_line } else { beside };
+            let direction = on_door - local;
+            let eye = truly(local);
+            let reach = reach_of_light(&scene, &LightSource::point(eye.to_array()).expect("a lamp"));
+            assert_eq!(reach.start, Start::Cells);
+            // Where the ray leaves the second room: through its door, or at its walls, before which it meets something.
+            let at_far_wall = on_door + direction * (4.0 / direction.x);
+            let passes = local == in_line;
+            let beyond = if passes { at_far_wall + 0.5 * direction / direction.x } else { on_door + 1e-3 * direction };
+            let cell = if passes { 2 } else { 1 };
+            far_rooms += u32::from(passes);
+            let at = Aabb { min: truly(beyond), max: truly(beyond) };
+            assert!(reach.cells.contains(&cell), "step {step}, door point {k}: room {cell} is not entered");
+            assert!(
+                reach.frusta.iter().skip(1).any(|frustum| !frustum.misses(&at)),
+                "step {step}, door point {k}: a frustum is too narrow"
+            );
+        }
+    }
+    assert!(far_rooms > 10, "{far_rooms} rays pass both doors");
 }
 
 proptest! {

@@ -16,14 +16,16 @@ mod projection;
 #[cfg(test)]
 mod tests;
 
+use std::ops::ControlFlow;
+
 use glam::{DVec2, DVec3};
 use i_overlay::{
     core::{fill_rule::FillRule, overlay_rule::OverlayRule},
     float::single::SingleFloatOverlay,
 };
 use rayon::prelude::*;
-use umbriel_bvh::Shaft;
-use umbriel_geometry::{Aabb, Facets, LightSource, Sign};
+use umbriel_bvh::{BoxTree, Shaft};
+use umbriel_geometry::{Facets, LightSource, Sign};
 use umbriel_scene::{Object, Scene, Shape};
 
 use projection::Receiver;
@@ -107,15 +109,21 @@ impl ShadowPolygons {
                 return Err(TwoPassDefect::Holes { object });
             }
             let facets = body.facets().ok_or(TwoPassDefect::Curved { object })?;
-            Ok(Body { object: body, bounds: facets.bounds(), facets })
+            Ok(Body { object: body, facets })
         });
         let bodies = bodies.collect::<Result<Vec<_>, _>>()?;
-        let faces: Vec<(usize, usize)> = (bodies.iter().enumerate())
-            .flat_map(|(object, body)| (0..body.facets.len()).map(move |face| (object, face)))
-            .filter(|&(object, face)| bodies[object].facets.area(face).upper() > 0.0)
-            .collect();
-        let pass = Pass { bodies: &bodies, light };
-        Ok(Self { faces: faces.into_par_iter().map(|(object, face)| pass.face(object, face)).collect() })
+        let numbered = |(object, body): (usize, &Body)| (0..body.facets.len()).map(move |face| (object, face));
+        let faces: Vec<(usize, usize)> = bodies.iter().enumerate().flat_map(numbered).collect();
+        let bounds: Vec<_> = faces.iter().map(|&(object, face)| bodies[object].facets.facet_bounds(face)).collect();
+        let pass = Pass { bodies: &bodies, faces: &faces, tree: BoxTree::build(&bounds), light };
+        let with_area = faces.par_iter().filter(|&&(object, face)| bodies[object].facets.area(face).upper() > 0.0);
+        Ok(Self { faces: with_area.map(|&(object, face)| pass.face(object, face)).collect() })
+    }
+
+    /// The shadows of a face; `None` for a face without area, or one that is not there. O(log n).
+    pub fn of(&self, object: usize, face: usize) -> Option<&FaceShadow> {
+        let place = self.faces.binary_search_by_key(&(object, face), |shadow| (shadow.object, shadow.face));
+        place.ok().map(|place| &self.faces[place])
     }
 
     /// The lit area of an object and by how much it may be off, square metres.
@@ -129,16 +137,29 @@ impl ShadowPolygons {
 struct Body<'a> {
     object: &'a Object,
     facets: Facets,
-    bounds: Aabb,
 }
 
 /// The light's pass.
 struct Pass<'a> {
     bodies: &'a [Body<'a>],
+    /// All faces: body and face.
+    faces: &'a [(usize, usize)],
+    tree: BoxTree,
     light: &'a LightSource,
 }
 
 impl Pass<'_> {
+    /// The faces that may lie between a receiver and the light, in order.
+    fn before(&self, receiver: &Receiver) -> impl Iterator<Item = (usize, usize)> {
+        let mut items: Vec<u32> = Vec::new();
+        let _ = self.tree.for_each_in_shaft(&Shaft::new(&receiver.bounds, self.light), |item| {
+            items.push(item);
+            ControlFlow::Continue(())
+        });
+        items.sort_unstable();
+        items.into_iter().map(|item| self.faces[item as usize])
+    }
+
     fn is_turned(&self, object: usize, face: usize) -> bool {
         let Body { object, facets, .. } = &self.bodies[object];
         let turn = facets.turn(face, self.light);
@@ -170,13 +191,10 @@ impl Pass<'_> {
             return found;
         }
         let mut covers: Vec<Vec<[f64; 2]>> = Vec::new();
-        let shaft = Shaft::new(&receiver.bounds, self.light);
-        for (other, body) in self.bodies.iter().enumerate().filter(|(_, body)| shaft.may_meet(&body.bounds)) {
-            for occluder in (0..body.facets.len()).filter(|&occluder| (other, occluder) != (object, face)) {
-                if let Some((cover, stretch)) = receiver.project(&body.facets, occluder) {
-                    found.error += receiver.slack(&cover, stretch);
-                    covers.push(cover);
-                }
+        for (other, occluder) in self.before(&receiver).filter(|&occluder| occluder != (object, face)) {
+            if let Some((cover, stretch)) = receiver.project(&self.bodies[other].facets, occluder) {
+                found.error += receiver.slack(&cover, stretch);
+                covers.push(cover);
             }
         }
         if covers.is_empty() {

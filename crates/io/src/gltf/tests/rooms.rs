@@ -87,3 +87,48 @@ fn a_placement_moves_cells_as_it_moves_objects() {
     let bounds = scene.objects[0].bounds();
     assert!(scene.objects[0].placement != Placement::IDENTITY && bounds.min.x == 8.0);
 }
+
+#[test]
+fn rooms_that_were_turned_before_they_were_written_fit() {
+    // Two boxes that share a wall, and a door in it, turned and moved in f64, then rounded to f32.
+    let (corners, door) = (
+        [[0.0, 0.0, 0.0], [4.0, 3.0, 5.0], [4.0, 0.0, 0.0], [8.0, 3.0, 5.0]],
+        [[0.5, 1.0], [0.5, 2.0], [2.0, 2.0], [2.0, 1.0]],
+    );
+    let sides = [[0_u8, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let indices =
+        |quads: &[[u8; 4]]| -> Vec<u8> { quads.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]).collect() };
+    for (angle, tilt, step) in
+        [(0.3, 0.0, 0.0), (0.5, 0.1, 100.0), (0.785_398_163, 0.7, -30.0), (1.1, 0.0, 1000.0), (2.9, 0.4, 0.0)]
+    {
+        for off in [0.0, 0.01] {
+            let turn = glam::DQuat::from_euler(glam::EulerRot::YXZ, angle, tilt, 0.0);
+            let placed =
+                |point: [f64; 3]| (turn * glam::DVec3::from(point) + glam::DVec3::splat(step)).as_vec3().to_array();
+            let mut data = Data::default();
+            let mut meshes = Vec::new();
+            let mut add = |points: Vec<[f32; 3]>, quads: &[[u8; 4]]| {
+                let (positions, list) = (data.floats(&points), indices(quads));
+                let list = data.add(&list, 5121, "SCALAR", list.len(), false);
+                meshes.push(json!({ "primitives": [{ "attributes": { "POSITION": positions }, "indices": list }] }));
+            };
+            for ends in corners.chunks(2) {
+                let corner = |i: usize| placed([ends[i & 1][0], ends[i >> 1 & 1][1], ends[i >> 2 & 1][2]]);
+                add((0..8).map(corner).collect(), &sides);
+            }
+            add(door.map(|[y, z]| placed([4.0 + off, y, z])).to_vec(), &[[0, 1, 2, 3]]);
+            let nodes = json!([{ "name": "cell:a", "mesh": 0 }, { "name": "cell:b", "mesh": 1 }, { "name": "portal:a|b", "mesh": 2 }, { "name": "block", "mesh": 0 }]);
+            let document = (json!({ "asset": { "version": "2.0" }, "nodes": nodes, "meshes": meshes }), data);
+            let scene = parse(document)
+                .and_then(|model| model.into_scene(glam::DAffine3::IDENTITY, Sides::Auto, &Ledger::default()));
+            match scene {
+                Ok(scene) => {
+                    assert_eq!(off, 0.0, "a door in mid-air, {angle}");
+                    let slack = scene.cells.portals()[0].slack;
+                    assert!(slack > 0.0 && slack <= (9.0 + step.abs()) * 2.0_f64.powi(-20), "{slack}");
+                }
+                Err(problem) => assert!(off > 0.0 && problem.to_string().contains("boundary"), "{angle}: {problem}"),
+            }
+        }
+    }
+}

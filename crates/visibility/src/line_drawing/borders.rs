@@ -1,0 +1,62 @@
+//! The outlines of cast shadows: the borders of shadow polygons ([`crate::two_pass`]) that are not borders of the face itself.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use umbriel_geometry::{Facets, LightSource, Point, Sign};
+use umbriel_scene::Scene;
+
+use super::{Ink, Line, Stroke, gaps, hidden::Hiders, projection::Projector};
+use crate::two_pass::{FaceShadow, ShadowPolygons, TwoPassDefect};
+
+/// As far from its face's border as this share of the face's size, an edge lies on it: beyond the grid of shadow polygons, and far below a pixel.
+const ON_BORDER: f64 = 1.0 / (1 << 20) as f64;
+
+/// The outlines under one light, on the objects that are drawn.
+///
+/// # Errors
+/// [`TwoPassDefect`] for a scene with texture-cut meshes.
+pub(super) fn draw(
+    scene: &Scene,
+    hiders: &Hiders,
+    projector: &Projector,
+    light: &LightSource,
+) -> Result<Vec<Stroke>, TwoPassDefect> {
+    let shadows = ShadowPolygons::cast(scene, light)?;
+    let of = |face: &FaceShadow| {
+        let facets = hiders.bodies[face.object].1;
+        let [seen, lit] = [projector.eye(), light].map(|from| facets.turn(face.face, from));
+        // Shadows lie on the side that is turned to the light.
+        if seen != lit || seen == Sign::Zero || face.shadow.is_empty() || !hiders.is_drawn(face.object) {
+            return Vec::new();
+        }
+        edges(face, facets).into_iter().flat_map(|ends| visible(hiders, projector, face, ends)).collect()
+    };
+    Ok(shadows.faces.par_iter().flat_map_iter(of).collect())
+}
+
+/// The edges of a face's shadow polygons inside the face.
+fn edges(face: &FaceShadow, facets: &Facets) -> Vec<[DVec3; 2]> {
+    let numbers = facets.facet(face.face).corners();
+    let corner = |k: usize| facets.positions()[numbers[k % numbers.len()] as usize];
+    let outline: Vec<DVec2> = (0..numbers.len()).map(|k| face.coordinates(corner(k)).into()).collect();
+    let size = outline.iter().map(|point| (*point - outline[0]).length()).fold(0.0, f64::max);
+    let is_on_border = |a: DVec2, b: DVec2| {
+        (0..outline.len()).any(|k| {
+            let (from, to) = (outline[k], outline[(k + 1) % outline.len()]);
+            let along = (to - from).normalize_or_zero();
+            [a, b].iter().all(|point| along.perp_dot(*point - from).abs() <= ON_BORDER * size)
+        })
+    };
+    let contours = face.shadow.iter().flatten();
+    let all = contours.flat_map(|contour| contour.iter().zip(contour.iter().cycle().skip(1)));
+    let inner = all.filter(|&(&a, &b)| !is_on_border(a.into(), b.into()));
+    inner.map(|(&a, &b)| [face.point(a), face.point(b)]).collect()
+}
+
+fn visible(hiders: &Hiders, projector: &Projector, face: &FaceShadow, ends: [DVec3; 2]) -> Vec<Stroke> {
+    let Some(range) = projector.visible_range(ends) else { return Vec::new() };
+    let line = Line { ends: ends.map(Point::exact), on: [Some((face.object as u32, face.face as u32)), None] };
+    let place = |s: f64| projector.place(ends[0].lerp(ends[1], s));
+    let seen = gaps(&hiders.hidden(&line), range);
+    seen.into_iter().map(|[from, to]| Stroke { ink: Ink::ShadowOutline, ends: [place(from), place(to)] }).collect()
+}
