@@ -3,13 +3,15 @@
 //! The rival is `euc`: f32, a depth buffer, one thread. On two threads each draws one half of the picture. It gets the triangles in the eye's coordinates, as a program
 //! would keep them; ours begins with the scene's placed faces, and both begin with nothing drawn. Pixels count as differing where the two show different faces.
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 use umbriel_scene::Scene;
 use umbriel_visibility::View;
 
 #[cfg(not(feature = "rasterisers"))]
 pub(crate) fn compare(_: &Scene, _: &View) -> Result<()> {
-    anyhow::bail!("built without the feature `rasterisers`: cargo run -p xtask --features rasterisers -- pictures --rival")
+    anyhow::bail!(
+        "built without the feature `rasterisers`: cargo run -p xtask --features rasterisers -- pictures --rival"
+    )
 }
 
 #[cfg(feature = "rasterisers")]
@@ -19,7 +21,7 @@ pub(crate) use with_euc::compare;
 mod with_euc {
     use std::time::{Duration, Instant};
 
-    use anyhow::Context;
+    use anyhow::{Context, ensure};
     use euc::{
         DepthStrategy, Interpolate, Pipeline,
         buffer::Buffer2d,
@@ -84,7 +86,12 @@ mod with_euc {
         fn draw(&self, corners: &[Corner]) -> Vec<u32> {
             let mut faces = Buffer2d::new(self.size, NOTHING);
             let mut depths = Buffer2d::new(self.size, f32::INFINITY);
-            Pipeline::draw::<Triangles<Buffer2d<f32>, BackfaceCullingDisabled>, _>(self, corners, &mut faces, Some(&mut depths));
+            Pipeline::draw::<Triangles<Buffer2d<f32>, BackfaceCullingDisabled>, _>(
+                self,
+                corners,
+                &mut faces,
+                Some(&mut depths),
+            );
             faces.as_ref().to_vec()
         }
     }
@@ -115,7 +122,8 @@ mod with_euc {
         let aspect = f64::from(view.width) / f64::from(view.height);
         let seen = |point: DVec3| {
             let from_eye = point - camera.eye;
-            [from_eye.dot(right) / (half * aspect), from_eye.dot(up) / half, from_eye.dot(forward)].map(|value| value as f32)
+            [from_eye.dot(right) / (half * aspect), from_eye.dot(up) / half, from_eye.dot(forward)]
+                .map(|value| value as f32)
         };
         let mut corners = Vec::new();
         let mut number = 0;
@@ -155,11 +163,15 @@ mod with_euc {
     pub(crate) fn compare(scene: &Scene, view: &View) -> Result<()> {
         let list = corners(scene, view)?;
         let size = [view.width as usize, view.height as usize];
-        let starts: Vec<u32> = scene.objects.iter().scan(0, |sum, object| {
-            let start = *sum;
-            *sum += object.face_count() as u32;
-            Some(start)
-        }).collect();
+        let starts: Vec<u32> = scene
+            .objects
+            .iter()
+            .scan(0, |sum, object| {
+                let start = *sum;
+                *sum += object.face_count() as u32;
+                Some(start)
+            })
+            .collect();
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
             let (prepared, shot) = pool.install(|| quickest(|| Shot::new(scene, view)));
@@ -174,7 +186,13 @@ mod with_euc {
             let seconds = [prepared, drawn, theirs].map(|time| time.as_secs_f64());
             println!(
                 "  {threads} threads, {} triangles: prepare {:.4} s, draw {:.4} s, euc {:.4} s: {:.2} and with preparing {:.2} of its time; {differing} of {} pixels show another face",
-                list.len() / 3, seconds[0], seconds[1], seconds[2], seconds[1] / seconds[2], (seconds[0] + seconds[1]) / seconds[2], faces.len()
+                list.len() / 3,
+                seconds[0],
+                seconds[1],
+                seconds[2],
+                seconds[1] / seconds[2],
+                (seconds[0] + seconds[1]) / seconds[2],
+                faces.len()
             );
         }
         Ok(())

@@ -8,13 +8,16 @@ use umbriel_visibility::portals::reach_of_light;
 /// Where the lights of a picture are asked about.
 pub(crate) enum Lamplight<'a> {
     Whole(&'a Scene),
-    Part {
-        scene: Scene,
-        /// The objects of that scene, by their indices in the whole one; sorted.
-        sources: Vec<usize>,
-        /// What each of the lights reaches, sorted.
-        reached: Vec<Vec<usize>>,
-    },
+    Part(Box<Part>),
+}
+
+/// What some light reaches.
+pub(crate) struct Part {
+    scene: Scene,
+    /// The objects of that scene, by their indices in the whole one; sorted.
+    sources: Vec<usize>,
+    /// What each of the lights reaches, sorted.
+    reached: Vec<Vec<usize>>,
 }
 
 impl<'a> Lamplight<'a> {
@@ -29,14 +32,14 @@ impl<'a> Lamplight<'a> {
         sources.sort_unstable();
         sources.dedup();
         let objects = sources.iter().map(|&source| scene.objects[source].clone()).collect();
-        Self::Part { scene: Scene { objects, ..Scene::default() }, sources, reached }
+        Self::Part(Box::new(Part { scene: Scene { objects, ..Scene::default() }, sources, reached }))
     }
 
     /// The scene that is asked.
     pub(crate) fn scene(&self) -> &Scene {
         match self {
             Self::Whole(scene) => scene,
-            Self::Part { scene, .. } => scene,
+            Self::Part(part) => &part.scene,
         }
     }
 
@@ -44,9 +47,9 @@ impl<'a> Lamplight<'a> {
     pub(crate) fn place(&self, light: usize, object: usize) -> Option<usize> {
         match self {
             Self::Whole(_) => Some(object),
-            Self::Part { sources, reached, .. } => {
-                reached[light].binary_search(&object).ok()?;
-                sources.binary_search(&object).ok()
+            Self::Part(part) => {
+                part.reached[light].binary_search(&object).ok()?;
+                part.sources.binary_search(&object).ok()
             }
         }
     }

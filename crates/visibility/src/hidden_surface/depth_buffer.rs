@@ -2,13 +2,13 @@
 //! curved surfaces", 1974; tiles and depths by increments as in the lecture of chapter 8).
 //!
 //! A tile is drawn at a time, so memory is that of tiles; a tile may be one scan line. Depths are affine in the pixel: a row needs one
-//! product and one sum a pixel. Faces come nearest first, and of each row the least nearness of all its pixels is known
+//! product and one sum a pixel, eight pixels at a time (`fill`). Faces come nearest first, and of each row the least nearness of all its pixels is known
 //! once all are filled, so a face that is farther all over the row is passed over (the min-max test).
 //!
 //! Guarantee: two depths are compared as they are only where they differ by more than both their bounds; else the judge decides. Cost:
 //! O(faces + covered pixels), memory O(tile) a thread. Curved bodies are asked pixel by pixel in their boxes.
 
-use super::{HiddenSurface, NOTHING, Shot, Statistics, Window, footprint::Plane};
+use super::{HiddenSurface, NOTHING, Shot, Statistics, Window, fill::Run, footprint::Plane};
 
 /// Depth buffer by tiles.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +57,8 @@ struct Tile<'a> {
     widest: f64,
     /// A bound below the nearness of all pixels of a row; `None` where it must be found again.
     floors: Vec<Option<f64>>,
+    /// Room for the pixels of a run whose depths are too close to be told apart.
+    doubtful: Vec<u32>,
     work: Statistics,
 }
 
@@ -71,6 +73,7 @@ impl<'a> Tile<'a> {
             pixels,
             widest: errors.fold(0.0, f64::max),
             floors: vec![Some(f64::NEG_INFINITY); window.height() as usize],
+            doubtful: Vec::new(),
             work: Statistics::default(),
         }
     }
@@ -109,20 +112,21 @@ impl<'a> Tile<'a> {
         let (start, slope) = (plane.nearness.on_row(frame.y(row)), plane.nearness.x);
         let apart = plane.nearness.error + self.widest;
         let from = self.window.index([columns.start, row]);
-        let (mut written, mut x) = (0, frame.x(columns.start));
-        for k in 0..columns.len() {
-            let index = from + k;
-            let (value, held) = (start + slope * x, self.nearness[index]);
-            x += 1.0;
-            let ahead = value - held;
-            if ahead > apart {
-                self.nearness[index] = value;
-                self.pixels[index] = face;
-                written += 1;
-            } else if ahead.is_nan() || ahead >= -apart {
-                self.contest(face, [columns.start + k as u32, row], Some(plane));
-            }
-        }
+        let part = from..from + columns.len();
+        let mut doubtful = std::mem::take(&mut self.doubtful);
+        let run = Run {
+            face,
+            start,
+            slope,
+            x: frame.x(columns.start),
+            apart,
+            nearness: &mut self.nearness[part.clone()],
+            pixels: &mut self.pixels[part],
+            doubtful: &mut doubtful,
+        };
+        let written = run.draw();
+        doubtful.drain(..).for_each(|k| self.contest(face, [columns.start + k, row], Some(plane)));
+        self.doubtful = doubtful;
         self.work.depths += columns.len() as u64;
         self.work.written += written;
         if written > 0 {

@@ -22,6 +22,7 @@
 
 mod depth_buffer;
 mod depth_sort;
+mod fill;
 mod footprint;
 mod frame;
 mod judge;

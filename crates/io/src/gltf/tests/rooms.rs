@@ -98,9 +98,13 @@ fn rooms_that_were_turned_before_they_were_written_fit() {
     let sides = [[0_u8, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let indices =
         |quads: &[[u8; 4]]| -> Vec<u8> { quads.iter().flat_map(|&[a, b, c, d]| [a, b, c, a, c, d]).collect() };
-    for (angle, tilt, step) in
-        [(0.3, 0.0, 0.0), (0.5, 0.1, 100.0), (0.785_398_163, 0.7, -30.0), (1.1, 0.0, 1000.0), (2.9, 0.4, 0.0)]
-    {
+    for (angle, tilt, step) in [
+        (0.3, 0.0, 0.0),
+        (0.5, 0.1, 100.0),
+        (std::f64::consts::FRAC_PI_4, 0.7, -30.0),
+        (1.1, 0.0, 1000.0),
+        (2.9, 0.4, 0.0),
+    ] {
         for off in [0.0, 0.01] {
             let turn = glam::DQuat::from_euler(glam::EulerRot::YXZ, angle, tilt, 0.0);
             let placed =
