@@ -37,7 +37,7 @@ fn methods_are_compared_with_the_truth() {
 #[test]
 fn limits_are_details() {
     let workspace = Workspace::with(&[("plate.toml", PLATE)]);
-    for limit in ["--time 50ms", "--memory 50kB", "--max-undecided 0.05"] {
+    for limit in ["--time 1s", "--memory 50kB", "--max-undecided 0.05"] {
         let run = workspace.run(&format!("soft plate.toml --size 16x12 --map 64 {limit} --json -")).succeeds();
         let json: serde_json::Value = serde_json::from_str(&run.stdout()).expect("JSON");
         let mean = &json["lights"][0]["objects"][0]["visible_fraction"];
