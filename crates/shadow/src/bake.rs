@@ -21,11 +21,10 @@ use crate::{
     portals,
     progress::{Cancelled, Progress},
     receivers::{FaceSums, Receivers, spacing},
-    report::{Cell, LightReport, ObjectReport, Report, SampleCount, Time, Work},
+    report::{LightReport, ObjectReport, Report, Time, Work},
     request::{Detail, Request},
     samples::Samples,
     solids::Solids,
-    sums::AreaSums,
 };
 
 /// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads.
@@ -146,16 +145,17 @@ impl<'a> Stage<'a> {
         let receivers = |detail| Receivers::new(self, light, detail, influences);
         if self.request.detail == Detail::Faces && self.spacing.is_some() {
             let samples = Samples::new(self, light, influences);
-            let ran = run(&receivers(Detail::Faces), |receiver| !samples.takes(receiver), progress, work)?;
-            let mut objects = reports(ran, work);
+            let sums = run(&receivers(Detail::Faces), |receiver| !samples.takes(receiver), progress)?;
+            let mut objects = reports(sums, self.request, work);
             work.rays += samples.run(&mut objects, progress)?;
             return Ok(objects);
         }
-        let all = |_| true;
-        match self.limit(lights_done) {
-            Some(limit) => refine(&mut receivers(self.request.detail), &limit, progress, work),
-            None => Ok(reports(run(&receivers(self.request.detail), all, progress, work)?, work)),
-        }
+        let mut receivers = receivers(self.request.detail);
+        let sums = match self.limit(lights_done) {
+            Some(limit) => refine(&mut receivers, &limit, progress)?,
+            None => run(&receivers, |_| true, progress)?,
+        };
+        Ok(reports(sums, self.request, work))
     }
 
     /// Where to stop, if that is how the detail is given; time is shared by the lights of the request.
@@ -174,29 +174,23 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// What a look at a receiver found.
-#[derive(Debug, Default)]
-pub(crate) struct Ran {
-    pub(crate) report: ObjectReport,
-    /// Cells examined.
-    pub(crate) examined: u64,
-    /// Whether some face was divided.
-    pub(crate) is_divided: bool,
-}
-
-/// The reports, with the receivers counted that were divided.
-fn reports(ran: Vec<Ran>, work: &mut Work) -> Vec<ObjectReport> {
-    work.octrees_built += ran.iter().filter(|one| one.is_divided).count() as u64;
-    ran.into_iter().map(|one| one.report).collect()
+/// The reports, with what was done for them.
+pub(crate) fn reports(sums: Vec<FaceSums>, request: &Request, work: &mut Work) -> Vec<ObjectReport> {
+    let report = |(sums, &object): (FaceSums, &usize)| {
+        work.octrees_built += u64::from(sums.divided);
+        work.cells += sums.examined;
+        work.rays += sums.points;
+        sums.report(object, request)
+    };
+    sums.into_iter().zip(&request.receivers).map(report).collect()
 }
 
 /// Runs the jobs of the receivers that are `asked`, and adds them up per object.
-pub(crate) fn run(
+fn run(
     receivers: &Receivers,
     asked: impl Fn(usize) -> bool,
     progress: &dyn Progress,
-    work: &mut Work,
-) -> Result<Vec<Ran>, Cancelled> {
+) -> Result<Vec<FaceSums>, Cancelled> {
     let jobs = receivers.jobs(asked);
     let done = AtomicU64::new(0);
     let is_cancelled = || progress.is_cancelled();
@@ -211,53 +205,7 @@ pub(crate) fn run(
     if progress.is_cancelled() {
         return Err(Cancelled);
     }
-    let mut objects = Vec::with_capacity(receivers.request.receivers.len());
-    let mut rest = jobs.iter().zip(sums).peekable();
-    for (receiver, &object) in receivers.request.receivers.iter().enumerate() {
-        let mut total = ObjectSums::default();
-        while let Some((_, sums)) = rest.next_if(|(job, _)| job.receiver == receiver) {
-            total.add(sums, work);
-        }
-        objects.push(total.ran(object, receivers.request));
-    }
-    Ok(objects)
-}
-
-/// The sums over one object; exact, so the order of faces does not matter.
-#[derive(Default)]
-struct ObjectSums {
-    areas: AreaSums,
-    cells: Vec<Cell>,
-    samples: SampleCount,
-    examined: u64,
-    divided: bool,
-}
-
-impl ObjectSums {
-    fn add(&mut self, mut sums: FaceSums, work: &mut Work) {
-        self.areas.append(sums.areas);
-        self.cells.append(&mut sums.cells);
-        self.samples.samples += sums.samples.samples;
-        self.samples.lit += sums.samples.lit;
-        self.divided |= sums.divided;
-        self.examined += sums.examined;
-        work.cells += sums.examined;
-        work.rays += sums.points;
-    }
-
-    fn ran(self, object: usize, request: &Request) -> Ran {
-        let (area, area_error) = self.areas.area();
-        let AreaSums { lower, upper, estimate, .. } = self.areas;
-        let (lower, upper) = (lower.rounded_down(), upper.rounded_up());
-        let report = ObjectReport {
-            object,
-            area,
-            area_error,
-            lit: crate::report::LitArea { lower, upper, estimate: estimate.nearest().clamp(lower, upper) },
-            cells: self.cells,
-            samples: request.sampling.map(|_| self.samples),
-            answers: None,
-        };
-        Ran { report, examined: self.examined, is_divided: self.divided }
-    }
+    let mut totals: Vec<FaceSums> = receivers.request.receivers.iter().map(|_| FaceSums::default()).collect();
+    jobs.iter().zip(sums).for_each(|(job, sums)| totals[job.receiver].append(sums));
+    Ok(totals)
 }

@@ -31,10 +31,12 @@ pub(crate) struct FlatReceiver<'a> {
 }
 
 impl<'a> FlatReceiver<'a> {
+    /// Face `face` of an object, divided down to `level` at most if that is given.
     pub(crate) fn new(
         all: &'a Receivers<'a>,
         object: usize,
         (facets, face): (&'a Facets, usize),
+        level: Option<u8>,
         is_cancelled: &'a (dyn Fn() -> bool + Sync),
     ) -> Self {
         let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
@@ -47,7 +49,7 @@ impl<'a> FlatReceiver<'a> {
             id: FacetId { object: object as u32, facet: face as u32 },
             shape: FaceShape { face: face as u32, domain, corner },
             corners,
-            levels: levels::of_face(all.detail, all.request.keep_cells, &all.bodies.boxes[object], &size),
+            levels: all.levels(object, &size, level),
             lattice: all.spacing.map(|spacing| Lattice::new(size.edges, spacing, is_triangle)),
             is_cancelled,
         }

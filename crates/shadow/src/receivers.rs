@@ -13,16 +13,16 @@ use crate::{
     exact::{Own, face_blocks, patch_probe, turned_to},
     fine::{
         Occluders,
-        flat::FLAT,
+        flat::{FLAT, Levels},
         lattice::{Lattice, Spacing},
         patch::Patch,
         tally::{Tally, Units, cell_units},
     },
     flat_receiver::FlatReceiver,
     levels,
-    report::{Cell, SampleCount},
+    report::{Cell, LitArea, ObjectReport, SampleCount},
     request::{Detail, Request, Sampling},
-    sums::{AreaSums, ExactSum},
+    sums::{AreaSums, ExactSum, FaceArea},
 };
 
 /// Faces that one job takes.
@@ -33,10 +33,22 @@ const FACES_PER_JOB: usize = 64;
 pub(crate) struct Job {
     /// Index into the request's receivers.
     pub(crate) receiver: usize,
-    faces: Range<usize>,
+    pub(crate) faces: Range<usize>,
 }
 
-/// What a job found out.
+/// What a look at one face found out.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(crate) area: FaceArea,
+    pub(crate) cells: Vec<Cell>,
+    pub(crate) samples: SampleCount,
+    /// Cells examined.
+    pub(crate) examined: u64,
+    /// Points decided one by one.
+    pub(crate) points: u64,
+}
+
+/// What was found out about some faces.
 #[derive(Debug, Default)]
 pub(crate) struct FaceSums {
     pub(crate) areas: AreaSums,
@@ -91,49 +103,48 @@ impl<'a> Receivers<'a> {
     pub(crate) fn run(&self, job: &Job, is_cancelled: &(dyn Fn() -> bool + Sync)) -> FaceSums {
         let mut sums = FaceSums::default();
         for face in job.faces.clone() {
-            match self.bodies.get(self.request.receivers[job.receiver]) {
-                Body::Flat(facets) => self.run_flat(job, facets, face, is_cancelled, &mut sums),
-                Body::Analytic(body) => self.run_patch(job, body, face, is_cancelled, &mut sums),
+            if let Some(found) = self.look(job.receiver, face, None, is_cancelled) {
+                sums.add(found);
             }
         }
         sums
     }
 
-    fn run_flat(
+    /// Classifies a face: down to `level` at most if that is given, else as far as the detail says. `None` for a face without area.
+    pub(crate) fn look(
         &self,
-        job: &Job,
-        facets: &Facets,
+        receiver: usize,
         face: usize,
+        level: Option<u8>,
         is_cancelled: &(dyn Fn() -> bool + Sync),
-        sums: &mut FaceSums,
-    ) {
-        let object = self.request.receivers[job.receiver];
-        let area = facets.area(face);
-        if area.upper() == 0.0 {
-            return;
+    ) -> Option<Found> {
+        let object = self.request.receivers[receiver];
+        match self.bodies.get(object) {
+            Body::Flat(facets) if facets.area(face).upper() == 0.0 => None,
+            Body::Flat(facets) => {
+                let tally = FlatReceiver::new(self, object, (facets, face), level, is_cancelled).run();
+                Some(Found::on_flat(facets, face, tally))
+            }
+            Body::Analytic(body) => Some(Found::on_patch(self.look_at_patch(object, (body, face), level, is_cancelled))),
         }
-        let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
-        let asked = FlatReceiver::new(self, object, (facets, face), is_cancelled);
-        let tally = asked.run();
-        let all = cell_units(0, is_triangle);
-        let share = |units: Units| scaled(area, units, all);
-        let possible = share(all - tally.shadowed.min(all));
-        sums.areas.add(area, share(tally.lit), possible, share(tally.lit + tally.likely));
-        sums.take(tally);
     }
 
-    fn run_patch(
+    /// How deep to divide a face of this size, and what to keep; down to `level` at most if that is given.
+    pub(crate) fn levels(&self, object: usize, size: &levels::FaceSize, level: Option<u8>) -> Levels {
+        let levels = levels::of_face(self.detail, self.request.keep_cells, &self.bodies.boxes[object], size);
+        let finest = level.map_or(levels.finest, |level| level.min(levels.finest));
+        Levels { finest, ..levels }
+    }
+
+    fn look_at_patch(
         &self,
-        job: &Job,
-        body: &PlacedAnalytic,
-        face: usize,
+        object: usize,
+        (body, face): (&PlacedAnalytic, usize),
+        level: Option<u8>,
         is_cancelled: &(dyn Fn() -> bool + Sync),
-        sums: &mut FaceSums,
-    ) {
-        let object = self.request.receivers[job.receiver];
+    ) -> Tally<Approx> {
         let chart = &body.charts()[face];
         let size = levels::FaceSize::of_patch(chart, body.placement());
-        let levels = levels::of_face(self.detail, self.request.keep_cells, &self.bodies.boxes[object], &size);
         let objects = self.influences.occluders_of(object as u32);
         let is_lit_exactly = |u: f64, v: f64| {
             let probe = patch_probe(body, face, u, v)?;
@@ -151,7 +162,7 @@ impl<'a> Receivers<'a> {
             area: &PatchArea::new(chart, body.placement()),
             occluders: &self.occluders,
             objects,
-            levels,
+            levels: self.levels(object, &size, level),
             lattice: self.spacing.map(|spacing| Lattice::new(size.edges, spacing, false)),
             is_lit_exactly: &is_lit_exactly,
             is_cancelled,
@@ -160,10 +171,7 @@ impl<'a> Receivers<'a> {
         if self.bodies.is_dark(object) {
             tally.darken();
         }
-        let possible = tally.lit + tally.undecided;
-        let all = possible + tally.shadowed;
-        sums.areas.add(all, tally.lit, possible, tally.lit + tally.likely);
-        sums.take(tally);
+        tally
     }
 
     /// Whether anything among `objects` blocks the way from a point to the light. Exact.
@@ -175,14 +183,63 @@ impl<'a> Receivers<'a> {
     }
 }
 
+impl Found {
+    fn on_flat(facets: &Facets, face: usize, tally: Tally<Units>) -> Self {
+        let area = facets.area(face);
+        let all = cell_units(0, matches!(facets.facet(face), Facet::Triangle(_)));
+        let share = |units: Units| scaled(area, units, all);
+        let possible = share(all - tally.shadowed.min(all));
+        let face = FaceArea::new(area, share(tally.lit), possible, share(tally.lit + tally.likely));
+        Self::of(tally, face)
+    }
+
+    fn on_patch(tally: Tally<Approx>) -> Self {
+        let possible = tally.lit + tally.undecided;
+        let face = FaceArea::new(possible + tally.shadowed, tally.lit, possible, tally.lit + tally.likely);
+        Self::of(tally, face)
+    }
+
+    fn of<M>(tally: Tally<M>, area: FaceArea) -> Self {
+        let Tally { cells, samples, examined, points, .. } = tally;
+        Self { area, cells, samples, examined, points }
+    }
+}
+
 impl FaceSums {
-    fn take<M>(&mut self, mut tally: Tally<M>) {
-        self.cells.append(&mut tally.cells);
-        self.samples.samples += tally.samples.samples;
-        self.samples.lit += tally.samples.lit;
-        self.examined += tally.examined;
-        self.points += tally.points;
-        self.divided |= tally.examined > 1;
+    /// Adds a face.
+    pub(crate) fn add(&mut self, mut found: Found) {
+        self.areas.add(&found.area);
+        self.cells.append(&mut found.cells);
+        self.samples += found.samples;
+        self.examined += found.examined;
+        self.points += found.points;
+        self.divided |= found.examined > 1;
+    }
+
+    /// Adds other faces. Areas are exact, so the order of faces does not matter to them.
+    pub(crate) fn append(&mut self, mut other: Self) {
+        self.areas.append(other.areas);
+        self.cells.append(&mut other.cells);
+        self.samples += other.samples;
+        self.examined += other.examined;
+        self.points += other.points;
+        self.divided |= other.divided;
+    }
+
+    /// What is told of an object whose faces these are.
+    pub(crate) fn report(self, object: usize, request: &Request) -> ObjectReport {
+        let (area, area_error) = self.areas.area();
+        let AreaSums { lower, upper, estimate, .. } = self.areas;
+        let (lower, upper) = (lower.rounded_down(), upper.rounded_up());
+        ObjectReport {
+            object,
+            area,
+            area_error,
+            lit: LitArea { lower, upper, estimate: estimate.nearest().clamp(lower, upper) },
+            cells: self.cells,
+            samples: request.sampling.map(|_| self.samples),
+            answers: None,
+        }
     }
 }
 

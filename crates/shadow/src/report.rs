@@ -81,6 +81,13 @@ pub struct SampleCount {
     pub lit: u64,
 }
 
+impl AddAssign for SampleCount {
+    fn add_assign(&mut self, other: Self) {
+        self.samples += other.samples;
+        self.lit += other.lit;
+    }
+}
+
 /// The answer to each sample of an object, a bit each, in the order of [`for_each_sample`](crate::for_each_sample).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SampleAnswers {

@@ -2,6 +2,8 @@
 
 use umbriel_geometry::{Approx, Dyadic};
 
+use crate::report::LitArea;
+
 /// The areas of some faces, square metres.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AreaSums {
@@ -19,13 +21,20 @@ pub(crate) struct AreaSums {
 }
 
 impl AreaSums {
-    /// Adds a face: its area, what is proved lit of it, what may be lit, what is lit by the estimate.
-    pub(crate) fn add(&mut self, area: Approx, lit: Approx, possible: Approx, likely: Approx) {
-        self.add_whole(area);
-        self.lower.add(lit.lower().max(0.0));
-        // No more than all of it: the sum over its cells may be bounded less well.
-        self.upper.add(possible.upper().min(area.upper()));
-        self.estimate.add(if likely.value.is_finite() { likely.value } else { 0.0 });
+    /// Adds a face.
+    pub(crate) fn add(&mut self, face: &FaceArea) {
+        self.add_whole(face.area);
+        self.lower.add(face.lit.lower);
+        self.upper.add(face.lit.upper);
+        self.estimate.add(face.lit.estimate);
+    }
+
+    /// Takes a face out that was added. Exact; what had no bound leaves none.
+    pub(crate) fn remove(&mut self, face: &FaceArea) {
+        self.add_whole(Approx { value: -face.area.value, error: -face.area.error });
+        self.lower.add(-face.lit.lower);
+        self.upper.add(-face.lit.upper);
+        self.estimate.add(-face.lit.estimate);
     }
 
     /// Adds a face of which only the area is asked.
@@ -65,6 +74,39 @@ impl AreaSums {
         self.lower.append(other.lower);
         self.upper.append(other.upper);
         self.estimate.append(other.estimate);
+    }
+}
+
+/// What is known of the area of one face, square metres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FaceArea {
+    pub(crate) area: Approx,
+    pub(crate) lit: LitArea,
+}
+
+impl FaceArea {
+    /// The area, what is proved lit of it, what may be lit, what is lit by the estimate.
+    pub(crate) fn new(area: Approx, lit: Approx, possible: Approx, likely: Approx) -> Self {
+        let estimate = if likely.value.is_finite() { likely.value } else { 0.0 };
+        // No more than all of it: the sum over its cells may be bounded less well.
+        let upper = possible.upper().min(area.upper());
+        Self { area, lit: LitArea { lower: lit.lower().max(0.0), upper, estimate } }
+    }
+
+    /// A face of which only the area is known; by the estimate, half of it is lit.
+    pub(crate) fn unknown(area: Approx) -> Self {
+        Self::new(area, Approx::exact(0.0), area, Approx::exact(0.5 * area.value))
+    }
+
+    /// Area that is neither proved lit nor proved shadowed.
+    pub(crate) fn undecided(&self) -> f64 {
+        self.lit.upper - self.lit.lower
+    }
+
+    /// With the tighter bounds of two proofs.
+    pub(crate) fn narrowed_by(self, other: &LitArea) -> Self {
+        let (lower, upper) = (self.lit.lower.max(other.lower), self.lit.upper.min(other.upper));
+        Self { lit: LitArea { lower, upper, estimate: self.lit.estimate.clamp(lower, upper.max(lower)) }, ..self }
     }
 }
 
@@ -216,14 +258,26 @@ mod tests {
     #[test]
     fn a_term_without_bound_leaves_none() {
         let mut areas = AreaSums::default();
-        areas.add(Approx::UNKNOWN, Approx::exact(0.0), Approx::UNKNOWN, Approx::exact(0.0));
-        areas.add(Approx::exact(2.0), Approx::exact(1.0), Approx::exact(2.0), Approx::exact(1.5));
+        let [zero, half, one, two] = [0.0, 1.5, 1.0, 2.0].map(Approx::exact);
+        areas.add(&FaceArea::new(Approx::UNKNOWN, zero, Approx::UNKNOWN, zero));
+        areas.add(&FaceArea::new(two, one, two, half));
         assert_eq!(areas.area(), (2.0, f64::INFINITY));
         assert_eq!((areas.lower.rounded_down(), areas.upper.rounded_up()), (1.0, f64::INFINITY));
         let mut hours = ExactSum::default();
         hours.add_product(f64::INFINITY, 3);
         hours.append(ExactSum::default());
         assert_eq!(hours.rounded_up(), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_face_that_is_taken_out_leaves_no_trace() {
+        let mut areas = AreaSums::default();
+        let faces = [3.0, 0.1, 1e-30].map(|area| FaceArea::unknown(Approx { value: area, error: area * 1e-16 }));
+        faces.iter().for_each(|face| areas.add(face));
+        areas.remove(&faces[0]);
+        areas.remove(&faces[2]);
+        assert_eq!(areas.area(), (0.1, 0.1 * 1e-16));
+        assert_eq!((areas.lower.rounded_down(), areas.upper.rounded_up()), (0.0, faces[1].lit.upper));
     }
 
     proptest! {

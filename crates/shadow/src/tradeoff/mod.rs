@@ -7,6 +7,7 @@
 mod judge;
 mod lookup;
 mod nearest;
+mod points;
 #[cfg(test)]
 mod tests;
 
@@ -18,7 +19,7 @@ use umbriel_scene::Scene;
 
 use self::lookup::{CellLookup, SampleLookup};
 use crate::{
-    Cancelled, Cell, Detail, Progress, Report, Request, SamplePoint, Sampling, Verdict, bake,
+    Cancelled, Cell, Detail, PointsError, Progress, Report, Request, SamplePoint, Sampling, Verdict, bake,
     bodies::Bodies,
     for_each_sample,
     receivers::spacing,
@@ -35,6 +36,10 @@ pub enum Setting {
     Samples(u64),
     /// One ray a sample for about as many samples, in the same places.
     RaySamples(u64),
+    /// Exact answers at the judged points themselves, by face and parameters: for every scene.
+    Points,
+    /// Exact answers at the judged points by their rounded coordinates and normals, as a picture asks.
+    LoosePoints,
     /// A rival that is asked at the judged points themselves.
     Rival(Box<dyn Rival>),
 }
@@ -44,8 +49,12 @@ pub enum Setting {
 pub enum Family {
     /// Cells with proofs.
     Bake,
+    /// Cells with proofs, divided where it tells most.
+    Limit,
     /// Exact samples.
     Samples,
+    /// Exact answers at the judged points.
+    Points,
     /// Rays at samples.
     RaySamples,
     /// Rays at the judged points.
@@ -98,13 +107,18 @@ pub enum MeasureDefect {
     /// Answers to samples are kept for flat objects that no curved body may shadow.
     #[error("samples are not kept for curved bodies and what they may shadow")]
     NoAnswers,
+    /// A judged point is refused.
+    #[error(transparent)]
+    Points(#[from] PointsError),
 }
 
 impl Setting {
     /// Which family it belongs to; a rival is told by its name.
     fn family(&self) -> Family {
         match self {
+            Self::Bake(Detail::MaxUndecided { .. } | Detail::Time { .. } | Detail::Memory { .. }) => Family::Limit,
             Self::Bake(_) => Family::Bake,
+            Self::Points | Self::LoosePoints => Family::Points,
             Self::Samples(_) => Family::Samples,
             Self::RaySamples(_) => Family::RaySamples,
             Self::Rival(rival) => match rival.name().as_str() {
@@ -122,7 +136,11 @@ impl Setting {
             Self::Bake(Detail::Depth { boundary, .. }) => format!("bake, depth {boundary}"),
             Self::Bake(Detail::Cell { edge }) => format!("bake, cells of {edge} m"),
             Self::Bake(Detail::MaxUndecided { share }) => format!("bake, undecided {share}"),
+            Self::Bake(Detail::Time { limit }) => format!("bake, {} ms", limit.as_millis()),
+            Self::Bake(Detail::Memory { bytes }) => format!("bake, {:.1} MB", *bytes as f64 / 1e6),
             Self::Bake(_) => "bake".into(),
+            Self::Points => "points".into(),
+            Self::LoosePoints => "points by coordinates".into(),
             Self::Samples(count) => format!("{count} samples"),
             Self::RaySamples(count) => format!("{count} rays"),
             Self::Rival(rival) => rival.name(),
@@ -170,6 +188,8 @@ pub fn measure_and_state(
         Setting::Bake(detail) => measure_bake(course, *detail, progress)?,
         Setting::Samples(count) => measure_samples(course, *count, progress)?,
         Setting::RaySamples(count) => measure_rays(course, *count)?,
+        Setting::Points => points::measure_places(course),
+        Setting::LoosePoints => points::measure_loose(course, progress)?,
         Setting::Rival(rival) => {
             let answer = rival.answer(course.polygons, course.source(), course.judge.points())?;
             let stated = answer.lit.iter().map(|&is_lit| verdict(is_lit)).collect();
@@ -284,7 +304,7 @@ pub fn pareto(measured: &[Measurement], cost: impl Fn(&Measurement) -> f64) -> V
 /// The soonest setting whose error is at most `error`; only those that know their error if `with_bounds`.
 pub fn recommend(measured: &[Measurement], error: f64, with_bounds: bool) -> Option<&Measurement> {
     let is_taken = |one: &&Measurement| {
-        let knows = !with_bounds || one.family == Family::Bake;
+        let knows = !with_bounds || matches!(one.family, Family::Bake | Family::Limit);
         knows && one.score.error() <= error
     };
     measured.iter().filter(is_taken).min_by(|a, b| a.seconds().total_cmp(&b.seconds()))

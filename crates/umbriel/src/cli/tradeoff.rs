@@ -1,8 +1,10 @@
 //! `umbriel tradeoff`: what time and memory buy, with bounds, with samples and with the rivals, judged by exact answers.
 
-use std::{io::Write, path::Path};
+use std::{io::Write, path::Path, time::Duration};
 
+use umbriel_geometry::Aabb;
 use umbriel_io::write::{Staged, WriteError, write_png};
+use umbriel_scene::Scene;
 use umbriel_shadow::{
     Detail, Silent,
     rivals::{Literal, PointRays, Polygons, ShadowMap, ShadowVolume},
@@ -20,6 +22,14 @@ use crate::{
 
 /// Samples, each time four times as many.
 const SAMPLES: [u64; 6] = [4_096, 16_384, 65_536, 262_144, 1_048_576, 4_194_304];
+
+/// Shares of the surface that may stay undecided, times in milliseconds, and bytes of a light's cells.
+const SHARES: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, 0.0003];
+const TIMES: [u64; 6] = [10, 30, 100, 300, 1000, 3000];
+const SIZES: [u64; 6] = [100_000, 300_000, 1_000_000, 3_000_000, 10_000_000, 30_000_000];
+
+/// The edge of the smallest cell, as parts of the scene's size.
+const CELLS: [f64; 6] = [0.1, 0.03, 0.01, 0.003, 0.001, 0.0003];
 
 /// Edges of shadow maps.
 const MAPS: [usize; 6] = [256, 512, 1024, 2048, 4096, 8192];
@@ -51,7 +61,7 @@ pub(crate) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         threads: rayon::current_num_threads(),
         ..Tradeoff::default()
     };
-    for ladder in ladders(args) {
+    for ladder in ladders(args, scene) {
         climb(&course, ladder, args, &mut tradeoff, interrupt)?;
     }
     write(&tradeoff, &files, interrupt)?;
@@ -60,13 +70,21 @@ pub(crate) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
 }
 
 /// All settings, from quick to slow in each family.
-fn ladders(args: &TradeoffArgs) -> Vec<Vec<Setting>> {
+fn ladders(args: &TradeoffArgs, scene: &Scene) -> Vec<Vec<Setting>> {
     let depth = |boundary: u8| Setting::Bake(Detail::Depth { interior: boundary, boundary });
     let literal = |boundary: u8| {
         Setting::Rival(Box::new(Literal { interior: boundary.min(4), boundary, most_rays: LITERAL_RAYS }))
     };
+    let bounds = scene.objects.iter().fold(Aabb::EMPTY, |all, object| all.union(object.bounds()));
+    let size = bounds.size().max_element();
     vec![
         (1..=args.max_depth).map(depth).collect(),
+        CELLS.into_iter().map(|part| Setting::Bake(Detail::Cell { edge: two_digits(part * size) })).collect(),
+        SHARES.into_iter().map(|share| Setting::Bake(Detail::MaxUndecided { share })).collect(),
+        TIMES.into_iter().map(|time| Setting::Bake(Detail::Time { limit: Duration::from_millis(time) })).collect(),
+        SIZES.into_iter().map(|bytes| Setting::Bake(Detail::Memory { bytes })).collect(),
+        vec![Setting::Points],
+        vec![Setting::LoosePoints],
         SAMPLES.into_iter().map(Setting::Samples).collect(),
         SAMPLES.into_iter().map(Setting::RaySamples).collect(),
         vec![Setting::Rival(Box::new(PointRays))],
@@ -74,6 +92,11 @@ fn ladders(args: &TradeoffArgs) -> Vec<Vec<Setting>> {
         MAPS.into_iter().map(|size| Setting::Rival(Box::new(ShadowMap::new(size)))).collect(),
         LITERAL_DEPTHS.map(literal).collect(),
     ]
+}
+
+/// A positive number with two digits that count: what somebody would type.
+fn two_digits(value: f64) -> f64 {
+    format!("{value:.1e}").parse().unwrap_or(value)
 }
 
 /// Measures the settings of a ladder, the quickest of some runs each, until one takes longer than it may.

@@ -69,6 +69,8 @@ struct Refusal<'a> {
 pub(crate) fn family(family: Family) -> (&'static str, Colour) {
     match family {
         Family::Bake => ("umbriel, cells with proofs", [0xc8, 0x50, 0x2d]),
+        Family::Limit => ("umbriel, cells by a limit", [0x90, 0x28, 0x50]),
+        Family::Points => ("umbriel, every point", [0x20, 0x90, 0x80]),
         Family::Samples => ("umbriel, samples", [0xe0, 0xa0, 0x30]),
         Family::RaySamples => ("rays, as many samples", [0x3c, 0x6e, 0x9f]),
         Family::Rays => ("rays, every point", [0x70, 0xb0, 0xd8]),
@@ -190,7 +192,7 @@ impl Tradeoff {
 
     /// Error against time and against stored memory, logarithmic.
     pub(crate) fn chart(&self) -> Drawing {
-        let mut drawing = Drawing { width: 1000, height: 470, marks: Vec::new() };
+        let mut drawing = Drawing { width: 1000, height: 480, marks: Vec::new() };
         drawing.words([500.0, 20.0], Anchor::Middle, format!("{}, {}", self.scene, self.light), BLACK);
         let [by_time, by_memory] = self.fronts();
         let time = |row: &Row| 1e3 * row.measured.seconds();
@@ -269,7 +271,7 @@ impl Tradeoff {
             drawing.dot([at[0], at[1] - 4.0], 4.0, colour, true);
             drawing.words([at[0] + 10.0, at[1]], Anchor::Start, family(kind).0, BLACK);
         }
-        let at = [left + 690.0, top + 20.0];
+        let at = [left + 690.0, top + 40.0];
         drawing.dot([at[0], at[1] - 4.0], 7.0, BLACK, false);
         drawing.words([at[0] + 12.0, at[1]], Anchor::Start, "beaten by nothing", BLACK);
     }

@@ -1,0 +1,157 @@
+//! Looks at single faces: the first, which takes areas and signs only, and closer ones.
+
+use umbriel_geometry::{Approx, Facet, analytic::PatchArea};
+use umbriel_octree::Quadrant;
+
+use super::{
+    Until,
+    open::{FaceId, Known, NEXT_LEVELS, Open},
+};
+use crate::{
+    bodies::Body,
+    exact::flat_face_is_turned_to,
+    levels::FaceSize,
+    progress::Progress,
+    receivers::{FaceSums, Found, Job, Receivers, flat_corners},
+    report::{Cell, SampleCount, Verdict},
+    sums::FaceArea,
+};
+
+/// The first level of a face that nothing is expected to shadow; so deep that its cells cost about as much as the look.
+const FIRST_LEVEL: u8 = 2;
+
+/// The deepest level of a first look.
+const DEEPEST_FIRST: u8 = 8;
+
+/// Candidates whose measuring costs about as much as the cells of [`FIRST_LEVEL`].
+const CANDIDATES: f64 = 16.0;
+
+/// What is known of a job's faces before anything else is looked at.
+#[derive(Default)]
+pub(super) struct First {
+    pub(super) sums: FaceSums,
+    pub(super) open: Vec<Open>,
+    /// Cells kept or examined.
+    pub(super) stored: u64,
+}
+
+/// Receivers whose faces are looked at one by one.
+pub(super) struct Looks<'a>(pub(super) &'a Receivers<'a>);
+
+impl Looks<'_> {
+    /// The areas of a job's faces and what is turned away; where samples are asked for, a look at each face as a whole that decides them.
+    pub(super) fn first(&self, job: &Job, progress: &dyn Progress) -> First {
+        let mut first = First::default();
+        for face in job.faces.clone() {
+            let id = FaceId { receiver: job.receiver as u32, face: face as u32 };
+            let is_looked_at = self.0.spacing.is_some() || !self.is_turned(id);
+            let is_cancelled = || progress.is_cancelled();
+            let found = if is_looked_at {
+                self.0.look(job.receiver, face, Some(0), &is_cancelled)
+            } else {
+                self.unlooked(id)
+            };
+            if let Some(found) = found {
+                first.add(id, found, is_looked_at);
+            }
+        }
+        first
+    }
+
+    /// Whether some of the face may be lit as far as its own side tells.
+    fn is_turned(&self, id: FaceId) -> bool {
+        let object = self.object(id);
+        match self.0.bodies.get(object) {
+            Body::Flat(_) => flat_face_is_turned_to(self.0.bodies, object, id.face as usize, self.0.light),
+            Body::Analytic(_) => !self.0.bodies.is_dark(object),
+        }
+    }
+
+    fn object(&self, id: FaceId) -> usize {
+        self.0.request.receivers[id.receiver as usize]
+    }
+
+    fn area(&self, id: FaceId) -> Approx {
+        let face = id.face as usize;
+        match self.0.bodies.get(self.object(id)) {
+            Body::Flat(facets) => facets.area(face),
+            Body::Analytic(body) => PatchArea::new(&body.charts()[face], body.placement()).of_cell([0.0; 2], 1.0),
+        }
+    }
+
+    /// A face of which nothing but the area is known; `None` without area.
+    fn unlooked(&self, id: FaceId) -> Option<Found> {
+        let area = self.area(id);
+        let corner = match self.0.bodies.get(self.object(id)) {
+            Body::Flat(facets) => facets.base(id.face as usize).corner,
+            Body::Analytic(_) => 0,
+        };
+        let whole = || Cell::new(id.face, corner, Quadrant::ROOT, Verdict::Undecided);
+        (area.upper() > 0.0).then(|| Found {
+            area: FaceArea::unknown(area),
+            cells: self.0.request.keep_cells.then(whole).into_iter().collect(),
+            samples: SampleCount::default(),
+            examined: 0,
+            points: 0,
+        })
+    }
+
+    /// What was known of a face.
+    pub(super) fn before(&self, open: Open) -> Known {
+        match open.known {
+            Some(known) => *known,
+            None => Known { level: 0, examined: 0, stored: 1, area: FaceArea::unknown(self.area(open.id)) },
+        }
+    }
+
+    /// The next look at a face, and the level that it went to; `None` if the clock caught it.
+    pub(super) fn look(&self, open: &Open, until: &Until) -> Option<(u8, Found)> {
+        if until.is_cancelled() {
+            return None;
+        }
+        let level = match &open.known {
+            Some(known) => known.level + NEXT_LEVELS,
+            None => self.first_level(open.id),
+        };
+        let level = level.min(self.deepest(open.id));
+        let found = self.0.look(open.id.receiver as usize, open.id.face as usize, Some(level), &|| until.is_cancelled())?;
+        (!until.is_cancelled()).then_some((level, found))
+    }
+
+    /// The level of a first look: where measuring what may shadow the face costs much, cells may.
+    fn first_level(&self, id: FaceId) -> u8 {
+        let object = self.object(id);
+        let Body::Flat(facets) = self.0.bodies.get(object) else { return FIRST_LEVEL };
+        let corners = flat_corners(facets, id.face as usize, 0);
+        let expected = self.0.occluders.expected_facets(self.0.influences.occluders_of(object as u32), &corners);
+        let deeper = (1.0 + expected / CANDIDATES).log2();
+        FIRST_LEVEL + (deeper as u8).min(DEEPEST_FIRST - FIRST_LEVEL)
+    }
+
+    /// The finest level that an octree has for a face.
+    pub(super) fn deepest(&self, id: FaceId) -> u8 {
+        let (object, face) = (self.object(id), id.face as usize);
+        let size = match self.0.bodies.get(object) {
+            Body::Flat(facets) => {
+                let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
+                FaceSize::of_flat(&flat_corners(facets, face, facets.base(face).corner), is_triangle)
+            }
+            Body::Analytic(body) => FaceSize::of_patch(&body.charts()[face], body.placement()),
+        };
+        self.0.levels(object, &size, None).finest
+    }
+}
+
+impl First {
+    fn add(&mut self, id: FaceId, found: Found, is_looked_at: bool) {
+        let stored = found.examined.max(1);
+        self.stored += stored;
+        if !is_looked_at {
+            self.open.push(Open::unknown(id, found.area.area));
+        } else if found.area.undecided() > 0.0 && found.area.lit.upper.is_finite() {
+            let known = Known { level: 0, examined: found.examined, stored, area: found.area };
+            self.open.push(Open::known(id, known));
+        }
+        self.sums.add(found);
+    }
+}

@@ -1,0 +1,209 @@
+//! Limits as detail: a share that may stay undecided, a time, or the memory of the answers.
+//!
+//! One engine for all of them, a best-first search over faces. At first only the area of each face is known, and whether it is turned to the light; what
+//! is turned away is in shadow, all else is undecided. Then, step by step, the faces with the most undecided area for the cells that a closer look is
+//! expected to cost are looked at: a face for the first time as deep as pays beside the cost of looking at it at all, later two levels deeper each
+//! time. What a look finds only ever narrows what is known: bounds are the tighter ones of two proofs. So the result is valid whenever it stops, and
+//! more time never gives wider bounds.
+//!
+//! The sequence of looks depends on counts alone, not on clocks or threads; a time limit decides only how many of them are done. The looks that the clock
+//! catches are given up, with those after them that other threads had done. Equal worth goes into one step, so that the order of objects and faces does not
+//! matter to a share. Cost: that of the last look at each face; a look costs about four times the one before it where cells lie along borders, so those
+//! before add a third.
+
+mod looks;
+mod open;
+
+use std::{
+    collections::{BTreeMap, BinaryHeap},
+    time::Instant,
+};
+
+use rayon::prelude::*;
+
+use crate::{
+    levels::MAX_DEPTH,
+    progress::{Cancelled, Progress},
+    receivers::{FaceSums, Found, Receivers},
+    report::Cell,
+    request::Detail,
+    sums::AreaSums,
+};
+use looks::{First, Looks};
+use open::{Known, Open};
+
+/// Steps take faces together until about so many cells are expected, so that threads have something to do.
+const CELLS_A_STEP: u64 = 1 << 12;
+
+/// Where to stop; what is not given does not stop.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Limit {
+    /// Enough is decided when at most this share of the area is not.
+    pub(crate) share: f64,
+    /// No look is begun after this moment, and none goes on.
+    pub(crate) deadline: Option<Instant>,
+    /// Bytes that the examined cells may take if they are stored.
+    pub(crate) bytes: Option<u64>,
+}
+
+/// Divides the faces of the receivers as far as the limit lets it: sums, one a receiver.
+///
+/// # Errors
+/// [`Cancelled`] when `progress` says so.
+pub(crate) fn refine(
+    receivers: &mut Receivers,
+    limit: &Limit,
+    progress: &dyn Progress,
+) -> Result<Vec<FaceSums>, Cancelled> {
+    receivers.detail = Detail::Depth { interior: MAX_DEPTH, boundary: MAX_DEPTH };
+    let mut refined = Refined::new(receivers, progress)?;
+    let until = Until { progress, deadline: limit.deadline };
+    while !refined.is_enough(limit.share) {
+        let step = refined.next_step();
+        if step.is_empty() || !refined.take_step(step, limit, &until) {
+            break;
+        }
+        progress.advance("shadows", refined.decided(), 1000);
+    }
+    if progress.is_cancelled() { Err(Cancelled) } else { Ok(refined.finish()) }
+}
+
+/// All that is known so far.
+struct Refined<'a> {
+    looks: Looks<'a>,
+    open: BinaryHeap<Open>,
+    /// One a receiver, without cells.
+    totals: Vec<FaceSums>,
+    /// The cells of each receiver's faces, if they are kept.
+    cells: Vec<BTreeMap<u32, Vec<Cell>>>,
+    /// Over all receivers.
+    areas: AreaSums,
+    /// Cells kept or examined for what is known.
+    stored: u64,
+}
+
+impl<'a> Refined<'a> {
+    /// The areas; where samples are asked for, a look at each face that decides them.
+    fn new(receivers: &'a Receivers<'a>, progress: &dyn Progress) -> Result<Self, Cancelled> {
+        let jobs = receivers.jobs(|_| true);
+        let looks = Looks(receivers);
+        let firsts: Vec<First> = jobs.par_iter().map(|job| looks.first(job, progress)).collect();
+        let count = receivers.request.receivers.len();
+        let mut all = Self {
+            looks,
+            open: BinaryHeap::new(),
+            totals: (0..count).map(|_| FaceSums::default()).collect(),
+            cells: vec![BTreeMap::new(); count],
+            areas: AreaSums::default(),
+            stored: 0,
+        };
+        let mut open = Vec::new();
+        for (job, mut first) in jobs.iter().zip(firsts) {
+            open.append(&mut first.open);
+            all.stored += first.stored;
+            for cell in std::mem::take(&mut first.sums.cells) {
+                all.cells[job.receiver].entry(cell.face).or_default().push(cell);
+            }
+            all.areas.append(first.sums.areas.clone());
+            all.totals[job.receiver].append(first.sums);
+        }
+        all.open = open.into();
+        if progress.is_cancelled() { Err(Cancelled) } else { Ok(all) }
+    }
+
+    /// Whether little enough is undecided.
+    fn is_enough(&self, share: f64) -> bool {
+        self.areas.upper.rounded_up() - self.areas.lower.rounded_down() <= share * self.areas.area.nearest()
+    }
+
+    /// How much is decided, in thousandths.
+    fn decided(&self) -> u64 {
+        let undecided = self.areas.upper.nearest() - self.areas.lower.nearest();
+        (1000.0 * (1.0 - undecided / self.areas.area.nearest())) as u64
+    }
+
+    /// The faces that are looked at next, in their order.
+    fn next_step(&mut self) -> Vec<Open> {
+        let (mut step, mut expected): (Vec<Open>, u64) = (Vec::new(), 0);
+        while let Some(next) = self.open.peek() {
+            let is_tie = step.last().is_some_and(|last| last.worth == next.worth);
+            if expected >= CELLS_A_STEP && !is_tie {
+                break;
+            }
+            expected += next.expected();
+            step.extend(self.open.pop());
+        }
+        step
+    }
+
+    /// Looks at the faces of a step and takes what was found, in the order of the step and up to the first that the clock caught; `false` if it
+    /// caught one.
+    fn take_step(&mut self, step: Vec<Open>, limit: &Limit, until: &Until) -> bool {
+        // One after the other, so that what is done when the time is over is the beginning of the step but for what each thread has at hand.
+        let looks = step.iter().enumerate().par_bridge();
+        let mut looks: Vec<_> = looks.map(|(place, open)| (place, self.looks.look(open, until))).collect();
+        looks.sort_unstable_by_key(|(place, _)| *place);
+        for (open, (_, look)) in step.into_iter().zip(looks) {
+            let Some((level, found)) = look else { return false };
+            self.take(open, level, found, limit);
+        }
+        true
+    }
+
+    /// Takes what a look found, unless it would be more than may be stored.
+    fn take(&mut self, open: Open, level: u8, found: Found, limit: &Limit) {
+        let id = open.id;
+        let before = self.looks.before(open);
+        let total = &mut self.totals[id.receiver as usize];
+        total.examined += found.examined;
+        total.points += found.points;
+        let stored = found.examined.max(found.cells.len() as u64);
+        let with = self.stored - before.stored + stored;
+        if limit.bytes.is_some_and(|most| with * size_of::<Cell>() as u64 > most) {
+            return;
+        }
+        self.stored = with;
+        let area = found.area.narrowed_by(&before.area.lit);
+        for areas in [&mut total.areas, &mut self.areas] {
+            areas.remove(&before.area);
+            areas.add(&area);
+        }
+        total.divided |= found.examined > 1;
+        if self.looks.0.request.keep_cells {
+            self.cells[id.receiver as usize].insert(id.face, found.cells);
+        }
+        let is_open = area.undecided() > 0.0 && area.lit.upper.is_finite() && level < self.looks.deepest(id);
+        if is_open {
+            let known = Known { level, examined: found.examined, stored, area };
+            self.open.push(Open::known(id, known));
+        }
+    }
+
+    fn finish(self) -> Vec<FaceSums> {
+        let cells = self.cells.into_iter().map(|faces| faces.into_values().flatten().collect());
+        self.totals.into_iter().zip(cells).map(|(total, cells)| FaceSums { cells, ..total }).collect()
+    }
+}
+
+
+/// Cancels when the time is over, too.
+pub(crate) struct Until<'a> {
+    pub(crate) progress: &'a dyn Progress,
+    pub(crate) deadline: Option<Instant>,
+}
+
+impl Until<'_> {
+    pub(crate) fn is_over(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+}
+
+impl Progress for Until<'_> {
+    fn advance(&self, phase: &str, done: u64, total: u64) {
+        self.progress.advance(phase, done, total);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.progress.is_cancelled() || self.is_over()
+    }
+}
