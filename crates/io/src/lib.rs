@@ -42,7 +42,7 @@ pub use error::{LoadError, LoadProblem};
 pub use findings::surface_findings;
 pub use lightmap::LightmapLayout;
 pub use load::{load, load_bytes};
-pub use options::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
+pub use options::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, OwnSettings, UpAxis};
 pub use sun::sun_from_angles;
 pub use suns::{SunPlace, SunRow, SunsError, duration_of_hours, read_suns};
 

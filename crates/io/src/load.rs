@@ -11,7 +11,7 @@ use crate::{
     ledger::as_named,
     model::Model,
     obj,
-    options::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, UpAxis},
+    options::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, OwnSettings, UpAxis},
     ply, scene_file, stl,
 };
 
@@ -55,7 +55,8 @@ fn read(path: &Path, bytes: &[u8], folder: Folder, options: &LoadOptions) -> Res
     let sides = options.sides.or(stated.sides).unwrap_or_default();
     let lightmaps = model.objects.iter().map(|object| object.lightmap.clone()).collect();
     let scene = model.into_scene(up.turn(), sides, folder.ledger()).map_err(|problem| problem.in_file(path))?;
-    Ok(LoadedScene { scene, detail: stated.detail, north_degrees, up, lightmaps, files: folder.ledger().files() })
+    let Stated { detail, own, .. } = stated;
+    Ok(LoadedScene { scene, detail, own, north_degrees, up, lightmaps, files: folder.ledger().files() })
 }
 
 /// What a scene file says about the scene as a whole.
@@ -65,6 +66,7 @@ pub(crate) struct Stated {
     pub(crate) north: f64,
     pub(crate) sides: Option<Sides>,
     pub(crate) detail: Option<DetailSetting>,
+    pub(crate) own: OwnSettings,
 }
 
 #[derive(Clone, Copy, Debug)]

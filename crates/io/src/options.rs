@@ -1,6 +1,6 @@
 //! What a user may say about a scene besides the file, and what the file says besides the scene.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc, time::Duration};
 
 use glam::{DAffine3, DMat3, DVec3};
 use umbriel_scene::{Scene, Sides};
@@ -100,6 +100,30 @@ pub enum DetailSetting {
         /// 0 to 1.
         share: f64,
     },
+    /// How long to divide, from when the scene is loaded.
+    Time {
+        /// Positive.
+        limit: Duration,
+    },
+    /// The bytes that a light's cells may take.
+    Memory {
+        /// Bytes.
+        bytes: u64,
+    },
+    /// The cells are no smaller than a pixel of the scene's camera.
+    Pixel {
+        /// Rows of the picture; at least 1.
+        rows: u32,
+    },
+}
+
+/// Details of single objects and lights, by their indices in the scene: depths or cells.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OwnSettings {
+    /// Objects as receivers; all objects of a mesh file have that of the entry which names it.
+    pub objects: BTreeMap<usize, DetailSetting>,
+    /// Lights.
+    pub lights: BTreeMap<usize, DetailSetting>,
 }
 
 /// A scene, and what its file says besides.
@@ -109,6 +133,8 @@ pub struct LoadedScene {
     pub scene: Scene,
     /// The detail that a scene file asks for.
     pub detail: Option<DetailSetting>,
+    /// The details that a scene file asks for single objects and lights.
+    pub own: OwnSettings,
     /// Where north lies, degrees clockwise from −Z seen from above.
     pub north_degrees: f64,
     /// Which axis of the file points up.

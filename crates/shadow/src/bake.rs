@@ -9,7 +9,7 @@ use std::{
 };
 
 use rayon::prelude::*;
-use umbriel_bvh::{Influences, ObjectTree};
+use umbriel_bvh::ObjectTree;
 use umbriel_geometry::{Aabb, LightSource, predicates::exact_fallbacks};
 use umbriel_scene::Scene;
 
@@ -42,11 +42,13 @@ pub fn bake(scene: &Scene, request: &Request, progress: &dyn Progress) -> Result
     if !scene.cells.is_empty() {
         return portals::bake(scene, request, progress);
     }
-    let stage = Stage::new(scene, request);
+    let lights: Vec<LightSource> = request.lights.iter().map(|&light| scene.lights[light].source).collect();
+    let stage = Stage::new(scene, request, Some(&lights));
     let mut effort = stage.effort();
     let mut lights = Vec::with_capacity(request.lights.len());
     for &light in &request.lights {
-        let objects = stage.bake(&scene.lights[light].source, progress, &mut effort)?;
+        let own = request.own.lights.get(&light).copied();
+        let objects = stage.bake(&scene.lights[light].source, own, progress, &mut effort)?;
         lights.push(LightReport { light, objects });
     }
     Ok(Report { lights, work: effort.work, time: effort.time })
@@ -78,29 +80,30 @@ pub(crate) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    /// The object tree and the sample spacing; bodies are placed when they are first asked for.
-    pub(crate) fn new(scene: &'a Scene, request: &'a Request) -> Self {
-        Self::of_bodies(Instant::now(), scene, request, Bodies::new)
+    /// The object tree and the sample spacing; bodies are placed when they are first asked for. With the lights that will be asked about, what matters to
+    /// none of them is left out.
+    pub(crate) fn new(scene: &'a Scene, request: &'a Request, lights: Option<&[LightSource]>) -> Self {
+        Self::of_bodies(Instant::now(), request, lights, Bodies::new(scene))
     }
 
     /// As [`Stage::new`], with the world boxes of the objects at hand.
-    pub(crate) fn with_boxes(scene: &'a Scene, request: &'a Request, boxes: Vec<Aabb>) -> Self {
-        Self::of_bodies(Instant::now(), scene, request, |scene| Bodies::with_boxes(scene, boxes))
+    pub(crate) fn with_boxes(
+        scene: &'a Scene,
+        request: &'a Request,
+        lights: Option<&[LightSource]>,
+        boxes: Vec<Aabb>,
+    ) -> Self {
+        Self::of_bodies(Instant::now(), request, lights, Bodies::with_boxes(scene, boxes))
     }
 
     /// As [`Stage::with_boxes`], with what is known of the objects that light may reach.
     pub(crate) fn with_reached(scene: &'a Scene, request: &'a Request, boxes: Vec<Aabb>, reached: Vec<bool>) -> Self {
-        Self::of_bodies(Instant::now(), scene, request, |scene| Bodies::with_boxes(scene, boxes).reached(reached))
+        Self::of_bodies(Instant::now(), request, None, Bodies::with_boxes(scene, boxes).reached(reached))
     }
 
-    fn of_bodies(
-        begun: Instant,
-        scene: &'a Scene,
-        request: &'a Request,
-        bodies: impl FnOnce(&'a Scene) -> Bodies<'a>,
-    ) -> Self {
-        let bodies = bodies(scene);
-        let (tree, spacing) = (object_tree(&bodies), spacing(&bodies, request));
+    fn of_bodies(begun: Instant, request: &'a Request, lights: Option<&[LightSource]>, bodies: Bodies<'a>) -> Self {
+        let scene = bodies.scene;
+        let (tree, spacing) = (object_tree(&bodies, &request.receivers, lights), spacing(&bodies, request));
         let layouts = scene.objects.iter().map(|_| OnceLock::new()).collect();
         let solids = scene.objects.iter().map(|_| OnceLock::new()).collect();
         Self { bodies, request, spacing, layouts, solids, tree, begun, seconds: begun.elapsed().as_secs_f64() }
@@ -111,10 +114,11 @@ impl<'a> Stage<'a> {
         Effort { time: Time { coarse: self.seconds, ..Time::default() }, ..Effort::default() }
     }
 
-    /// Computes the shadows of one light: a report for each receiver.
+    /// Computes the shadows of one light, which may have a detail of its own: a report for each receiver.
     pub(crate) fn bake(
         &self,
         light: &LightSource,
+        own: Option<Detail>,
         progress: &dyn Progress,
         effort: &mut Effort,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
@@ -126,7 +130,8 @@ impl<'a> Stage<'a> {
         effort.work.pairs_excluded += counts.excluded;
         effort.time.coarse += start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let objects = self.refine(light, &influences, effort.lights, progress, &mut effort.work)?;
+        let receivers = |detail| Receivers::new(self, light, (detail, own), &influences);
+        let objects = self.refine(&receivers, effort.lights, progress, &mut effort.work)?;
         effort.lights += 1;
         effort.time.fine += start.elapsed().as_secs_f64();
         effort.work.exact_fallbacks += exact_fallbacks() - fallbacks;
@@ -134,18 +139,17 @@ impl<'a> Stage<'a> {
     }
 
     /// The fine step; once, or as far as a limit lets it.
-    fn refine(
-        &self,
-        light: &LightSource,
-        influences: &Influences,
+    fn refine<'s>(
+        &'s self,
+        receivers: &dyn Fn(Detail) -> Receivers<'s>,
         lights_done: usize,
         progress: &dyn Progress,
         work: &mut Work,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
-        let receivers = |detail| Receivers::new(self, light, detail, influences);
         if self.request.detail == Detail::Faces && self.spacing.is_some() {
-            let samples = Samples::new(self, light, influences);
-            let sums = run(&receivers(Detail::Faces), |receiver| !samples.takes(receiver), progress)?;
+            let receivers = receivers(Detail::Faces);
+            let samples = Samples::new(self, receivers.light, receivers.influences);
+            let sums = run(&receivers, |receiver| !samples.takes(receiver), progress)?;
             let mut objects = reports(sums, self.request, work);
             work.rays += samples.run(&mut objects, progress)?;
             return Ok(objects);

@@ -74,7 +74,8 @@ impl<'a> FlatReceiver<'a> {
     fn suits_borders(&self) -> bool {
         let level = self.levels.finest;
         let method = self.all.request.method;
-        if method == CellMethod::Quadtree || level > raster::MOST_LEVEL {
+        // The borders are drawn on cells of one size.
+        if method == CellMethod::Quadtree || level > raster::MOST_LEVEL || self.levels.pixel.is_some() {
             return false;
         }
         let (mut facets, mut others) = (0, Vec::new());

@@ -7,7 +7,10 @@ use glam::DVec3;
 use umbriel_geometry::{Aabb, Placement, Point, analytic::Chart, length_squared};
 use umbriel_octree::Octant;
 
-use crate::{fine::flat::Levels, request::Detail};
+use crate::{
+    fine::flat::{Levels, PixelStop},
+    request::Detail,
+};
 
 /// The deepest octree: 21 levels, three axes of 21 bits in a 64-bit Morton code.
 pub(crate) const MAX_DEPTH: u8 = Octant::MAX_LEVEL;
@@ -26,11 +29,14 @@ pub(crate) struct FaceSize {
     whole: f64,
     /// Greatest distance of two points of a square cell, times 2^level.
     square: f64,
+    /// The box of a flat face.
+    bounds: Option<Aabb>,
 }
 
 impl FaceSize {
     /// Of a flat face with these corners (first, second, …, last).
     pub(crate) fn of_flat(corners: &[Point], is_triangle: bool) -> Self {
+        let bounds = Some(Aabb::of(corners.iter().map(|corner| corner.position)));
         let [a, b, d] = [0, 1, corners.len() - 1].map(|k| corners[k].position);
         let edges = [length(b - a), length(d - a)];
         let (falling, rising) = (length(b - d), length((b - a) + (d - a)));
@@ -38,9 +44,9 @@ impl FaceSize {
         let square = falling.max(rising);
         if is_triangle {
             let longest_edge = longest_edge.max(falling);
-            Self { edges, longest_edge, whole: longest_edge, square }
+            Self { edges, longest_edge, whole: longest_edge, square, bounds }
         } else {
-            Self { edges, longest_edge, whole: square, square }
+            Self { edges, longest_edge, whole: square, square, bounds }
         }
     }
 
@@ -48,7 +54,7 @@ impl FaceSize {
     pub(crate) fn of_patch(chart: &Chart, placement: &Placement) -> Self {
         let edges = chart.steps(placement);
         let square = edges[0].hypot(edges[1]);
-        Self { edges, longest_edge: edges[0].max(edges[1]), whole: square, square }
+        Self { edges, longest_edge: edges[0].max(edges[1]), whole: square, square, bounds: None }
     }
 
     /// How often the face must be halved for its cells to reach no farther than `limit`.
@@ -58,7 +64,7 @@ impl FaceSize {
 }
 
 /// The length of a vector; the axes may change places without changing it.
-fn length(v: DVec3) -> f64 {
+pub(crate) fn length(v: DVec3) -> f64 {
     length_squared(v).sqrt()
 }
 
@@ -83,11 +89,25 @@ pub(crate) fn of_face(detail: Detail, keep_cells: bool, bounds: &Aabb, size: &Fa
             (level, level)
         }
         Detail::Faces => (0, 0),
+        Detail::Pixel { eye, width } => {
+            return pixel_levels((eye, width), keep_cells, bounds, size, at_depth(MAX_DEPTH));
+        }
         Detail::MaxUndecided { .. } => (at_depth(MAX_DEPTH), at_depth(MAX_DEPTH)),
         // Where depths are asked one by one, these never come here; elsewhere they mean the typical one.
         Detail::Time { .. } | Detail::Memory { .. } => (at_depth(TYPICAL_DEPTH), at_depth(TYPICAL_DEPTH)),
     };
-    Levels { finest, stored: keep_cells.then_some(stored) }
+    Levels { finest, stored: keep_cells.then_some(stored), pixel: None }
+}
+
+/// The levels at which cells have the size of a pixel: one for all of a face that is seen from about the same distance.
+fn pixel_levels((eye, width): (DVec3, f64), keep_cells: bool, bounds: &Aabb, size: &FaceSize, deepest: u8) -> Levels {
+    let face = size.bounds.unwrap_or(*bounds);
+    let nearest = length(eye.clamp(face.min, face.max) - eye);
+    let farthest = length((face.min - eye).abs().max((face.max - eye).abs()));
+    let stop = PixelStop { eye, width, reach: size.square };
+    let [near, far] = [nearest, farthest]
+        .map(|distance| (0..deepest).find(|&level| stop.is_met_at(level, distance)).unwrap_or(deepest));
+    Levels { finest: near, stored: keep_cells.then_some(near), pixel: (near != far).then_some(stop) }
 }
 
 #[cfg(test)]

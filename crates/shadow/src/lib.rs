@@ -53,7 +53,7 @@ pub use query::{Answer, Place, Precision, Queries, QueryDefect};
 pub use report::{
     Cell, LightReport, LitArea, ObjectReport, PortalWork, Report, SampleAnswers, SampleCount, Time, Verdict, Work,
 };
-pub use request::{CellMethod, Detail, Request, Sampling};
+pub use request::{CellMethod, Detail, OwnDetails, Request, Sampling};
 pub use sample_points::{SamplePoint, for_each_sample, most_samples};
 pub use search::{Expected, Search, SearchChoice, SearchCosts};
 pub use session::{Change, ChangeDefect, Session, Update};

@@ -17,7 +17,7 @@ use crate::{
     bake::Stage,
     progress::{Cancelled, Progress},
     report::{LightReport, ObjectReport, PortalWork, Report},
-    request::{Detail, Request},
+    request::{Detail, OwnDetails, Request},
 };
 
 /// The objects that some of the lights of a scene may reach through its portals, ascending: all others are in shadow, whatever the detail.
@@ -45,6 +45,15 @@ pub(crate) fn bake(scene: &Scene, request: &Request, progress: &dyn Progress) ->
         report.lights.push(LightReport { light, objects });
     }
     Ok(report)
+}
+
+/// The details of a light and of the objects that are taken, under their new numbers.
+fn own_of(request: &Request, light: usize, place: &BTreeMap<usize, usize>) -> OwnDetails {
+    let objects = request.own.objects.iter().filter_map(|(object, &detail)| Some((*place.get(object)?, detail)));
+    OwnDetails {
+        objects: objects.collect(),
+        lights: request.own.lights.get(&light).map(|&detail| (0, detail)).into_iter().collect(),
+    }
 }
 
 /// What one light needs of a scene.
@@ -81,7 +90,13 @@ impl Part {
                 lights: vec![scene.lights[light].clone()],
                 ..Scene::default()
             },
-            request: Request { detail, lights: vec![0], receivers, ..request.clone() },
+            request: Request {
+                detail,
+                own: own_of(request, light, &place),
+                lights: vec![0],
+                receivers,
+                ..request.clone()
+            },
         }
     }
 
@@ -108,7 +123,12 @@ impl Part {
     ) -> Result<Vec<ObjectReport>, Cancelled> {
         let stage = Stage::with_reached(&self.scene, &self.request, self.boxes, self.reached);
         let mut effort = stage.effort();
-        let mut objects = stage.bake(&self.scene.lights[0].source, progress, &mut effort)?;
+        let mut objects = stage.bake(
+            &self.scene.lights[0].source,
+            self.request.own.lights.get(&0).copied(),
+            progress,
+            &mut effort,
+        )?;
         for (object, &number) in objects.iter_mut().zip(&request.receivers) {
             object.object = number;
         }

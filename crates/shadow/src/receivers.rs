@@ -66,6 +66,8 @@ pub(crate) struct Receivers<'a> {
     pub(crate) light: &'a LightSource,
     pub(crate) request: &'a Request,
     pub(crate) detail: Detail,
+    /// What the light has of its own.
+    own: Option<Detail>,
     pub(crate) influences: &'a Influences,
     pub(crate) occluders: Occluders<'a>,
     /// How far apart samples are.
@@ -77,12 +79,12 @@ impl<'a> Receivers<'a> {
     pub(crate) fn new(
         stage: &'a Stage<'a>,
         light: &'a LightSource,
-        detail: Detail,
+        (detail, own): (Detail, Option<Detail>),
         influences: &'a Influences,
     ) -> Self {
         let Stage { bodies, request, spacing, .. } = stage;
         let occluders = Occluders::new(bodies, light);
-        Self { bodies, light, request, detail, influences, occluders, spacing: *spacing }
+        Self { bodies, light, request, detail, own, influences, occluders, spacing: *spacing }
     }
 
     /// All jobs of the receivers that are `asked`, in the order of receivers and faces.
@@ -125,13 +127,18 @@ impl<'a> Receivers<'a> {
                 let tally = FlatReceiver::new(self, object, (facets, face), level, is_cancelled).run();
                 Some(Found::on_flat(facets, face, tally))
             }
-            Body::Analytic(body) => Some(Found::on_patch(self.look_at_patch(object, (body, face), level, is_cancelled))),
+            Body::Analytic(body) => {
+                Some(Found::on_patch(self.look_at_patch(object, (body, face), level, is_cancelled)))
+            }
         }
     }
 
     /// How deep to divide a face of this size, and what to keep; down to `level` at most if that is given.
     pub(crate) fn levels(&self, object: usize, size: &levels::FaceSize, level: Option<u8>) -> Levels {
-        let levels = levels::of_face(self.detail, self.request.keep_cells, &self.bodies.boxes[object], size);
+        let own = self.request.own.objects.get(&object).copied().or(self.own);
+        let own = own.filter(|own| own.is_fixed() && self.detail != Detail::Faces);
+        let detail = own.unwrap_or(self.detail);
+        let levels = levels::of_face(detail, self.request.keep_cells, &self.bodies.boxes[object], size);
         let finest = level.map_or(levels.finest, |level| level.min(levels.finest));
         Levels { finest, ..levels }
     }

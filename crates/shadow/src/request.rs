@@ -1,8 +1,9 @@
 //! What is asked of a bake.
 
-use std::time::Duration;
+use std::{collections::BTreeMap, time::Duration};
 
-use umbriel_scene::Scene;
+use glam::DVec3;
+use umbriel_scene::{Camera, Projection, Scene};
 
 use crate::levels::TYPICAL_DEPTH;
 
@@ -22,6 +23,14 @@ pub enum Detail {
     Cell {
         /// Metres; positive.
         edge: f64,
+    },
+    /// No cell smaller than a pixel of a camera: cells are divided as long as their halves reach at least as far as a pixel does where the cell is farthest from
+    /// the eye. A pixel is as wide in all directions, as if the camera were turned to each point, and what it does not see is treated like what it sees.
+    Pixel {
+        /// Where the eye stands, world coordinates in metres.
+        eye: DVec3,
+        /// The width of a pixel at a distance of one metre, metres; positive.
+        width: f64,
     },
     /// Faces are not divided: what is asked for is samples.
     Faces,
@@ -52,6 +61,38 @@ impl Default for Detail {
     }
 }
 
+impl Detail {
+    /// No cell smaller than a pixel of a camera whose picture has so many rows. In a parallel view all pixels are alike, so that it is [`Detail::Cell`].
+    pub fn of_pixel(camera: &Camera, rows: u32) -> Self {
+        match camera.projection {
+            // Half of such a cell is as small as a pixel.
+            Projection::Orthographic { height } => Self::Cell { edge: 2.0 * height / f64::from(rows) },
+            Projection::Perspective { vertical_degrees } => {
+                let width = 2.0 * libm::tan(0.5 * vertical_degrees.to_radians()) / f64::from(rows);
+                Self::Pixel { eye: camera.eye, width }
+            }
+            _ => Self::default(),
+        }
+    }
+
+    /// Whether it says by itself how far a face is divided; a limit spreads over all faces.
+    pub fn is_fixed(&self) -> bool {
+        matches!(self, Self::Depth { .. } | Self::Cell { .. } | Self::Pixel { .. })
+    }
+}
+
+/// Details of single objects and lights, by their indices in the scene: only fixed ones ([`Detail::is_fixed`]), others are not looked at.
+///
+/// An object's own detail comes before that of a light, and this before that of the request. Where the request has a limit, its steps divide as far as these
+/// let them. Where it asks for samples alone ([`Detail::Faces`]), and in [`bake_hours`](crate::bake_hours), nothing has a detail of its own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OwnDetails {
+    /// Objects as receivers.
+    pub objects: BTreeMap<usize, Detail>,
+    /// Lights.
+    pub lights: BTreeMap<usize, Detail>,
+}
+
 /// Exact answers on a lattice over the surface, besides the cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sampling {
@@ -80,6 +121,8 @@ pub enum CellMethod {
 pub struct Request {
     /// How fine.
     pub detail: Detail,
+    /// What is finer or coarser than the rest.
+    pub own: OwnDetails,
     /// Samples, if asked for.
     pub sampling: Option<Sampling>,
     /// Which lights of the scene.
@@ -97,6 +140,7 @@ impl Request {
     pub fn everything(scene: &Scene, detail: Detail) -> Self {
         Self {
             detail,
+            own: OwnDetails::default(),
             sampling: None,
             lights: (0..scene.lights.len()).collect(),
             receivers: (0..scene.objects.len()).collect(),

@@ -1,16 +1,19 @@
 //! A scene that changes, and shadows that follow: only what a change touches is redone.
 //!
 //! The answer for a receiver and a light depends on the receiver, on the light, on the objects that may shadow the receiver by the coarse step, and on the detail;
-//! on nothing else, and not on the order of the objects. A session keeps for each such pair who was involved, under names that a change of an
+//! on nothing else, and not on the order of the objects. In a scene with cells, only the objects count that the light reaches through portals. A session keeps for each such pair who was involved, under names that a change of an
 //! object renews. After a change the coarse step runs again, over boxes alone, and pairs whose list of names is another one are baked. So
 //! what [`Session::lights`] answers is what a [`bake`](crate::bake) of the scene as it stands answers, bit for bit.
 //!
 //! Cost of an update: the coarse step, and the receivers whose answer may differ. Details that spread over all receivers
 //! ([`Detail::MaxUndecided`], [`Detail::Time`], [`Detail::Memory`]) have all of them redone; samples by their count look at every area anew.
 
+use std::collections::BTreeMap;
+
 use umbriel_bvh::Influences;
-use umbriel_geometry::{Aabb, Placement};
+use umbriel_geometry::{Aabb, LightSource, Placement};
 use umbriel_scene::{Family, Light, Member, Object, ObjectDefect, Scene};
+use umbriel_visibility::portals::reach_of_light;
 
 use crate::{
     bake::Stage,
@@ -76,6 +79,9 @@ pub struct Update {
 /// Who an answer depends on: the receiver's name, then its occluders' in their order.
 type Involved = Vec<u64>;
 
+/// The name of nobody, in the place of occluders: no light reaches the receiver.
+const DARK: u64 = u64::MAX;
+
 /// A light's answers, one a receiver.
 #[derive(Debug, Default)]
 struct Answers {
@@ -95,6 +101,8 @@ pub struct Session {
     next_name: u64,
     answers: Vec<Answers>,
     spacing: Option<Spacing>,
+    /// Whether objects may be in other cells than before.
+    is_moved: bool,
 }
 
 impl Session {
@@ -105,7 +113,7 @@ impl Session {
         let names: Vec<u64> = (0..scene.objects.len() as u64).collect();
         let answers = scene.lights.iter().map(|_| Answers::default()).collect();
         let next_name = names.len() as u64;
-        Self { scene, request, boxes, names, next_name, answers, spacing: None }
+        Self { scene, request, boxes, names, next_name, answers, spacing: None, is_moved: false }
     }
 
     /// The scene as it stands.
@@ -129,12 +137,14 @@ impl Session {
                 let moved = old.moved(placement)?;
                 self.boxes[object] = moved.bounds();
                 self.scene.objects[object] = moved;
+                self.is_moved = true;
                 self.names[object] = self.new_name();
             }
             Change::Add(object) => {
                 self.scene.families.roots.push(Member::Object(self.scene.objects.len()));
                 self.boxes.push(object.bounds());
                 self.scene.objects.push(object);
+                self.is_moved = true;
                 let name = self.new_name();
                 self.names.push(name);
             }
@@ -150,6 +160,7 @@ impl Session {
             Change::RemoveLight(light) => {
                 self.scene.lights.get(light).ok_or(ChangeDefect::NoLight(light))?;
                 self.scene.lights.remove(light);
+                self.request.own.lights = without(&self.request.own.lights, light);
                 self.answers.remove(light);
             }
         }
@@ -164,6 +175,8 @@ impl Session {
     fn remove(&mut self, object: usize) -> Result<(), ChangeDefect> {
         self.scene.objects.get(object).ok_or(ChangeDefect::NoObject(object))?;
         self.scene.objects.remove(object);
+        self.is_moved = true;
+        self.request.own.objects = without(&self.request.own.objects, object);
         self.boxes.remove(object);
         self.names.remove(object);
         let kept = |members: &mut Vec<Member>| {
@@ -191,6 +204,9 @@ impl Session {
     /// [`Cancelled`] when `progress` says so; answers are then partly old, and the next update goes on.
     pub fn update(&mut self, progress: &dyn Progress) -> Result<Update, Cancelled> {
         let mut update = Update::default();
+        if std::mem::take(&mut self.is_moved) {
+            self.scene.cells = self.scene.cells.with_objects(&self.scene.objects);
+        }
         let mut answers = std::mem::take(&mut self.answers);
         let result = self.update_all(&mut answers, progress, &mut update);
         self.answers = answers;
@@ -208,7 +224,7 @@ impl Session {
             receivers: (0..self.scene.objects.len()).collect(),
             ..self.request.clone()
         };
-        let stage = Stage::with_boxes(&self.scene, &everything, self.boxes.clone());
+        let stage = Stage::with_boxes(&self.scene, &everything, None, self.boxes.clone());
         let is_shared =
             matches!(self.request.detail, Detail::MaxUndecided { .. } | Detail::Time { .. } | Detail::Memory { .. });
         if is_shared || stage.spacing != self.spacing {
@@ -217,18 +233,22 @@ impl Session {
         self.spacing = stage.spacing;
         for (light, answers) in answers.iter_mut().enumerate() {
             let source = &self.scene.lights[light].source;
-            let influences = coarse_step(&stage.tree, &everything.receivers, source);
+            let reached = self.reached(source);
+            let within = reached.as_ref().map(|reached| self.stage(&everything, source, Some(reached.clone())));
+            let tree = &within.as_ref().unwrap_or(&stage).tree;
+            let influences = coarse_step(tree, &everything.receivers, source);
+            let is_dark = |object: usize| reached.as_ref().is_some_and(|reached| !reached[object]);
             let involved: Vec<Involved> =
-                (0..self.names.len()).map(|object| self.involved(object, &influences)).collect();
+                (0..self.names.len()).map(|object| self.involved(object, is_dark(object), &influences)).collect();
             let is_new = |&object: &usize| answers.involved.get(object) != Some(&involved[object]);
             let touched: Vec<usize> = (0..involved.len()).filter(is_new).collect();
             update.redone += touched.len() as u64;
             update.kept += (involved.len() - touched.len()) as u64;
             let request = Request { lights: vec![light], receivers: touched.clone(), ..self.request.clone() };
-            let mut part = Stage::with_boxes(&self.scene, &request, self.boxes.clone());
+            let mut part = self.stage(&request, source, reached);
             part.spacing = self.spacing;
             let mut effort = part.effort();
-            let reports = part.bake(source, progress, &mut effort)?;
+            let reports = part.bake(source, request.own.lights.get(&light).copied(), progress, &mut effort)?;
             update.work.add(&effort.work);
             update.time.coarse += effort.time.coarse;
             update.time.fine += effort.time.fine;
@@ -237,10 +257,37 @@ impl Session {
         Ok(())
     }
 
-    fn involved(&self, object: usize, influences: &Influences) -> Involved {
+    /// Which objects the light may reach through portals; `None` without cells.
+    fn reached(&self, source: &LightSource) -> Option<Vec<bool>> {
+        if self.scene.cells.is_empty() {
+            return None;
+        }
+        let mut reached = vec![false; self.scene.objects.len()];
+        reach_of_light(&self.scene, source).indices().for_each(|object| reached[object] = true);
+        Some(reached)
+    }
+
+    fn stage<'a>(&'a self, request: &'a Request, source: &LightSource, reached: Option<Vec<bool>>) -> Stage<'a> {
+        match reached {
+            Some(reached) => Stage::with_reached(&self.scene, request, self.boxes.clone(), reached),
+            None => Stage::with_boxes(&self.scene, request, Some(&[*source]), self.boxes.clone()),
+        }
+    }
+
+    /// What no light reaches depends on itself alone, and is told apart from what is in nobody's shadow.
+    fn involved(&self, object: usize, is_dark: bool, influences: &Influences) -> Involved {
+        if is_dark {
+            return vec![self.names[object], DARK];
+        }
         let occluders = influences.occluders_of(object as u32).iter().map(|&other| self.names[other as usize]);
         std::iter::once(self.names[object]).chain(occluders).collect()
     }
+}
+
+/// Details by number after one of the numbers has gone.
+fn without(details: &BTreeMap<usize, Detail>, gone: usize) -> BTreeMap<usize, Detail> {
+    let kept = details.iter().filter(|(number, _)| **number != gone);
+    kept.map(|(&number, &detail)| (number - usize::from(number > gone), detail)).collect()
 }
 
 impl Answers {

@@ -123,6 +123,7 @@ fn bake_fixture(path: &Path) -> Result<Baked> {
         Some(DetailSetting::Depth { interior, boundary }) => {
             Detail::Depth { interior: interior.unwrap_or(boundary.min(4)), boundary }
         }
+        Some(DetailSetting::Memory { bytes }) => Detail::Memory { bytes },
         Some(other) => bail!("{name}: the detail {other:?} is not known here"),
     };
     let everything = Request::everything(&loaded.scene, detail);

@@ -32,6 +32,9 @@ fn quarterings(edge: f64) -> u32 {
     (FINEST + libm::ilogb(edge)).clamp(1, QUARTERINGS as i32) as u32
 }
 
+/// How often a patch is where its area is only roughly asked for.
+const ROUGH_QUARTERINGS: u32 = 1;
+
 /// How often a cell at the border of a trimmed patch is.
 const BORDER_QUARTERINGS: u32 = 2;
 
@@ -75,6 +78,13 @@ impl<'a> PatchArea<'a> {
     /// large as the patch.
     pub fn of_cell(&self, at: [f64; 2], edge: f64) -> Approx {
         self.by_formula(at, edge).unwrap_or_else(|| self.quartered(at, edge, [quarterings(edge), BORDER_QUARTERINGS]))
+    }
+
+    /// The area of the whole patch, with a wider bound where it is not known by formula: for some ten times the cost of a small cell.
+    pub fn of_whole_roughly(&self) -> Approx {
+        let rough = || self.quartered([0.0; 2], 1.0, [ROUGH_QUARTERINGS; 2]);
+        let area = self.by_formula([0.0; 2], 1.0).unwrap_or_else(rough);
+        if area.error.is_finite() { area } else { self.of_cell([0.0; 2], 1.0) }
     }
 
     /// Spheres, and surfaces turned from lines and parabolas, under similarities.

@@ -65,6 +65,7 @@ pub(super) enum SidesName {
 pub(super) struct ObjectEntry {
     pub(super) name: Option<String>,
     pub(super) sides: Option<SidesName>,
+    pub(super) detail: Option<DetailEntry>,
     pub(super) translation: Option<[f64; 3]>,
     pub(super) rotation: Option<[f64; 4]>,
     pub(super) scale: Option<Scale>,
@@ -204,6 +205,7 @@ pub(super) struct LightEntry {
     pub(super) sun: Option<SunEntry>,
     pub(super) point: Option<PointEntry>,
     pub(super) rectangle: Option<AreaEntry>,
+    pub(super) detail: Option<DetailEntry>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -247,4 +249,7 @@ pub(super) struct DetailEntry {
     pub(super) boundary_depth: Option<u8>,
     pub(super) cell: Option<f64>,
     pub(super) max_undecided: Option<f64>,
+    pub(super) time: Option<f64>,
+    pub(super) memory: Option<u64>,
+    pub(super) pixel_rows: Option<u32>,
 }

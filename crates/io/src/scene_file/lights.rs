@@ -1,5 +1,7 @@
 //! Lights of a scene file. What takes area lights as their centres is told by a finding.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use toml::Spanned;
 use umbriel_geometry::LightSource;
@@ -8,17 +10,24 @@ use umbriel_scene::{Extent, FindingKind, Light};
 use super::{
     Places,
     entries::{LightEntry, SunEntry},
+    own_detail_of,
 };
-use crate::{error::LoadProblem, model::Model, options::UpAxis, sun::sun_from_angles};
+use crate::{
+    error::LoadProblem,
+    model::Model,
+    options::{DetailSetting, UpAxis},
+    sun::sun_from_angles,
+};
 
-/// Reads all lights.
+/// Reads all lights. Answers the details that they have of their own.
 pub(super) fn read(
     model: &mut Model,
     entries: &[Spanned<LightEntry>],
     places: &Places,
     up: UpAxis,
     north: f64,
-) -> Result<(), LoadProblem> {
+) -> Result<BTreeMap<usize, DetailSetting>, LoadProblem> {
+    let mut own = BTreeMap::new();
     for (number, spanned) in entries.iter().enumerate() {
         let entry = spanned.get_ref();
         let name = entry.name.clone().unwrap_or_else(|| format!("light{}", number + 1));
@@ -26,9 +35,13 @@ pub(super) fn read(
         let (source, extent) = light_of(entry, up, north).map_err(refused)?;
         let light = Light::with_extent(&name, source, extent).map_err(|defect| refused(defect.to_string()))?;
         model.findings.add(FindingKind::AreaLightAsPoint, &name, usize::from(!light.extent.is_point()));
+        if let Some(entry) = &entry.detail {
+            let detail = own_detail_of(entry).map_err(|message| refused(format!("detail: {message}")))?;
+            own.insert(model.lights.len(), detail);
+        }
         model.lights.push(light);
     }
-    Ok(())
+    Ok(own)
 }
 
 /// The light, in the file's own axes, and its extent. A size of zero is that of a point.

@@ -29,8 +29,11 @@
 //! target = [0.0, 0.0, 0.0]                      # up (default: the up axis); vertical_degrees (default 45) or height in metres
 //!
 //! [detail]
-//! boundary_depth = 8                            # with interior_depth; or cell = metres; or max_undecided = share
+//! boundary_depth = 8                            # with interior_depth; or cell = metres, max_undecided = share, time = seconds,
+//!                                               # memory = bytes, pixel_rows = rows of the camera's picture
 //! ```
+//!
+//! An `[[object]]` or a `[[light]]` may have a `detail = { boundary_depth = 10 }` or `detail = { cell = 0.01 }` of its own.
 //!
 //! Strict: an unknown key is an error with its line and column, so is a body or light that is given twice or not at all.
 //! An object's matrix stands to the left of the matrices inside its mesh file. A mesh file with several objects becomes
@@ -41,7 +44,7 @@ mod lights;
 mod objects;
 mod rooms;
 
-use std::path::Path;
+use std::{path::Path, time::Duration};
 
 use glam::DVec3;
 use umbriel_scene::{Camera, Projection, Sides};
@@ -51,7 +54,7 @@ use crate::{
     folder::Folder,
     load::{Reading, Stated},
     model::{Model, camera},
-    options::{DetailSetting, LoadOptions, UpAxis},
+    options::{DetailSetting, LoadOptions, OwnSettings, UpAxis},
 };
 use entries::{CameraEntry, DetailEntry, SceneFile, SidesName, Up};
 
@@ -74,15 +77,15 @@ pub(crate) fn read(
     })?;
     let places = Places::new(text);
     let file: SceneFile = toml::from_str(text).map_err(|fault| in_file(places.fault(&fault)))?;
-    let stated = state(&file, &places).map_err(in_file)?;
+    let mut stated = state(&file, &places).map_err(in_file)?;
     let up = options.up.or(stated.up).unwrap_or_default();
     let north = options.north_degrees.unwrap_or(stated.north);
     let mut model = Model::default();
     let reading = Reading::new(options, options.up.or(stated.up));
     let context = objects::Context { places: &places, folder, reading };
-    objects::read(&mut model, path, &file.object, &context)?;
+    stated.own.objects = objects::read(&mut model, path, &file.object, &context)?;
     rooms::read(&mut model, path, (&file.cell, &file.portal), &context)?;
-    lights::read(&mut model, &file.light, &places, up, north).map_err(in_file)?;
+    stated.own.lights = lights::read(&mut model, &file.light, &places, up, north).map_err(in_file)?;
     if let Some(entry) = &file.camera {
         let eye = camera_of(entry.get_ref(), up);
         model.camera = Some(eye.map_err(|message| in_file(places.at(entry.span(), format!("camera: {message}"))))?);
@@ -107,6 +110,7 @@ fn state(file: &SceneFile, places: &Places) -> Result<Stated, LoadProblem> {
         north,
         sides: file.sides.map(sides_of),
         detail: detail.transpose()?,
+        own: OwnSettings::default(),
     })
 }
 
@@ -119,19 +123,45 @@ fn sides_of(name: SidesName) -> Sides {
 }
 
 fn detail_of(entry: &DetailEntry) -> Result<DetailSetting, &'static str> {
-    match (entry.boundary_depth, entry.interior_depth, entry.cell, entry.max_undecided) {
-        (Some(boundary), interior, None, None) => {
-            if boundary > MAX_DEPTH || interior.is_some_and(|interior| interior > boundary) {
-                Err("boundary_depth must be 21 at most, and interior_depth at most boundary_depth")
-            } else {
-                Ok(DetailSetting::Depth { interior, boundary })
-            }
+    const ONE: &str =
+        "give one of boundary_depth (with interior_depth, if you like), cell, max_undecided, time, memory, pixel_rows";
+    let &DetailEntry { interior_depth: interior, boundary_depth, cell, max_undecided, time, memory, pixel_rows } =
+        entry;
+    let time = time.map(|seconds| Duration::try_from_secs_f64(seconds).unwrap_or_default());
+    let given = [
+        boundary_depth.map(|boundary| DetailSetting::Depth { interior, boundary }),
+        cell.map(|edge| DetailSetting::Cell { edge }),
+        max_undecided.map(|share| DetailSetting::MaxUndecided { share }),
+        time.map(|limit| DetailSetting::Time { limit }),
+        memory.map(|bytes| DetailSetting::Memory { bytes }),
+        pixel_rows.map(|rows| DetailSetting::Pixel { rows }),
+    ];
+    let mut given = given.into_iter().flatten();
+    let (Some(setting), None) = (given.next(), given.next()) else { return Err(ONE) };
+    let fault = match setting {
+        DetailSetting::Depth { interior, boundary } if boundary > MAX_DEPTH || interior > Some(boundary) => {
+            "boundary_depth must be 21 at most, and interior_depth at most boundary_depth"
         }
-        (None, None, Some(edge), None) if edge > 0.0 && edge.is_finite() => Ok(DetailSetting::Cell { edge }),
-        (None, None, Some(_), None) => Err("cell must be a positive number of metres"),
-        (None, None, None, Some(share)) if (0.0..=1.0).contains(&share) => Ok(DetailSetting::MaxUndecided { share }),
-        (None, None, None, Some(_)) => Err("max_undecided must be a share between 0 and 1"),
-        _ => Err("give one of boundary_depth (with interior_depth, if you like), cell, max_undecided"),
+        DetailSetting::Depth { .. } => return Ok(setting),
+        _ if interior.is_some() => ONE,
+        DetailSetting::Cell { edge } if !(edge > 0.0 && edge.is_finite()) => "cell must be a positive number of metres",
+        DetailSetting::MaxUndecided { share } if !(0.0..=1.0).contains(&share) => {
+            "max_undecided must be a share between 0 and 1"
+        }
+        DetailSetting::Time { limit } if limit.is_zero() => "time must be a positive number of seconds",
+        DetailSetting::Pixel { rows: 0 } => "pixel_rows must be 1 at least",
+        _ => return Ok(setting),
+    };
+    Err(fault)
+}
+
+/// The detail of a single object or light.
+fn own_detail_of(entry: &DetailEntry) -> Result<DetailSetting, &'static str> {
+    match detail_of(entry)? {
+        setting @ (DetailSetting::Depth { .. } | DetailSetting::Cell { .. }) => Ok(setting),
+        _ => Err(
+            "an object or a light has a boundary_depth (with interior_depth, if you like) or a cell of its own; all else is for the scene",
+        ),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Objects of a scene file: bodies, and meshes from other files.
 
 use std::{
-    collections::HashMap,
+    collections::{BTreeMap, HashMap},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -14,13 +14,14 @@ use umbriel_scene::{Member, PartBox, Shape, Sides};
 use super::{
     Places,
     entries::{ObjectEntry, Scale},
-    sides_of,
+    own_detail_of, sides_of,
 };
 use crate::{
     error::{LoadError, LoadProblem},
     folder::{Folder, Located},
     load::{MeshFormat, Reading, read_mesh},
     model::{Model, ModelObject},
+    options::DetailSetting,
     transform::{from_matrix, from_parts},
 };
 
@@ -31,13 +32,14 @@ pub(super) struct Context<'a> {
     pub(super) reading: Reading,
 }
 
-/// Reads all objects; a mesh file that several of them name is read once, and its geometry shared.
+/// Reads all objects; a mesh file that several of them name is read once, and its geometry shared. Answers the details that objects have of their own.
 pub(super) fn read(
     model: &mut Model,
     path: &Path,
     entries: &[Spanned<ObjectEntry>],
     context: &Context,
-) -> Result<(), LoadError> {
+) -> Result<BTreeMap<usize, DetailSetting>, LoadError> {
+    let mut own = BTreeMap::new();
     let mut files: HashMap<PathBuf, Model> = HashMap::new();
     for (number, spanned) in entries.iter().enumerate() {
         let entry = spanned.get_ref();
@@ -50,6 +52,9 @@ pub(super) fn read(
         if entry.quadric.as_ref().is_some_and(|body| !is_symmetric(&body.matrix)) {
             model.tell(&name, "its matrix is not symmetric: the symmetric part of it is the body");
         }
+        let detail = entry.detail.as_ref().map(own_detail_of).transpose();
+        let detail = detail.map_err(|message| refused(format!("detail: {message}")))?;
+        let first = model.objects.len();
         match body_of(entry).map_err(refused)? {
             Body::Shape(shape) => {
                 model.families.roots.push(Member::Object(model.objects.len()));
@@ -69,8 +74,11 @@ pub(super) fn read(
                 model.check_size(context.folder.ledger()).map_err(|problem| problem.in_file(path))?;
             }
         }
+        own.extend(
+            detail.into_iter().flat_map(|detail| (first..model.objects.len()).map(move |object| (object, detail))),
+        );
     }
-    Ok(())
+    Ok(own)
 }
 
 fn is_symmetric(matrix: &[f64; 16]) -> bool {

@@ -187,11 +187,38 @@ fn detail_is_one_setting() {
     assert_eq!(with("boundary_depth = 9\ninterior_depth = 4"), Some(both));
     assert_eq!(with("cell = 1"), Some(DetailSetting::Cell { edge: 1.0 }));
     assert_eq!(with("max_undecided = 0.01"), Some(DetailSetting::MaxUndecided { share: 0.01 }));
+    assert_eq!(with("time = 0.5"), Some(DetailSetting::Time { limit: std::time::Duration::from_millis(500) }));
+    assert_eq!(with("memory = 64_000_000"), Some(DetailSetting::Memory { bytes: 64_000_000 }));
+    assert_eq!(with("pixel_rows = 480"), Some(DetailSetting::Pixel { rows: 480 }));
     assert_eq!(loaded(FLOOR).detail, None);
+    for wrong in ["time = 0", "time = nan", "memory = -1", "pixel_rows = 0", "cell = 1\ninterior_depth = 2"] {
+        refused(&format!("{FLOOR}[detail]\n{wrong}\n"));
+    }
     for wrong in ["", "cell = 0", "cell = 1\nmax_undecided = 0.1", "boundary_depth = 22", "max_undecided = 2"] {
         assert!(refused(&format!("{FLOOR}[detail]\n{wrong}\n")).to_string().contains("line 4"), "{wrong}");
     }
     refused(&format!("{FLOOR}[detail]\nboundary_depth = 3\ninterior_depth = 4\n"));
+}
+
+#[test]
+fn objects_and_lights_have_details_of_their_own() {
+    let files = Files::new(
+        "[[object]]\nname = \"house\"\nmesh = \"parts.obj\"\ndetail = { cell = 0.5 }\n\
+         [[object]]\nname = \"ball\"\nsphere = { radius = 1 }\n\
+         [[object]]\nname = \"box\"\nbox = { size = [1, 1, 1] }\ndetail = { boundary_depth = 10, interior_depth = 2 }\n\
+         [[light]]\nname = \"noon\"\nsun = { direction = [0, -1, 0] }\n\
+         [[light]]\nname = \"lamp\"\npoint = { position = [0, 5, 0] }\ndetail = { boundary_depth = 3 }\n",
+    )
+    .with("parts.obj", TWO_PARTS);
+    let own = files.load().unwrap_or_else(|error| panic!("{error}")).own;
+    let cell = DetailSetting::Cell { edge: 0.5 };
+    let depth = |interior, boundary| DetailSetting::Depth { interior, boundary };
+    assert_eq!(own.objects.into_iter().collect::<Vec<_>>(), [(0, cell), (1, cell), (3, depth(Some(2), 10))]);
+    assert_eq!(own.lights.into_iter().collect::<Vec<_>>(), [(1, depth(None, 3))]);
+    for wrong in ["{ time = 1.0 }", "{ max_undecided = 0.1 }", "{ pixel_rows = 9 }", "{}"] {
+        let text = refused(&format!("{FLOOR}detail = {wrong}\n")).to_string();
+        assert!(text.contains("detail: ") && text.contains("line 1"), "{text}");
+    }
 }
 
 #[test]

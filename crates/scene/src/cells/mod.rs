@@ -156,6 +156,16 @@ impl CellGraph {
         Ok(graph)
     }
 
+    /// The same cells and portals with other objects: those of a scene that has changed. O((n + c) log c), as at first.
+    pub fn with_objects(&self, objects: &[Object]) -> Self {
+        let mut graph = Self { objects_in: Vec::new(), bounds: Vec::new(), loose: 0, ..self.clone() };
+        if !graph.is_empty() {
+            graph.bounds = objects.iter().map(Object::bounds).collect();
+            (graph.objects_in, graph.loose) = assign::members(&graph, objects);
+        }
+        graph
+    }
+
     /// Whether the scene has no cells.
     pub fn is_empty(&self) -> bool {
         self.cells.is_empty()

@@ -46,11 +46,8 @@ impl Looks<'_> {
             let id = FaceId { receiver: job.receiver as u32, face: face as u32 };
             let is_looked_at = self.0.spacing.is_some() || !self.is_turned(id);
             let is_cancelled = || progress.is_cancelled();
-            let found = if is_looked_at {
-                self.0.look(job.receiver, face, Some(0), &is_cancelled)
-            } else {
-                self.unlooked(id)
-            };
+            let found =
+                if is_looked_at { self.0.look(job.receiver, face, Some(0), &is_cancelled) } else { self.unlooked(id) };
             if let Some(found) = found {
                 first.add(id, found, is_looked_at);
             }
@@ -75,7 +72,7 @@ impl Looks<'_> {
         let face = id.face as usize;
         match self.0.bodies.get(self.object(id)) {
             Body::Flat(facets) => facets.area(face),
-            Body::Analytic(body) => PatchArea::new(&body.charts()[face], body.placement()).of_cell([0.0; 2], 1.0),
+            Body::Analytic(body) => PatchArea::new(&body.charts()[face], body.placement()).of_whole_roughly(),
         }
     }
 

@@ -185,7 +185,6 @@ impl<'a> Refined<'a> {
     }
 }
 
-
 /// Cancels when the time is over, too.
 pub(crate) struct Until<'a> {
     pub(crate) progress: &'a dyn Progress,

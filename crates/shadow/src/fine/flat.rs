@@ -3,6 +3,7 @@
 //! A quadtree over (u, v); each part inherits the blockers that its parent could not settle. Cost: proportional to the
 //! length of the shadow borders in cells, times the blockers that meet there.
 
+use glam::DVec3;
 use umbriel_geometry::{
     Point,
     blocking::Probe,
@@ -18,7 +19,10 @@ use super::{
     pattern,
     tally::{Measure, Tally, Units, cell_units},
 };
-use crate::report::{Cell, Verdict};
+use crate::{
+    levels::length,
+    report::{Cell, Verdict},
+};
 
 /// Corners of a flat receiver: first, second, (third or a repeat), last.
 pub(crate) const FLAT: usize = 4;
@@ -36,6 +40,34 @@ pub(crate) struct Levels {
     pub(crate) finest: u8,
     /// The finest level at which decided cells are stored; `None` stores nothing.
     pub(crate) stored: Option<u8>,
+    /// Where cells that are not yet at the finest level are small enough, too.
+    pub(crate) pixel: Option<PixelStop>,
+}
+
+/// Cells as small as a pixel are not divided.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PixelStop {
+    pub(crate) eye: DVec3,
+    /// Of a pixel at a distance of one metre.
+    pub(crate) width: f64,
+    /// Greatest distance of two points of a cell of level 0.
+    pub(crate) reach: f64,
+}
+
+impl PixelStop {
+    /// Whether the halves of a cell at this distance would be smaller than a pixel.
+    pub(crate) fn is_met_at(&self, level: u8, distance: f64) -> bool {
+        0.5 * self.reach_at(level) < self.width * distance
+    }
+
+    /// The same for a cell that holds this point, where it is farthest from the eye: so none of its points is in a cell smaller than a pixel there.
+    pub(crate) fn is_met(&self, level: u8, point: DVec3) -> bool {
+        self.is_met_at(level, length(point - self.eye) + self.reach_at(level))
+    }
+
+    fn reach_at(&self, level: u8) -> f64 {
+        self.reach * 0.5f64.powi(i32::from(level))
+    }
 }
 
 /// One face and all that may shadow it.
@@ -93,7 +125,7 @@ impl FlatFace<'_> {
         if verdict != Verdict::Undecided {
             count(tally, self.shape, place, verdict, self.levels);
             count_samples(tally, self.lattice, place, verdict);
-        } else if place.level() == self.levels.finest {
+        } else if self.is_finest(place) {
             count(tally, self.shape, place, verdict, self.levels);
             self.estimate(place, &entries, tally);
             self.decide_samples(place, &entries, tally);
@@ -104,6 +136,16 @@ impl FlatFace<'_> {
                 self.divide(part, &entries, tally);
             }
         }
+    }
+
+    /// Whether an undecided cell stays so.
+    fn is_finest(&self, place: Quadrant) -> bool {
+        let is_a_pixel = |stop: PixelStop| {
+            let [u, v] = place.low_corner();
+            let corners = self.weights(u, v).into_iter().zip(&self.corners);
+            stop.is_met(place.level(), corners.map(|(weight, corner)| weight * corner.position).sum())
+        };
+        place.level() == self.levels.finest || self.levels.pixel.is_some_and(is_a_pixel)
     }
 
     fn divide_in_parallel(&self, place: Quadrant, entries: &[Entry], tally: &mut Tally<Units>) {

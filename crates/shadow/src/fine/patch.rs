@@ -4,6 +4,7 @@
 //! cells use outward depth bounds"). Whether the surface faces the light is the sign of its polar form, affine in the
 //! point. A convex body shadows itself exactly where it faces away; how others do: NUMERICS.md, "Self shadow".
 
+use glam::DVec3;
 use umbriel_geometry::{
     Approx, Dyadic, PlacedAnalytic, Point, Sign,
     analytic::{CellHull, Chart, HULL, Occupied, PatchArea, Surface},
@@ -15,7 +16,7 @@ use super::{
     Blocker, Candidates, Occluders, Receiver,
     classify::Hull,
     field::Weights,
-    flat::Levels,
+    flat::{Levels, PixelStop},
     lattice::Lattice,
     pattern,
     tally::{Measure, Tally},
@@ -83,13 +84,22 @@ impl Patch<'_> {
             None => self.judge(place, candidates),
         };
         let is_decided = verdict != Verdict::Undecided;
-        if is_decided && occupied == Occupied::Whole || place.level() == self.levels.finest {
+        if is_decided && occupied == Occupied::Whole || self.is_finest(place) {
             self.count(place, verdict, tally);
         } else {
             for part in place.children() {
                 self.divide(part, is_decided.then_some(verdict), &left, tally);
             }
         }
+    }
+
+    /// Whether a cell is not divided any more.
+    fn is_finest(&self, place: Quadrant) -> bool {
+        let is_a_pixel = |stop: PixelStop| {
+            let points = self.hull(place).placed(self.body.placement());
+            stop.is_met(place.level(), points.iter().map(|point| point.position).sum::<DVec3>() / HULL as f64)
+        };
+        place.level() == self.levels.finest || self.levels.pixel.is_some_and(is_a_pixel)
     }
 
     /// What is proved of a cell, and the candidates in question if it is undecided.

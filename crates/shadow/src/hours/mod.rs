@@ -23,7 +23,7 @@ use crate::{
     bake::{Effort, Stage},
     progress::{Cancelled, Progress},
     report::{LitArea, ObjectReport, Time, Work},
-    request::Request,
+    request::{OwnDetails, Request},
     sums::ExactSum,
 };
 use account::Account;
@@ -137,7 +137,8 @@ pub fn bake_hours(
 ) -> Result<HoursReport, HoursError> {
     let begun = Instant::now();
     let total = total_nanoseconds(lights)?;
-    let stage = Stage::new(scene, request);
+    let request = &Request { own: OwnDetails::default(), ..request.clone() };
+    let stage = Stage::new(scene, request, None);
     let mut effort = stage.effort();
     let mut accounts = Account::of_all(&stage);
     let mut summaries = Vec::with_capacity(lights.len());
@@ -175,7 +176,7 @@ fn fold(
     effort: &mut Effort,
     accounts: &mut [Account],
 ) -> Result<LitArea, Cancelled> {
-    let reports = stage.bake(&light.source, progress, effort)?;
+    let reports = stage.bake(&light.source, None, progress, effort)?;
     let lit = total_lit(&reports);
     // Checked with the sum of all durations.
     let nanoseconds = light.duration.as_nanos() as u64;

@@ -79,7 +79,7 @@ impl Rival for Literal {
         let objects = polygons.boxes().len();
         let placed = Bodies::new(polygons.scene());
         let everything: Vec<usize> = (0..objects).collect();
-        let influences = coarse_step(&object_tree(&placed), &everything, light);
+        let influences = coarse_step(&object_tree(&placed, &everything, None), &everything, light);
         let bodies: Vec<Body> = (0..objects).into_par_iter().map(|object| Body::new(polygons.facets(object))).collect();
         let rays = AtomicU64::new(0);
         let marks: Vec<HashSet<Mark>> = (0..objects)

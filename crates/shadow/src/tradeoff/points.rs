@@ -7,7 +7,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 use umbriel_visibility::Acceleration;
 
-use super::{Course, Measured, MeasureDefect, verdict};
+use super::{Course, MeasureDefect, Measured, verdict};
 use crate::{Expected, Place, Points, Progress, Queries, SamplePoint, SearchCosts, rivals::RivalPoint};
 
 /// By face and parameters: each answer is that of the definition.

@@ -110,7 +110,7 @@ pub(crate) struct LightArgs {
 pub(crate) struct SunsArgs {
     /// Hours of sun under a table of suns instead of single lights: CSV with a header azimuth,elevation (degrees; none
     /// shines from the horizon or below) or x,y,z (the way the light travels), and if you like time and hours
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["sun", "point", "light", "time", "memory"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["sun", "point", "light", "time", "memory", "pixel"])]
     pub(crate) suns: Option<PathBuf>,
     /// Hours that each row of the table lasts, if it has no column hours [default: the step of its times, else 1]
     #[arg(long, value_name = "HOURS", requires = "suns", value_parser = hours, conflicts_with_all = ["sun", "point", "light"])]
@@ -121,23 +121,30 @@ pub(crate) struct SunsArgs {
 #[derive(Debug, Default, ClapArgs)]
 pub(crate) struct DetailArgs {
     /// Depth in an object's octree at which cells stay undecided, 0 to 21 [default: 8]
-    #[arg(long, value_name = "N", value_parser = depth(), conflicts_with_all = ["cell", "max_undecided", "time", "memory"])]
+    #[arg(long, value_name = "N", value_parser = depth(), conflicts_with_all = ["cell", "max_undecided", "time", "memory", "pixel"])]
     pub(crate) boundary_depth: Option<u8>,
     /// Finest depth at which decided cells are stored [default: 4]
     #[arg(long, value_name = "N", value_parser = depth(), requires = "boundary_depth")]
     pub(crate) interior_depth: Option<u8>,
     /// Edge of the smallest cell, metres
-    #[arg(long, value_name = "METRES", value_parser = positive, conflicts_with_all = ["max_undecided", "time", "memory"])]
+    #[arg(long, value_name = "METRES", value_parser = positive, conflicts_with_all = ["max_undecided", "time", "memory", "pixel"])]
     pub(crate) cell: Option<f64>,
     /// Divide until at most this share (0 to 1) of the surface is undecided
-    #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with_all = ["time", "memory"])]
+    #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with_all = ["time", "memory", "pixel"])]
     pub(crate) max_undecided: Option<f64>,
     /// Divide where it tells most for as long as this after loading: 500ms, 2s, 1.5min
-    #[arg(long, value_name = "TIME", value_parser = time, conflicts_with = "memory")]
+    #[arg(long, value_name = "TIME", value_parser = time, conflicts_with_all = ["memory", "pixel"])]
     pub(crate) time: Option<Duration>,
     /// Divide where it tells most as long as a light's cells fit: 64MB, 2GB, 512MiB
-    #[arg(long, value_name = "SIZE", value_parser = bytes)]
+    #[arg(long, value_name = "SIZE", value_parser = bytes, conflicts_with = "pixel")]
     pub(crate) memory: Option<u64>,
+    /// Divide until cells are no larger than two pixels of a camera, and none is smaller than one: scene for the scene's own camera, or the eye, what it looks at,
+    /// metres, and if you like the vertical field of view in degrees
+    #[arg(long, value_name = "CAMERA", allow_hyphen_values = true, value_parser = visible_from)]
+    pub(crate) pixel: Option<VisibleFrom>,
+    /// Rows of the picture whose pixels --pixel means
+    #[arg(long, value_name = "N", requires = "pixel", default_value = "1080", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub(crate) pixel_rows: u32,
 }
 
 #[derive(Debug, ClapArgs)]
@@ -498,6 +505,10 @@ mod tests {
             "--time 5",
             "--time 5s --memory 1MB",
             "--memory 1MB --cell 1",
+            "--pixel scene --cell 1",
+            "--pixel-rows 100",
+            "--pixel 1,2,3",
+            "--pixel scene --suns a.csv",
             "--time 1s --suns a.csv",
             "--samples 0",
             "--samples 5 --spacing 1",

@@ -48,7 +48,8 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     let sampling = args.samples.map(Sampling::Count).or(args.spacing.map(Sampling::Spacing));
     let choose = if sampling.is_some() { plan::choose_detail_beside_samples } else { plan::choose_detail };
     let request = Request {
-        detail: choose(&args.detail, loaded.file.detail, cells)?,
+        detail: choose(&args.detail, &loaded.file, cells)?,
+        own: plan::own_details(&args.detail, &loaded.file, cells)?,
         sampling,
         lights,
         receivers,
@@ -64,7 +65,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     outputs.tell_misfits(scene, &report, &maps, args.scene.quiet);
     let findings = if outputs.has(Format::Json) { all_findings(scene) } else { Vec::new() };
     let clock = Clock { begun, load: loaded.seconds };
-    let json = Document::new(scene, request.detail, &report, &findings, clock).to_text();
+    let json = Document::new(scene, &request, &report, &findings, clock).to_text();
     outputs.write(&Results { scene, report: &report, json: &json, maps: &maps }, interrupt)?;
     let table = || table::text(scene, &report) + &table::decisions_text(Decisions::of_process());
     output::print(&if outputs.json_to_stdout { json } else { table() })

@@ -36,7 +36,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
     output::check_unread(&files, &loaded.file.files)?;
     let interrupt = &Interrupt::install();
     let light = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?[0];
-    let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
+    let detail = plan::choose_detail(&args.detail, &loaded.file, CellUse::Cells)?;
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
     let caster = RayCaster::new(scene);

@@ -29,7 +29,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<(), Failure> {
     }
     let interrupt = &Interrupt::install();
     let lights = lights(&mut loaded, &args.lights, &args.scene.scene)?;
-    let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Sums)?;
+    let detail = plan::choose_detail(&args.detail, &loaded.file, CellUse::Sums)?;
     let scene = &loaded.file.scene;
     let diagnosis = examine(scene, &lights, detail, &Bar::new(interrupt, args.scene.quiet))?;
     let json = || Document::new(scene, &diagnosis).to_text();

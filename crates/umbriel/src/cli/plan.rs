@@ -1,17 +1,18 @@
 //! From what was typed to ready objects: the scene, its lights, receivers, detail, threads.
 
-use std::{path::Path, time::Instant};
+use std::{collections::BTreeMap, path::Path, time::Instant};
 
 use umbriel_geometry::{LightDefect, LightSource, cut_out::Opacity};
 use umbriel_io::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
 use umbriel_scene::{Finding, FindingKind, Light, Scene, Shape, Sides};
-use umbriel_shadow::{Detail, Request, most_samples};
+use umbriel_shadow::{Detail, OwnDetails, Request, most_samples};
 
 use crate::{
     cli::{
         Failure,
         args::{BlendChoice, DetailArgs, LightArgs, SceneArgs, SidesChoice, Up},
         glob,
+        reach::{self, VisibleFrom},
     },
     output::{self, findings},
 };
@@ -168,34 +169,60 @@ pub(crate) enum CellUse {
 /// The detail where samples are asked for: cells only if somebody typed how fine, or looks at them.
 pub(crate) fn choose_detail_beside_samples(
     args: &DetailArgs,
-    file: Option<DetailSetting>,
+    file: &LoadedScene,
     cells: CellUse,
 ) -> Result<Detail, Failure> {
-    let is_depth = args.boundary_depth.is_some() || args.cell.is_some() || args.max_undecided.is_some();
-    let is_typed = is_depth || args.time.is_some() || args.memory.is_some();
+    let is_typed = args.pixel.is_some() || typed(args).is_some();
     if is_typed || cells == CellUse::Cells { choose_detail(args, file, cells) } else { Ok(Detail::Faces) }
 }
 
-/// The detail: as typed, else as the scene file says, else the source's typical depths. Where single cells are looked
-/// at, decided ones are stored down to the boundary depth unless somebody said otherwise.
-pub(crate) fn choose_detail(args: &DetailArgs, file: Option<DetailSetting>, cells: CellUse) -> Result<Detail, Failure> {
-    if let Some(limit) = args.time {
-        return Ok(Detail::Time { limit });
+/// The detail: as typed, else as the scene file says, else the source's typical depths.
+pub(crate) fn choose_detail(args: &DetailArgs, file: &LoadedScene, cells: CellUse) -> Result<Detail, Failure> {
+    if let Some(eye) = args.pixel {
+        return Ok(Detail::of_pixel(&reach::camera(&file.scene, eye, "--pixel")?, args.pixel_rows));
     }
-    if let Some(bytes) = args.memory {
-        return Ok(Detail::Memory { bytes });
-    }
-    let typed = if let Some(boundary) = args.boundary_depth {
-        Some(DetailSetting::Depth { interior: args.interior_depth, boundary })
-    } else if let Some(edge) = args.cell {
-        Some(DetailSetting::Cell { edge })
-    } else {
-        args.max_undecided.map(|share| DetailSetting::MaxUndecided { share })
-    };
     let Detail::Depth { boundary: typical, .. } = Detail::default() else { return Ok(Detail::default()) };
-    match typed.or(file).unwrap_or(DetailSetting::Depth { interior: None, boundary: typical }) {
+    let typical = DetailSetting::Depth { interior: None, boundary: typical };
+    match typed(args).or(file.detail).unwrap_or(typical) {
+        DetailSetting::Pixel { rows } => {
+            Ok(Detail::of_pixel(&reach::camera(&file.scene, VisibleFrom::Scene, "pixel_rows")?, rows))
+        }
+        setting => detail_of(setting, cells),
+    }
+}
+
+/// What objects and lights have of their own by the scene file; a typed depth, cell or pixel is for all alike.
+pub(crate) fn own_details(args: &DetailArgs, file: &LoadedScene, cells: CellUse) -> Result<OwnDetails, Failure> {
+    let is_for_all = args.pixel.is_some() || args.boundary_depth.is_some() || args.cell.is_some();
+    if is_for_all {
+        return Ok(OwnDetails::default());
+    }
+    let all = |settings: &BTreeMap<usize, DetailSetting>| -> Result<BTreeMap<usize, Detail>, Failure> {
+        settings.iter().map(|(&number, &setting)| Ok((number, detail_of(setting, cells)?))).collect()
+    };
+    Ok(OwnDetails { objects: all(&file.own.objects)?, lights: all(&file.own.lights)? })
+}
+
+/// The detail that was typed, but for a pixel.
+fn typed(args: &DetailArgs) -> Option<DetailSetting> {
+    let &DetailArgs { boundary_depth, interior_depth: interior, cell, max_undecided, time, memory, .. } = args;
+    let all = [
+        boundary_depth.map(|boundary| DetailSetting::Depth { interior, boundary }),
+        cell.map(|edge| DetailSetting::Cell { edge }),
+        max_undecided.map(|share| DetailSetting::MaxUndecided { share }),
+        time.map(|limit| DetailSetting::Time { limit }),
+        memory.map(|bytes| DetailSetting::Memory { bytes }),
+    ];
+    all.into_iter().flatten().next()
+}
+
+/// A setting that needs no camera. Where single cells are looked at, decided ones are stored down to the boundary depth unless somebody said otherwise.
+fn detail_of(setting: DetailSetting, cells: CellUse) -> Result<Detail, Failure> {
+    match setting {
         DetailSetting::Cell { edge } => Ok(Detail::Cell { edge }),
         DetailSetting::MaxUndecided { share } => Ok(Detail::MaxUndecided { share }),
+        DetailSetting::Time { limit } => Ok(Detail::Time { limit }),
+        DetailSetting::Memory { bytes } => Ok(Detail::Memory { bytes }),
         DetailSetting::Depth { interior: Some(interior), boundary } if interior > boundary => Err(Failure::Unusable(
             format!("the interior depth {interior} is above the boundary depth {boundary}; lower it or leave it out"),
         )),
@@ -218,13 +245,44 @@ mod tests {
     #[test]
     fn what_is_typed_wins_over_the_file() {
         let file = Some(DetailSetting::Cell { edge: 0.5 });
-        let detail = |args: &DetailArgs, file, cells| choose_detail(args, file, cells).expect("a detail");
+        let detail = |args: &DetailArgs, detail: Option<DetailSetting>, cells| {
+            choose_detail(args, &with_detail(detail), cells).expect("a detail")
+        };
         assert_eq!(detail(&typed(None, None), None, CellUse::Sums), Detail::Depth { interior: 4, boundary: 8 });
         assert_eq!(detail(&typed(None, None), None, CellUse::Cells), Detail::Depth { interior: 8, boundary: 8 });
         assert_eq!(detail(&typed(None, None), file, CellUse::Sums), Detail::Cell { edge: 0.5 });
         assert_eq!(detail(&typed(Some(3), None), file, CellUse::Sums), Detail::Depth { interior: 3, boundary: 3 });
         assert_eq!(detail(&typed(Some(9), Some(5)), None, CellUse::Cells), Detail::Depth { interior: 5, boundary: 9 });
-        assert!(choose_detail(&typed(Some(3), Some(4)), None, CellUse::Sums).is_err());
+        assert!(choose_detail(&typed(Some(3), Some(4)), &with_detail(None), CellUse::Sums).is_err());
+        let pixel = DetailArgs { pixel: Some(VisibleFrom::Scene), pixel_rows: 100, ..DetailArgs::default() };
+        assert!(choose_detail(&pixel, &with_detail(None), CellUse::Sums).is_err(), "the scene has no camera");
+        let eye = crate::cli::render_args::camera("0,1,2,0,0,0,90").expect("a camera");
+        let seen = DetailArgs { pixel: Some(VisibleFrom::Typed(eye)), ..pixel };
+        let Detail::Pixel { width, .. } = detail(&seen, None, CellUse::Sums) else { panic!("no pixel") };
+        assert!((width - 0.02).abs() < 1e-9, "{width}");
+    }
+
+    #[test]
+    fn own_details_stand_until_a_depth_is_typed() {
+        let mut file = with_detail(None);
+        file.own.objects.insert(3, DetailSetting::Depth { interior: None, boundary: 11 });
+        let own = |args: &DetailArgs| own_details(args, &file, CellUse::Sums).expect("details");
+        assert_eq!(own(&typed(None, None)).objects[&3], Detail::Depth { interior: 4, boundary: 11 });
+        assert!(own(&typed(Some(5), None)).objects.is_empty());
+        let timed = DetailArgs { time: Some(std::time::Duration::from_secs(1)), ..DetailArgs::default() };
+        assert_eq!(own(&timed).objects.len(), 1, "a limit divides as far as these let it");
+    }
+
+    fn with_detail(detail: Option<DetailSetting>) -> LoadedScene {
+        LoadedScene {
+            scene: Scene::default(),
+            detail,
+            own: umbriel_io::OwnSettings::default(),
+            north_degrees: 0.0,
+            up: UpAxis::Y,
+            lightmaps: Vec::new(),
+            files: Vec::new(),
+        }
     }
 
     #[test]

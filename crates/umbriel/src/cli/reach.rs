@@ -27,6 +27,15 @@ pub(crate) fn visible_from(text: &str) -> Result<VisibleFrom, String> {
     if text == "scene" { Ok(VisibleFrom::Scene) } else { render_args::camera(text).map(VisibleFrom::Typed) }
 }
 
+/// The camera that is meant; `option` is what asked for it.
+pub(crate) fn camera(scene: &Scene, eye: VisibleFrom, option: &str) -> Result<Camera, Failure> {
+    let camera = match eye {
+        VisibleFrom::Typed(camera) => Some(camera),
+        VisibleFrom::Scene => scene.camera,
+    };
+    camera.ok_or_else(|| Failure::Refused(format!("{option}: the scene has no camera")))
+}
+
 /// The form of the picture that a camera's sight is taken from: that of `render` where no size is given.
 const ASPECT: [u32; 2] = [3, 2];
 
@@ -48,12 +57,7 @@ pub(crate) fn choose_receivers(
         }
     }
     if let Some(eye) = eye {
-        let camera = match (eye, scene.camera) {
-            (VisibleFrom::Typed(camera), _) | (VisibleFrom::Scene, Some(camera)) => camera,
-            (VisibleFrom::Scene, None) => {
-                return Err(Failure::Refused("--visible-from scene: the scene has no camera".to_owned()));
-            }
-        };
+        let camera = camera(scene, eye, "--visible-from scene")?;
         let reach = reach(scene, &View { camera, width: ASPECT[0], height: ASPECT[1] })?;
         let seen: Vec<usize> = reach.indices().collect();
         receivers.retain(|receiver| seen.binary_search(receiver).is_ok());

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use umbriel_io::write::{Picture, Staged, write_png, write_png_parts};
 use umbriel_scene::Scene;
-use umbriel_shadow::{CellMethod, Progress, Request, bake_hours};
+use umbriel_shadow::{Progress, Request, bake_hours};
 use umbriel_visibility::{
     CostModel, RayCaster, View,
     two_pass::{ShadowPolygons, TwoPassDefect},
@@ -45,7 +45,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     output::check_unread(&files, &loaded.file.files)?;
     let interrupt = &Interrupt::install();
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
-    let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
+    let detail = plan::choose_detail(&args.detail, &loaded.file, CellUse::Cells)?;
     loaded.file.scene.camera = args.camera.or(loaded.file.scene.camera);
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
@@ -60,7 +60,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let studio = match args.shadows {
         ShadowsChoice::Polygons => polygons(scene, asked, &lights)?,
         ShadowsChoice::Cells => {
-            let request = Request { detail, lights, ..Request::everything(scene, detail) };
+            let own = plan::own_details(&args.detail, &loaded.file, CellUse::Cells)?;
+            let request = Request { own, lights, ..Request::everything(scene, detail) };
             baked(args, scene, asked, (&view, request), &bar)?
         }
     };
@@ -219,7 +220,7 @@ fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
     output::check_unread(&files, &loaded.file.files)?;
     let interrupt = &Interrupt::install();
     let lights: Vec<_> = suns::place(&rows, &mut loaded.file, table)?.into_iter().flatten().collect();
-    let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Cells)?;
+    let detail = plan::choose_detail(&args.detail, &loaded.file, CellUse::Cells)?;
     loaded.file.scene.camera = args.camera.or(loaded.file.scene.camera);
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
@@ -229,8 +230,7 @@ fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
     let coverage = caster.coverage(&view);
     let receivers = (0..scene.objects.len()).filter(|&object| coverage[object] > 0).collect();
     let bar = Bar::new(interrupt, args.scene.quiet);
-    let request =
-        Request { detail, sampling: None, lights: Vec::new(), receivers, keep_cells: true, method: CellMethod::Auto };
+    let request = Request { lights: Vec::new(), receivers, keep_cells: true, ..Request::everything(scene, detail) };
     let report = bake_hours(scene, &request, &lights, &bar).map_err(|error| suns::failure(error, table))?;
     let picture = hours_picture::picture(scene, &caster, &report, &view, args.aa, &bar)?;
     write(&picture, &files, &bar)

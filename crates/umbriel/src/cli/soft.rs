@@ -37,7 +37,7 @@ pub(crate) fn run(args: &SoftArgs) -> Result<(), Failure> {
     output::check_unread(&written, &loaded.file.files)?;
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     let receivers = plan::choose_receivers(&loaded.file.scene, &args.receiver)?;
-    let detail = plan::choose_detail(&args.detail, loaded.file.detail, CellUse::Sums)?;
+    let detail = plan::choose_detail(&args.detail, &loaded.file, CellUse::Sums)?;
     loaded.file.scene.findings.retain(|finding| finding.kind != FindingKind::AreaLightAsPoint);
     plan::add_masks_as_opaque(&mut loaded.file.scene);
     let scene = &loaded.file.scene;

@@ -8,7 +8,7 @@ use umbriel_io::{
     write::{Staged, WriteError, write_glb, write_vtu},
 };
 use umbriel_scene::{Finding, FindingKind};
-use umbriel_shadow::{CellMethod, HoursError, Request, Sampling, TimedLight, bake_hours};
+use umbriel_shadow::{CellMethod, HoursError, OwnDetails, Request, Sampling, TimedLight, bake_hours};
 
 use crate::{
     cli::{
@@ -41,7 +41,8 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
     let cells = outputs.cell_use();
     let scene = &loaded.file.scene;
     let request = Request {
-        detail: plan::choose_detail(&args.detail, loaded.file.detail, cells)?,
+        detail: plan::choose_detail(&args.detail, &loaded.file, cells)?,
+        own: OwnDetails::default(),
         sampling: args.samples.map(Sampling::Count).or(args.spacing.map(Sampling::Spacing)),
         lights: Vec::new(),
         receivers: plan::choose_receivers(scene, &args.receiver)?,

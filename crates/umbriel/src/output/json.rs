@@ -5,7 +5,7 @@ use std::{fs, time::Instant};
 use serde::Serialize;
 use umbriel_geometry::decisions::Decisions;
 use umbriel_scene::{Finding, Scene, Shape};
-use umbriel_shadow::{Detail, HourBounds, LitArea, ObjectReport, Report, hours};
+use umbriel_shadow::{Detail, HourBounds, LitArea, ObjectReport, Report, Request, hours};
 
 use crate::output::hours::{Day, Row};
 
@@ -43,6 +43,7 @@ pub(crate) enum DetailUsed {
     MaxUndecided { max_undecided: f64 },
     Time { time: f64 },
     Memory { memory_bytes: u64 },
+    Pixel { pixel_eye: [f64; 3], pixel_width: f64 },
     Faces { faces: &'static str },
     Other {},
 }
@@ -56,6 +57,9 @@ struct LightResult<'a> {
 #[derive(Debug, Serialize)]
 struct ObjectResult<'a> {
     name: &'a str,
+    /// Of its own, where it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    detail: Option<DetailUsed>,
     area: f64,
     undecided: f64,
     lit_area: Bounds,
@@ -198,17 +202,25 @@ impl<'a> Document<'a> {
     /// Of a bake, light by light.
     pub(crate) fn new(
         scene: &'a Scene,
-        detail: Detail,
+        request: &Request,
         report: &'a Report,
         findings: &'a [Finding],
         clock: Clock,
     ) -> Self {
+        let own = |light: usize, object: usize| {
+            let own = request.own.objects.get(&object).or(request.own.lights.get(&light));
+            own.filter(|_| request.detail != Detail::Faces).copied().map(DetailUsed::of)
+        };
+        let result = |light: usize, object: &'a ObjectReport| ObjectResult {
+            detail: own(light, object.object),
+            ..ObjectResult::new(scene, object)
+        };
         let lights = report.lights.iter().map(|light| LightResult {
             name: &scene.lights[light.light].name,
-            objects: light.objects.iter().map(|object| ObjectResult::new(scene, object)).collect(),
+            objects: light.objects.iter().map(|object| result(light.light, object)).collect(),
         });
         let (work, time) = (Work::of(&report.work), Time::of(&report.time, clock));
-        Self { lights: lights.collect(), ..Self::frame(scene, detail, findings, (work, time)) }
+        Self { lights: lights.collect(), ..Self::frame(scene, request.detail, findings, (work, time)) }
     }
 
     /// Of a day of suns.
@@ -342,6 +354,7 @@ impl DetailUsed {
             Detail::MaxUndecided { share } => Self::MaxUndecided { max_undecided: share },
             Detail::Time { limit } => Self::Time { time: limit.as_secs_f64() },
             Detail::Memory { bytes } => Self::Memory { memory_bytes: bytes },
+            Detail::Pixel { eye, width } => Self::Pixel { pixel_eye: eye.to_array(), pixel_width: width },
             Detail::Faces => Self::Faces { faces: "whole" },
             _ => Self::Other {},
         }
@@ -352,6 +365,7 @@ impl<'a> ObjectResult<'a> {
     fn new(scene: &'a Scene, object: &ObjectReport) -> Self {
         Self {
             name: &scene.objects[object.object].name,
+            detail: None,
             area: object.area,
             undecided: object.undecided(),
             lit_area: object.lit.into(),
@@ -377,7 +391,8 @@ mod tests {
     fn the_fields_stand_in_the_order_of_the_contract() {
         let (scene, report) = (Scene::default(), Report::default());
         let clock = Clock { begun: Instant::now(), load: 0.25 };
-        let text = Document::new(&scene, Detail::default(), &report, &[], clock).to_text();
+        let text =
+            Document::new(&scene, &Request::everything(&scene, Detail::default()), &report, &[], clock).to_text();
         let keys = ["schema", "umbriel", "scene", "detail", "lights", "findings", "work", "time", "peak_memory_bytes"];
         let places: Vec<usize> = keys.iter().map(|key| text.find(&format!("\n  \"{key}\":")).expect(key)).collect();
         assert!(places.is_sorted(), "{text}");

@@ -4,11 +4,12 @@
 
 use std::path::Path;
 
+use glam::{DAffine3, DVec3};
 use umbriel::{
-    geometry::LightSource,
+    geometry::{LightSource, Placement},
     io::{LoadOptions, load},
-    scene::{Camera, CellGraph, Projection, Region, Scene},
-    shadow::{Detail, Place, Queries, Request, Silent, Verdict, bake, reached_receivers},
+    scene::{Camera, CellGraph, Light, Projection, Region, Scene},
+    shadow::{Change, Detail, Place, Queries, Request, Session, Silent, Verdict, bake, reached_receivers},
     visibility::{
         Ray, RayCaster, View,
         portals::{Start, frustum_culling, reach_of_eye, reach_of_light},
@@ -70,6 +71,52 @@ fn nothing_that_is_seen_is_missing() {
         }
     }
     assert!(met > 0 && 20 * drawn < framed, "{met} rays met something; {drawn} drawn, {framed} in the frusta");
+}
+
+#[test]
+fn a_session_follows_through_portals() {
+    let mut scene = office();
+    scene.lights = vec![scene.lights[2].clone()];
+    let reached = reached_receivers(&scene, &[0]);
+    let size = |&object: &usize| scene.cells.bounds()[object].size().length();
+    let least =
+        |objects: &mut dyn Iterator<Item = usize>| objects.min_by(|a, b| size(a).total_cmp(&size(b))).expect("some");
+    let lit = least(&mut reached.iter().copied());
+    let dark = least(&mut (0..scene.objects.len()).filter(|object| reached.binary_search(object).is_err()));
+    let [lit_map, dark_map] = [lit, dark].map(|object| *scene.objects[object].placement.map());
+    let request = Request::everything(&scene, Detail::Depth { interior: 3, boundary: 3 });
+    let mut session = Session::new(scene, request.clone());
+    let to = |map| Placement::new(map).expect("regular");
+    let lamp =
+        Light::new("other", LightSource::point((dark_map.translation + 0.4 * DVec3::Y).to_array()).expect("a lamp"));
+    let steps: [(Vec<Change>, [bool; 2]); 4] = [
+        (vec![], [true, false]),
+        // Each takes the other's place.
+        (
+            vec![Change::Move {
+                object: lit,
+                placement: to(DAffine3 { translation: dark_map.translation, ..lit_map }),
+            }],
+            [false, false],
+        ),
+        (
+            vec![Change::Move {
+                object: dark,
+                placement: to(DAffine3 { translation: lit_map.translation, ..dark_map }),
+            }],
+            [false, true],
+        ),
+        (vec![Change::SetLight(0, lamp)], [true, false]),
+    ];
+    for (number, (changes, are_reached)) in steps.into_iter().enumerate() {
+        changes.into_iter().for_each(|change| session.change(change).expect("a sound change"));
+        let update = session.update(&Silent).expect("nobody cancels");
+        let reached = reached_receivers(session.scene(), &[0]);
+        assert_eq!([lit, dark].map(|object| reached.binary_search(&object).is_ok()), are_reached, "step {number}");
+        let fresh = bake(session.scene(), &request, &Silent).expect("nobody cancels");
+        assert!(session.lights().eq(&fresh.lights), "step {number}: not what a bake answers");
+        assert!(number != 1 || update.redone < 100, "{} redone for one that moves", update.redone);
+    }
 }
 
 #[test]

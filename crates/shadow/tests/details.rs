@@ -1,0 +1,113 @@
+//! Details of single objects and lights, and cells as small as a camera's pixels.
+
+use std::time::Duration;
+
+use glam::{DAffine3, DVec3};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Placement, Rectangle};
+use umbriel_scene::{Camera, Light, Object, Projection, Scene, Shape, Sides};
+use umbriel_shadow::{Detail, ObjectReport, OwnDetails, Request, Silent, Verdict, bake};
+
+fn placed(name: &str, shape: Shape, at: [f64; 3]) -> Object {
+    let placement = Placement::new(DAffine3::from_translation(at.into())).expect("regular");
+    Object::new(name.into(), shape, placement, Sides::Auto).expect("an object")
+}
+
+/// Two floors with a box and a ball over them, a sun and a lamp.
+fn scene() -> Scene {
+    let floor = || Shape::Rectangle(Rectangle { size: [8.0; 2] });
+    let lights = vec![
+        Light::new("sun", LightSource::sun([0.3, -1.0, 0.2]).expect("a sun")),
+        Light::new("lamp", LightSource::point([1.0, 6.0, 2.0]).expect("a lamp")),
+    ];
+    let objects = vec![
+        placed("floor", floor(), [0.0; 3]),
+        placed("other floor", floor(), [9.0, 0.0, 0.0]),
+        placed("box", Shape::Cuboid(Cuboid { size: [1.0, 2.0, 1.0] }), [2.5, 1.75, 0.0]),
+        placed("ball", Shape::Analytic(Analytic::Sphere { radius: 1.0 }), [7.0, 2.0, 0.0]),
+    ];
+    Scene { objects, lights, ..Scene::default() }
+}
+
+fn depth(boundary: u8) -> Detail {
+    Detail::Depth { interior: boundary, boundary }
+}
+
+/// One report a light and object, with cells.
+fn run(scene: &Scene, detail: Detail, own: &OwnDetails) -> Vec<Vec<ObjectReport>> {
+    let request = Request { keep_cells: true, own: own.clone(), ..Request::everything(scene, detail) };
+    let report = bake(scene, &request, &Silent).expect("nobody cancels");
+    report.lights.into_iter().map(|light| light.objects).collect()
+}
+
+#[test]
+fn own_details_are_those_of_a_bake_with_them() {
+    let scene = scene();
+    let own =
+        OwnDetails { objects: [(1, depth(7)), (3, Detail::Cell { edge: 0.3 })].into(), lights: [(1, depth(3))].into() };
+    let mixed = run(&scene, depth(5), &own);
+    let none = OwnDetails::default();
+    let with = |detail| run(&scene, detail, &none);
+    let [coarse, plain, fine, cells] = [depth(3), depth(5), depth(7), Detail::Cell { edge: 0.3 }].map(with);
+    for (light, others) in [&plain, &coarse].into_iter().enumerate() {
+        for (object, from) in [others, &fine, others, &cells].into_iter().enumerate() {
+            assert_eq!(mixed[light][object], from[light][object], "light {light}, object {object}");
+        }
+    }
+    assert_ne!(plain[0][1], fine[0][1]);
+}
+
+#[test]
+fn limits_divide_as_far_as_own_details_let_them() {
+    let scene = scene();
+    let own = OwnDetails { objects: [(0, depth(2))].into(), ..OwnDetails::default() };
+    for limit in [Detail::MaxUndecided { share: 0.02 }, Detail::Time { limit: Duration::from_millis(60) }] {
+        let reports = run(&scene, limit, &own);
+        let finest = |object: usize| reports[0][object].cells.iter().map(|cell| cell.level).max();
+        assert!(finest(0) <= Some(3), "the floor reaches no deeper than its own depth: {:?}", finest(0));
+        assert!(finest(1) > Some(3), "{:?}", finest(1));
+    }
+    let samples = Request { own, ..Request::everything(&scene, Detail::Faces) };
+    assert_eq!(bake(&scene, &samples, &Silent).expect("nobody cancels").work.octrees_built, 0, "faces stay whole");
+}
+
+/// A cell's corners in world coordinates, and the longer of its diagonals.
+fn extent(at: impl Fn([f64; 2]) -> DVec3) -> ([DVec3; 4], f64) {
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(at);
+    (corners, corners[0].distance(corners[2]).max(corners[1].distance(corners[3])))
+}
+
+#[test]
+fn cells_follow_the_pixels_to_the_horizon() {
+    // A long floor with boxes on it, seen along it from a man's height.
+    let mut objects = vec![placed("floor", Shape::Rectangle(Rectangle { size: [400.0, 4.0] }), [200.0, 0.0, 0.0])];
+    objects.extend((0..20).map(|k| {
+        let size = DVec3::splat(0.5 + f64::from(k % 3) * 0.25).to_array();
+        placed(&format!("box {k}"), Shape::Cuboid(Cuboid { size }), [5.0 + f64::from(k * k), 1.0, 0.0])
+    }));
+    let sun = Light::new("sun", LightSource::sun([0.31, -1.0, 0.17]).expect("a sun"));
+    let scene = Scene { objects, lights: vec![sun], ..Scene::default() };
+    let projection = Projection::Perspective { vertical_degrees: 50.0 };
+    let eye = DVec3::new(0.0, 1.7, 0.0);
+    let camera = Camera { eye, target: DVec3::new(10.0, 1.0, 0.0), up: DVec3::Y, projection };
+    let detail = Detail::of_pixel(&camera, 500);
+    let Detail::Pixel { width, .. } = detail else { panic!("{detail:?}") };
+    let floor = &run(&scene, detail, &OwnDetails::default())[0][0];
+    let levels: Vec<u8> =
+        floor.cells.iter().filter(|cell| cell.verdict == Verdict::Undecided).map(|cell| cell.level).collect();
+    assert!(levels.iter().max() >= levels.iter().min().map(|level| level + 4).as_ref(), "{levels:?}");
+    for cell in &floor.cells {
+        let (corners, reach) = extent(|place| {
+            let [u, v] = cell.point(place);
+            DVec3::new(400.0 * u, 0.0, 4.0 * v - 2.0)
+        });
+        let distances = corners.map(|corner| corner.distance(eye));
+        let [nearest, farthest] =
+            [distances.into_iter().fold(f64::INFINITY, f64::min), distances.into_iter().fold(0.0, f64::max)];
+        assert!(reach >= width * farthest * (1.0 - 1e-9), "a cell of {reach} m at {farthest} m");
+        let is_small = 0.5 * reach <= width * (nearest + 2.0 * reach);
+        assert!(is_small || cell.verdict != Verdict::Undecided, "a cell of {reach} m at {nearest} m");
+    }
+    // A parallel view has pixels of one size.
+    let parallel = Camera { projection: Projection::Orthographic { height: 10.0 }, ..camera };
+    assert_eq!(Detail::of_pixel(&parallel, 100), Detail::Cell { edge: 0.2 });
+}
