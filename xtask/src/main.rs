@@ -16,6 +16,7 @@ mod rasteriser;
 mod regress;
 mod soak;
 mod soft;
+mod source;
 mod svg;
 mod tidy;
 mod tradeoff;
@@ -59,6 +60,8 @@ enum Task {
     Soft(soft::Options),
     /// Measure what time and memory buy, with bounds, with samples and with the rivals; charts go to docs
     Tradeoff(tradeoff::Options),
+    /// Hold the source's claims about shadow volumes against measurements, for docs/source
+    Source(source::Options),
     /// Let the judges look at millions of adversarial cases; hours, unless --minutes says otherwise
     Soak(soak::Options),
     /// Let libFuzzer look for bytes that break a parser, a small scene or an octree
@@ -88,6 +91,7 @@ fn main() -> ExitCode {
         Task::Calibrate => projection::calibrate(),
         Task::Soft(options) => soft::run(&options),
         Task::Tradeoff(options) => tradeoff::run(&options),
+        Task::Source(options) => source::run(&options),
         Task::Soak(options) => soak::run(&options),
         Task::Fuzz(options) => fuzz::run(&options),
         Task::Offsets => bench::offsets(),

@@ -37,11 +37,16 @@ pub(crate) struct Options {
 }
 
 /// A scene and what is interesting about it.
-struct Course {
-    name: &'static str,
+pub(crate) struct Course {
+    pub(crate) name: &'static str,
     about: &'static str,
-    file: PathBuf,
-    more: &'static [&'static str],
+    pub(crate) file: PathBuf,
+    pub(crate) more: &'static [&'static str],
+}
+
+/// The scenes that are polygons alone, the boxes first.
+pub(crate) fn polygon_scenes() -> Result<Vec<Course>> {
+    Ok(courses()?.into_iter().filter(|course| course.name != "quadrics").collect())
 }
 
 pub(crate) fn run(options: &Options) -> Result<()> {

@@ -41,7 +41,7 @@ pub enum Detail {
         share: f64,
     },
     /// Divide in the same order until the time is over, the one thing about a result that may differ from run to run; more time never gives wider
-    /// bounds. Every receiver is looked at once whatever that takes. The lights of the request share the time; not for many suns one after the
+    /// bounds. The areas of all faces are added up whatever that takes; with samples, each face is looked at as a whole to decide them. The lights of the request share the time; not for many suns one after the
     /// other ([`bake_hours`](crate::bake_hours)), which have one depth.
     Time {
         /// Wall time from the beginning of the bake.
@@ -84,7 +84,7 @@ impl Detail {
 /// Details of single objects and lights, by their indices in the scene: only fixed ones ([`Detail::is_fixed`]), others are not looked at.
 ///
 /// An object's own detail comes before that of a light, and this before that of the request. Where the request has a limit, its steps divide as far as these
-/// let them. Where it asks for samples alone ([`Detail::Faces`]), and in [`bake_hours`](crate::bake_hours), nothing has a detail of its own.
+/// let them, and what they leave undecided is not counted to a share. Where it asks for samples alone ([`Detail::Faces`]), and in [`bake_hours`](crate::bake_hours), nothing has a detail of its own.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OwnDetails {
     /// Objects as receivers.

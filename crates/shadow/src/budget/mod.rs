@@ -27,7 +27,7 @@ use crate::{
     receivers::{FaceSums, Found, Receivers},
     report::Cell,
     request::Detail,
-    sums::AreaSums,
+    sums::{AreaSums, ExactSum},
 };
 use looks::{First, Looks};
 use open::{Known, Open};
@@ -58,7 +58,7 @@ pub(crate) fn refine(
     receivers.detail = Detail::Depth { interior: MAX_DEPTH, boundary: MAX_DEPTH };
     let mut refined = Refined::new(receivers, progress)?;
     let until = Until { progress, deadline: limit.deadline };
-    while !refined.is_enough(limit.share) {
+    while !refined.is_enough(limit.share) && !refined.is_full(limit) {
         let step = refined.next_step();
         if step.is_empty() || !refined.take_step(step, limit, &until) {
             break;
@@ -80,6 +80,8 @@ struct Refined<'a> {
     areas: AreaSums,
     /// Cells kept or examined for what is known.
     stored: u64,
+    /// What is undecided of faces that are divided no further.
+    closed: ExactSum,
 }
 
 impl<'a> Refined<'a> {
@@ -96,6 +98,7 @@ impl<'a> Refined<'a> {
             cells: vec![BTreeMap::new(); count],
             areas: AreaSums::default(),
             stored: 0,
+            closed: ExactSum::default(),
         };
         let mut open = Vec::new();
         for (job, mut first) in jobs.iter().zip(firsts) {
@@ -111,9 +114,15 @@ impl<'a> Refined<'a> {
         if progress.is_cancelled() { Err(Cancelled) } else { Ok(all) }
     }
 
-    /// Whether little enough is undecided.
+    /// Whether little enough is undecided of what may still be divided.
     fn is_enough(&self, share: f64) -> bool {
-        self.areas.upper.rounded_up() - self.areas.lower.rounded_down() <= share * self.areas.area.nearest()
+        let undecided = self.areas.upper.rounded_up() - self.areas.lower.rounded_down();
+        undecided - self.closed.nearest() <= share * self.areas.area.nearest()
+    }
+
+    /// Whether no look can be taken any more: each keeps one cell at least, as before it.
+    fn is_full(&self, limit: &Limit) -> bool {
+        limit.bytes.is_some_and(|most| self.stored * size_of::<Cell>() as u64 > most)
     }
 
     /// How much is decided, in thousandths.
@@ -172,7 +181,11 @@ impl<'a> Refined<'a> {
         if self.looks.0.request.keep_cells {
             self.cells[id.receiver as usize].insert(id.face, found.cells);
         }
-        let is_open = area.undecided() > 0.0 && area.lit.upper.is_finite() && level < self.looks.deepest(id);
+        let is_at_end = level >= self.looks.deepest(id);
+        if is_at_end && area.lit.upper.is_finite() {
+            self.closed.add(area.undecided());
+        }
+        let is_open = area.undecided() > 0.0 && area.lit.upper.is_finite() && !is_at_end;
         if is_open {
             let known = Known { level, examined: found.examined, stored, area };
             self.open.push(Open::known(id, known));

@@ -17,7 +17,7 @@ mod shadow_volume;
 
 use umbriel_geometry::LightSource;
 
-pub use literal::Literal;
+pub use literal::{Faults, Literal};
 pub(crate) use polygons::triangles_of;
 pub use polygons::{Polygons, RivalPoint};
 pub use rays::PointRays;

@@ -144,8 +144,9 @@ impl Map {
             .collect();
         let size = window.size;
         let mut nearness = vec![f32::NEG_INFINITY; size * size];
-        nearness.par_chunks_mut(size * BAND).enumerate().for_each(|(band, rows)| {
-            drawn.iter().for_each(|triangle| triangle.draw(rows, band * BAND, size));
+        let bands = by_band(&drawn, size);
+        nearness.par_chunks_mut(size * BAND).zip(bands).enumerate().for_each(|(band, (rows, triangles))| {
+            triangles.into_iter().for_each(|triangle| drawn[triangle as usize].draw(rows, band * BAND, size));
         });
         Self { window, nearness }
     }
@@ -177,6 +178,15 @@ impl Map {
         let nearest = f64::from(self.nearness[row * window.size + column]);
         Some(nearest <= window.nearness(depth))
     }
+}
+
+/// The triangles that reach each band of rows.
+fn by_band(drawn: &[Drawn], size: usize) -> Vec<Vec<u32>> {
+    let mut bands = vec![Vec::new(); size.div_ceil(BAND)];
+    for (number, Drawn { rows: [first, end], .. }) in drawn.iter().enumerate() {
+        bands[..end.div_ceil(BAND)].iter_mut().skip(first / BAND).for_each(|band| band.push(number as u32));
+    }
+    bands
 }
 
 /// A triangle on the map: corners in texels, and its nearness as an affine function of them.

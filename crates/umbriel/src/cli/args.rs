@@ -311,6 +311,9 @@ pub(crate) struct CompareArgs {
     /// Width and height of the picture in pixels
     #[arg(long, value_name = "WxH", default_value = "600x400", value_parser = size)]
     pub(crate) size: [u32; 2],
+    /// Only these ways (repeatable) [default: all]
+    #[arg(long, value_enum, value_name = "WAY")]
+    pub(crate) method: Vec<Way>,
     /// Edge of the shadow map in texels, 16 to 8192 (repeatable) [default: 512 and 2048]
     #[arg(long, value_name = "N", value_parser = map_edge)]
     pub(crate) map: Vec<usize>,
@@ -323,6 +326,23 @@ pub(crate) struct CompareArgs {
     /// Write the truth and all methods side by side, differences marked, to a .png file (repeatable)
     #[arg(short, long = "output", value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
+}
+
+/// A way to find hard shadows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Way {
+    /// Cells with proofs
+    Bake,
+    /// Exact answers to the points that pixels see
+    Points,
+    /// One ray a point
+    Rays,
+    /// Shadow volumes
+    Volume,
+    /// Shadow maps
+    Map,
+    /// The source's method as its words go
+    Literal,
 }
 
 #[derive(Debug, ClapArgs)]

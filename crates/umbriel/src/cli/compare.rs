@@ -7,15 +7,15 @@ use std::{io::Write, path::Path};
 use umbriel_io::write::{Staged, write_png};
 use umbriel_scene::Scene;
 use umbriel_shadow::{
-    SamplePoint,
-    rivals::{Literal, PointRays, Polygons, ShadowMap, ShadowVolume},
+    Detail, SamplePoint,
+    rivals::{Literal, PointRays, Polygons, Rival, ShadowMap, ShadowVolume},
     tradeoff::{Course, Judge, MeasureDefect, Setting, measure_and_state},
 };
 use umbriel_visibility::{RayCaster, View};
 
 use super::{
     Failure,
-    args::CompareArgs,
+    args::{CompareArgs, Way},
     plan::{self, CellUse},
 };
 use crate::{
@@ -42,8 +42,12 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
     let caster = RayCaster::new(scene);
     let [width, height] = args.size;
     let view = viewpoint::choose(scene, &caster, &[light], width, height);
-    let mut settings = vec![Setting::Bake(detail)];
-    settings.extend(rivals(args, &view));
+    let is_asked = |way: &Way| args.method.is_empty() || args.method.contains(way);
+    let settings: Vec<Setting> = settings(args, detail, &view)
+        .into_iter()
+        .filter(|(way, _)| is_asked(way))
+        .map(|(_, setting)| setting)
+        .collect();
     let bar = Bar::new(interrupt, args.scene.quiet);
     let comparison = compare(scene, light, &caster, &view, args, &settings, &bar)?;
     write(&comparison, &files, interrupt)?;
@@ -51,13 +55,21 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), Failure> {
     output::print(&if to_stdout { comparison.to_json() } else { comparison.to_text() })
 }
 
-fn rivals(args: &CompareArgs, view: &View) -> Vec<Setting> {
+/// All ways with their settings.
+fn settings(args: &CompareArgs, detail: Detail, view: &View) -> Vec<(Way, Setting)> {
     let eye = Some(view.ray(0.5, 0.5).origin);
     let maps = if args.map.is_empty() { MAPS.to_vec() } else { args.map.clone() };
-    let mut rivals = vec![Setting::Rival(Box::new(PointRays)), Setting::Rival(Box::new(ShadowVolume { eye }))];
-    rivals.extend(maps.into_iter().map(|size| Setting::Rival(Box::new(ShadowMap::new(size)))));
-    rivals.push(Setting::Rival(Box::new(Literal { interior: 4, boundary: 8, most_rays: LITERAL_RAYS })));
-    rivals
+    let rival = |way, rival: Box<dyn Rival>| (way, Setting::Rival(rival));
+    let mut settings = vec![
+        (Way::Bake, Setting::Bake(detail)),
+        (Way::Points, Setting::Points),
+        (Way::Points, Setting::LoosePoints),
+        rival(Way::Rays, Box::new(PointRays)),
+        rival(Way::Volume, Box::new(ShadowVolume { eye })),
+    ];
+    settings.extend(maps.into_iter().map(|size| rival(Way::Map, Box::new(ShadowMap::new(size)))));
+    settings.push(rival(Way::Literal, Box::new(Literal { interior: 4, boundary: 8, most_rays: LITERAL_RAYS })));
+    settings
 }
 
 /// The points that pixels see, and what each setting says of them.

@@ -15,9 +15,14 @@ fn ways_are_held_against_the_truth() {
     let names = ["bake, depth 8", "rays", "shadow volume", "shadow map 128", "literal 4/8"];
     assert!(names.iter().all(|name| text.contains(name)), "{text}");
     let json: serde_json::Value = serde_json::from_str(&workspace.text("out.json")).expect("JSON");
-    let wrong = |method: usize| json["methods"][method]["wrong"].as_u64().expect("a count");
-    assert_eq!(wrong(0), 0, "proofs");
-    assert!(wrong(3) > 0, "a coarse map errs");
+    let wrong = |name: &str| {
+        let mut methods = json["methods"].as_array().expect("methods").iter();
+        methods.find(|method| method["name"] == name).and_then(|method| method["wrong"].as_u64()).expect("a count")
+    };
+    assert_eq!([wrong("bake, depth 8"), wrong("points")], [0; 2], "proofs, and exact answers");
+    assert!(wrong("shadow map 128") > 0, "a coarse map errs");
+    let few = workspace.run("compare box.toml --size 90x60 --method points --method volume").succeeds();
+    assert!(few.stdout().contains("points") && !few.stdout().contains("bake"), "{}", few.stdout());
     assert!(workspace.path("out.png").is_file());
     workspace.run("compare box.toml --map 3").fails(2, &["between 16 and 8192"]);
 }

@@ -11,6 +11,8 @@
 //! tilted or thin B get no marks; a body never shadows itself; two half shadows of two objects do not add up.
 //! Cost: eight rays and up to eight tests of membership a box, for each pair anew.
 
+mod faults;
+
 use std::{
     collections::HashSet,
     sync::{
@@ -22,8 +24,10 @@ use std::{
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbriel_bvh::{BoxTree, TriangleBvh, may_shadow};
+use umbriel_bvh::{BoxTree, Influences, TriangleBvh, may_shadow};
 use umbriel_geometry::{Aabb, Facets, LightSource, Mesh};
+
+pub use faults::Faults;
 
 use super::{Polygons, Rival, RivalAnswer, RivalPoint, RivalRefusal, polygons::triangles_of};
 use crate::{
@@ -55,6 +59,43 @@ struct Body<'a> {
     bounds: Aabb,
 }
 
+/// All bodies under one light, and which may shadow which.
+struct Method<'a> {
+    bodies: Vec<Body<'a>>,
+    influences: Influences,
+    light: &'a LightSource,
+}
+
+impl<'a> Method<'a> {
+    fn new(polygons: &'a Polygons, light: &'a LightSource) -> Self {
+        let objects = polygons.boxes().len();
+        let placed = Bodies::new(polygons.scene());
+        let everything: Vec<usize> = (0..objects).collect();
+        let influences = coarse_step(&object_tree(&placed, &everything, None), &everything, light);
+        let bodies = (0..objects).into_par_iter().map(|object| Body::new(polygons.facets(object))).collect();
+        Self { bodies, influences, light }
+    }
+
+    /// The pairs in which an object receives.
+    fn pairs<'b>(&'b self, method: Literal, object: usize, rays: &'b AtomicU64) -> impl Iterator<Item = Pair<'b>> {
+        let others = self.influences.occluders_of(object as u32).iter().filter(move |&&other| other as usize != object);
+        others.map(move |&other| {
+            let (occluder, receiver) = (&self.bodies[other as usize], &self.bodies[object]);
+            Pair { occluder, receiver, light: self.light, method, rays }
+        })
+    }
+
+    /// The marked boxes of each object.
+    fn marks(&self, method: Literal, rays: &AtomicU64) -> Vec<HashSet<Mark>> {
+        let of_object = |object: usize| {
+            let mut marks = HashSet::new();
+            self.pairs(method, object, rays).for_each(|pair| pair.divide((0, [0; 3]), &mut marks));
+            marks
+        };
+        (0..self.bodies.len()).into_par_iter().map(of_object).collect()
+    }
+}
+
 /// A pair at work.
 struct Pair<'a> {
     occluder: &'a Body<'a>,
@@ -76,23 +117,9 @@ impl Rival for Literal {
         points: &[RivalPoint],
     ) -> Result<RivalAnswer, RivalRefusal> {
         let begun = Instant::now();
-        let objects = polygons.boxes().len();
-        let placed = Bodies::new(polygons.scene());
-        let everything: Vec<usize> = (0..objects).collect();
-        let influences = coarse_step(&object_tree(&placed, &everything, None), &everything, light);
-        let bodies: Vec<Body> = (0..objects).into_par_iter().map(|object| Body::new(polygons.facets(object))).collect();
+        let method = Method::new(polygons, light);
         let rays = AtomicU64::new(0);
-        let marks: Vec<HashSet<Mark>> = (0..objects)
-            .into_par_iter()
-            .map(|object| {
-                let mut marks = HashSet::new();
-                for &other in influences.occluders_of(object as u32).iter().filter(|&&other| other as usize != object) {
-                    let (occluder, receiver) = (&bodies[other as usize], &bodies[object]);
-                    Pair { occluder, receiver, light, method: *self, rays: &rays }.divide((0, [0; 3]), &mut marks);
-                }
-                marks
-            })
-            .collect();
+        let marks = method.marks(*self, &rays);
         let cast = rays.into_inner();
         if cast > self.most_rays {
             return Err(RivalRefusal::TooManyRays { limit: self.most_rays });
@@ -102,7 +129,7 @@ impl Rival for Literal {
         let is_lit = |point: &RivalPoint| {
             let object = point.object as usize;
             point.is_turned_to(light)
-                && !is_marked(&marks[object], &bodies[object].bounds, self.boundary, point.position)
+                && !is_marked(&marks[object], &method.bodies[object].bounds, self.boundary, point.position)
         };
         let lit = points.par_iter().map(is_lit).collect();
         let pieces = marks.iter().map(|marks| marks.len() as u64).sum();
@@ -217,11 +244,13 @@ fn corners(cell: &Aabb) -> [DVec3; 8] {
 
 /// Whether a point lies in a marked box.
 fn is_marked(marks: &HashSet<Mark>, whole: &Aabb, boundary: u8, point: DVec3) -> bool {
+    (0..=boundary).any(|depth| marks.contains(&place_of(whole, depth, point)))
+}
+
+/// The box of a depth that holds a point.
+fn place_of(whole: &Aabb, depth: u8, point: DVec3) -> Mark {
     let share = (point - whole.min) / (whole.max - whole.min);
-    (0..=boundary).any(|depth| {
-        let count = f64::from(1u32 << depth);
-        // A flat axis divides nothing by nothing and stays at 0.
-        let place = share.to_array().map(|share| (share * count).max(0.0).min(count - 1.0) as u32);
-        marks.contains(&(depth, place))
-    })
+    let count = f64::from(1u32 << depth);
+    // A flat axis divides nothing by nothing and stays at 0.
+    (depth, share.to_array().map(|share| (share * count).max(0.0).min(count - 1.0) as u32))
 }

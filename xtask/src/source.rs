@@ -1,0 +1,128 @@
+//! `cargo xtask source`: the claims of the source (Xie et al. 2001) about shadow volumes, redone. Figures and pictures go to `docs/source`.
+//!
+//! The source says that on the same polygon models its method takes a third of the time of traditional shadow volumes at most, at equal or smaller error, and shows
+//! one scene with smallest cells of 0.1, 0.02 and 0.001. Here both are run on the same picture and machine by `umbriel compare`.
+
+use std::{
+    fmt::Write,
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+
+use crate::{
+    tradeoff::polygon_scenes,
+    workspace::{cargo, output_of, root},
+};
+
+/// The source's smallest cells, and the edge of the scene that they are parts of: it gives no units.
+const CELLS: [f64; 3] = [0.1, 0.02, 0.001];
+
+/// What is measured.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct Options {
+    /// Measure with this program instead of building one
+    #[arg(long, value_name = "FILE")]
+    umbriel: Option<PathBuf>,
+    /// How often each picture is made; the quickest counts
+    #[arg(long, value_name = "N", default_value = "3")]
+    runs: u32,
+    /// Width and height of the pictures
+    #[arg(long, value_name = "WxH", default_value = "600x400")]
+    size: String,
+    /// Where figures and pictures go
+    #[arg(long, value_name = "FOLDER", default_value = "docs/source")]
+    folder: PathBuf,
+}
+
+/// What one way took and missed.
+#[derive(Clone, Debug)]
+struct Row {
+    name: String,
+    milliseconds: f64,
+    wrong: u64,
+    undecided: u64,
+}
+
+pub(crate) fn run(options: &Options) -> Result<()> {
+    let folder = root().join(&options.folder);
+    fs::create_dir_all(&folder).with_context(|| format!("{}", folder.display()))?;
+    let mut text = String::from(
+        "# The source's claims about shadow volumes\n\nWritten by `cargo xtask source`: the points that the pixels of one picture see, each way asked about them on the \
+         same machine. Milliseconds after loading, the best of some runs; wrong and undecided pixels by exact answers.\n\n\
+         | scene | way | ms | wrong | undecided | part of the shadow volume's time |\n|---|---|---|---|---|---|\n",
+    );
+    for scene in polygon_scenes()?.into_iter().filter(|scene| scene.file.exists()) {
+        let ways = ["--method", "points", "--method", "volume", "--method", "bake"];
+        let rows = best(options, &scene.file, &[scene.more, &ways].concat(), None)?;
+        let volume = rows.iter().find(|row| row.name == "shadow volume").map_or(f64::NAN, |row| row.milliseconds);
+        for Row { name, milliseconds, wrong, undecided } in &rows {
+            let part = milliseconds / volume;
+            // Writing to a string cannot fail.
+            let _ =
+                writeln!(text, "| {} | {name} | {milliseconds:.1} | {wrong} | {undecided} | {part:.2} |", scene.name);
+        }
+    }
+    text.push_str("\n## The smallest cell\n\nThe boxes of the first scene, cells no larger than these edges in metres:\n\n| cell | ms | wrong | undecided |\n|---|---|---|---|\n");
+    for scene in polygon_scenes()?.iter().take(1) {
+        for edge in CELLS {
+            let picture = folder.join(format!("cell-{edge}.png"));
+            let cell = edge.to_string();
+            let asked = [scene.more, &["--method", "bake", "--cell", &cell]].concat();
+            for Row { milliseconds, wrong, undecided, .. } in best(options, &scene.file, &asked, Some(&picture))? {
+                let _ = writeln!(text, "| {edge} | {milliseconds:.1} | {wrong} | {undecided} |");
+            }
+        }
+    }
+    for edge in CELLS {
+        let _ = write!(text, "\n![The truth, and cells of {edge} m](cell-{edge}.png)\n");
+    }
+    print!("{text}");
+    fs::write(folder.join("README.md"), text)?;
+    Ok(())
+}
+
+/// The quickest of some runs for each way.
+fn best(options: &Options, scene: &Path, more: &[&str], picture: Option<&Path>) -> Result<Vec<Row>> {
+    let mut best: Vec<Row> = Vec::new();
+    for _ in 0..options.runs.max(1) {
+        for row in once(options, scene, more, picture)? {
+            match best.iter_mut().find(|known| known.name == row.name) {
+                Some(known) => known.milliseconds = known.milliseconds.min(row.milliseconds),
+                None => best.push(row),
+            }
+        }
+    }
+    Ok(best)
+}
+
+fn once(options: &Options, scene: &Path, more: &[&str], picture: Option<&Path>) -> Result<Vec<Row>> {
+    let mut command = match &options.umbriel {
+        Some(program) => Command::new(program),
+        None => cargo(&["run", "--quiet", "--release", "--package", "umbriel", "--"]),
+    };
+    command
+        .arg("compare")
+        .arg(scene)
+        .args(["--quiet", "--allow-outside", "--json", "-", "--size", &options.size])
+        .args(more);
+    if let Some(picture) = picture {
+        command.arg("-o").arg(picture);
+    }
+    let document: Value = serde_json::from_str(&output_of(&mut command)?).context("the comparison is no JSON")?;
+    let methods = document["methods"].as_array().context("the comparison has no methods")?;
+    let row = |method: &Value| {
+        let seconds = |key: &str| method[key].as_f64().context("a time is missing");
+        let count = |key: &str| method[key].as_u64().context("a count is missing");
+        Ok(Row {
+            name: method["name"].as_str().context("a name is missing")?.to_owned(),
+            milliseconds: 1e3 * (seconds("first_seconds")? + seconds("second_seconds")?),
+            wrong: count("wrong")?,
+            undecided: count("undecided")?,
+        })
+    };
+    methods.iter().map(row).collect()
+}
