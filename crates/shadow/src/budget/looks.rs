@@ -36,7 +36,11 @@ pub(super) struct First {
 }
 
 /// Receivers whose faces are looked at one by one.
-pub(super) struct Looks<'a>(pub(super) &'a Receivers<'a>);
+pub(super) struct Looks<'a> {
+    pub(super) all: &'a Receivers<'a>,
+    /// Whether cells count, so that first looks go no deeper than they must.
+    pub(super) is_sparing: bool,
+}
 
 impl Looks<'_> {
     /// The areas of a job's faces and what is turned away; where samples are asked for, a look at each face as a whole that decides them.
@@ -44,10 +48,13 @@ impl Looks<'_> {
         let mut first = First::default();
         for face in job.faces.clone() {
             let id = FaceId { receiver: job.receiver as u32, face: face as u32 };
-            let is_looked_at = self.0.spacing.is_some() || !self.is_turned(id);
+            let is_looked_at = self.all.spacing.is_some() || !self.is_turned(id);
             let is_cancelled = || progress.is_cancelled();
-            let found =
-                if is_looked_at { self.0.look(job.receiver, face, Some(0), &is_cancelled) } else { self.unlooked(id) };
+            let found = if is_looked_at {
+                self.all.look(job.receiver, face, Some(0), &is_cancelled)
+            } else {
+                self.unlooked(id)
+            };
             if let Some(found) = found {
                 first.add(id, found, is_looked_at);
             }
@@ -58,19 +65,19 @@ impl Looks<'_> {
     /// Whether some of the face may be lit as far as its own side tells.
     fn is_turned(&self, id: FaceId) -> bool {
         let object = self.object(id);
-        match self.0.bodies.get(object) {
-            Body::Flat(_) => flat_face_is_turned_to(self.0.bodies, object, id.face as usize, self.0.light),
-            Body::Analytic(_) => !self.0.bodies.is_dark(object),
+        match self.all.bodies.get(object) {
+            Body::Flat(_) => flat_face_is_turned_to(self.all.bodies, object, id.face as usize, self.all.light),
+            Body::Analytic(_) => !self.all.bodies.is_dark(object),
         }
     }
 
     fn object(&self, id: FaceId) -> usize {
-        self.0.request.receivers[id.receiver as usize]
+        self.all.request.receivers[id.receiver as usize]
     }
 
     fn area(&self, id: FaceId) -> Approx {
         let face = id.face as usize;
-        match self.0.bodies.get(self.object(id)) {
+        match self.all.bodies.get(self.object(id)) {
             Body::Flat(facets) => facets.area(face),
             Body::Analytic(body) => PatchArea::new(&body.charts()[face], body.placement()).of_whole_roughly(),
         }
@@ -79,14 +86,14 @@ impl Looks<'_> {
     /// A face of which nothing but the area is known; `None` without area.
     fn unlooked(&self, id: FaceId) -> Option<Found> {
         let area = self.area(id);
-        let corner = match self.0.bodies.get(self.object(id)) {
+        let corner = match self.all.bodies.get(self.object(id)) {
             Body::Flat(facets) => facets.base(id.face as usize).corner,
             Body::Analytic(_) => 0,
         };
         let whole = || Cell::new(id.face, corner, Quadrant::ROOT, Verdict::Undecided);
         (area.upper() > 0.0).then(|| Found {
             area: FaceArea::unknown(area),
-            cells: self.0.request.keep_cells.then(whole).into_iter().collect(),
+            cells: self.all.request.keep_cells.then(whole).into_iter().collect(),
             samples: SampleCount::default(),
             examined: 0,
             points: 0,
@@ -111,16 +118,20 @@ impl Looks<'_> {
             None => self.first_level(open.id),
         };
         let level = level.min(self.deepest(open.id));
-        let found = self.0.look(open.id.receiver as usize, open.id.face as usize, Some(level), &|| until.is_cancelled())?;
+        let found =
+            self.all.look(open.id.receiver as usize, open.id.face as usize, Some(level), &|| until.is_cancelled())?;
         (!until.is_cancelled()).then_some((level, found))
     }
 
     /// The level of a first look: where measuring what may shadow the face costs much, cells may.
     fn first_level(&self, id: FaceId) -> u8 {
+        if self.is_sparing {
+            return FIRST_LEVEL;
+        }
         let object = self.object(id);
-        let Body::Flat(facets) = self.0.bodies.get(object) else { return FIRST_LEVEL };
+        let Body::Flat(facets) = self.all.bodies.get(object) else { return FIRST_LEVEL };
         let corners = flat_corners(facets, id.face as usize, 0);
-        let expected = self.0.occluders.expected_facets(self.0.influences.occluders_of(object as u32), &corners);
+        let expected = self.all.occluders.expected_facets(self.all.influences.occluders_of(object as u32), &corners);
         let deeper = (1.0 + expected / CANDIDATES).log2();
         FIRST_LEVEL + (deeper as u8).min(DEEPEST_FIRST - FIRST_LEVEL)
     }
@@ -128,14 +139,14 @@ impl Looks<'_> {
     /// The finest level that an octree has for a face.
     pub(super) fn deepest(&self, id: FaceId) -> u8 {
         let (object, face) = (self.object(id), id.face as usize);
-        let size = match self.0.bodies.get(object) {
+        let size = match self.all.bodies.get(object) {
             Body::Flat(facets) => {
                 let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
                 FaceSize::of_flat(&flat_corners(facets, face, facets.base(face).corner), is_triangle)
             }
             Body::Analytic(body) => FaceSize::of_patch(&body.charts()[face], body.placement()),
         };
-        self.0.levels(object, &size, None).finest
+        self.all.levels(object, &size, None).finest
     }
 }
 

@@ -56,7 +56,7 @@ pub(crate) fn refine(
     progress: &dyn Progress,
 ) -> Result<Vec<FaceSums>, Cancelled> {
     receivers.detail = Detail::Depth { interior: MAX_DEPTH, boundary: MAX_DEPTH };
-    let mut refined = Refined::new(receivers, progress)?;
+    let mut refined = Refined::new(receivers, limit, progress)?;
     let until = Until { progress, deadline: limit.deadline };
     while !refined.is_enough(limit.share) && !refined.is_full(limit) {
         let step = refined.next_step();
@@ -86,9 +86,9 @@ struct Refined<'a> {
 
 impl<'a> Refined<'a> {
     /// The areas; where samples are asked for, a look at each face that decides them.
-    fn new(receivers: &'a Receivers<'a>, progress: &dyn Progress) -> Result<Self, Cancelled> {
+    fn new(receivers: &'a Receivers<'a>, limit: &Limit, progress: &dyn Progress) -> Result<Self, Cancelled> {
         let jobs = receivers.jobs(|_| true);
-        let looks = Looks(receivers);
+        let looks = Looks { all: receivers, is_sparing: limit.bytes.is_some() };
         let firsts: Vec<First> = jobs.par_iter().map(|job| looks.first(job, progress)).collect();
         let count = receivers.request.receivers.len();
         let mut all = Self {
@@ -178,7 +178,7 @@ impl<'a> Refined<'a> {
             areas.add(&area);
         }
         total.divided |= found.examined > 1;
-        if self.looks.0.request.keep_cells {
+        if self.looks.all.request.keep_cells {
             self.cells[id.receiver as usize].insert(id.face, found.cells);
         }
         let is_at_end = level >= self.looks.deepest(id);

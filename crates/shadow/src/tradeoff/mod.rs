@@ -7,7 +7,6 @@
 mod judge;
 mod lookup;
 mod nearest;
-mod points;
 #[cfg(test)]
 mod tests;
 
@@ -16,10 +15,12 @@ use std::time::Instant;
 use rayon::prelude::*;
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
+use umbriel_visibility::Acceleration;
 
 use self::lookup::{CellLookup, SampleLookup};
 use crate::{
-    Cancelled, Cell, Detail, PointsError, Progress, Report, Request, SamplePoint, Sampling, Verdict, bake,
+    Cancelled, Cell, Detail, Expected, Place, Progress, Queries, Report, Request, SamplePoint, Sampling, SearchCosts,
+    Verdict, bake,
     bodies::Bodies,
     for_each_sample,
     receivers::spacing,
@@ -38,8 +39,6 @@ pub enum Setting {
     RaySamples(u64),
     /// Exact answers at the judged points themselves, by face and parameters: for every scene.
     Points,
-    /// Exact answers at the judged points by their rounded coordinates and normals, as a picture asks.
-    LoosePoints,
     /// A rival that is asked at the judged points themselves.
     Rival(Box<dyn Rival>),
 }
@@ -107,9 +106,6 @@ pub enum MeasureDefect {
     /// Answers to samples are kept for flat objects that no curved body may shadow.
     #[error("samples are not kept for curved bodies and what they may shadow")]
     NoAnswers,
-    /// A judged point is refused.
-    #[error(transparent)]
-    Points(#[from] PointsError),
 }
 
 impl Setting {
@@ -118,7 +114,7 @@ impl Setting {
         match self {
             Self::Bake(Detail::MaxUndecided { .. } | Detail::Time { .. } | Detail::Memory { .. }) => Family::Limit,
             Self::Bake(_) => Family::Bake,
-            Self::Points | Self::LoosePoints => Family::Points,
+            Self::Points => Family::Points,
             Self::Samples(_) => Family::Samples,
             Self::RaySamples(_) => Family::RaySamples,
             Self::Rival(rival) => match rival.name().as_str() {
@@ -140,7 +136,6 @@ impl Setting {
             Self::Bake(Detail::Memory { bytes }) => format!("bake, {:.1} MB", *bytes as f64 / 1e6),
             Self::Bake(_) => "bake".into(),
             Self::Points => "points".into(),
-            Self::LoosePoints => "points by coordinates".into(),
             Self::Samples(count) => format!("{count} samples"),
             Self::RaySamples(count) => format!("{count} rays"),
             Self::Rival(rival) => rival.name(),
@@ -188,8 +183,7 @@ pub fn measure_and_state(
         Setting::Bake(detail) => measure_bake(course, *detail, progress)?,
         Setting::Samples(count) => measure_samples(course, *count, progress)?,
         Setting::RaySamples(count) => measure_rays(course, *count)?,
-        Setting::Points => points::measure_places(course),
-        Setting::LoosePoints => points::measure_loose(course, progress)?,
+        Setting::Points => measure_points(course),
         Setting::Rival(rival) => {
             let answer = rival.answer(course.polygons, course.source(), course.judge.points())?;
             let stated = answer.lit.iter().map(|&is_lit| verdict(is_lit)).collect();
@@ -285,6 +279,22 @@ fn measure_rays(course: &Course, count: u64) -> Result<Measured, MeasureDefect> 
     let bytes = answer.bytes + answer.lit.len().div_ceil(8) as u64;
     let (first, second) = (answer.build_seconds, answer.points_seconds);
     Ok(Measured { first, second, rays: answer.rays, pieces: answer.pieces, bytes, stated })
+}
+
+/// The search that the model of costs takes for so many points is made ready, and counts.
+fn measure_points(course: &Course) -> Measured {
+    let (samples, light) = (course.judge.samples(), course.source());
+    let begun = Instant::now();
+    let mut queries = Queries::new(course.scene);
+    queries.prepare(light, Expected::Places(samples.len() as u64), Acceleration::Auto, &SearchCosts::MEASURED);
+    let first = begun.elapsed().as_secs_f64();
+    let lit = |&SamplePoint { object, face, u, v, .. }: &SamplePoint| {
+        verdict(queries.lit(&Place::Surface { object, face, u, v }, light).is_ok_and(|answer| answer.lit))
+    };
+    let stated: Vec<Verdict> = samples.par_iter().map(lit).collect();
+    let second = begun.elapsed().as_secs_f64() - first;
+    let (rays, bytes) = (samples.len() as u64, samples.len().div_ceil(8) as u64);
+    Measured { first, second, rays, pieces: 0, bytes, stated }
 }
 
 fn sample_lookup(course: &Course, request: &Request) -> Option<SampleLookup> {

@@ -63,7 +63,6 @@ fn settings(args: &CompareArgs, detail: Detail, view: &View) -> Vec<(Way, Settin
     let mut settings = vec![
         (Way::Bake, Setting::Bake(detail)),
         (Way::Points, Setting::Points),
-        (Way::Points, Setting::LoosePoints),
         rival(Way::Rays, Box::new(PointRays)),
         rival(Way::Volume, Box::new(ShadowVolume { eye })),
     ];

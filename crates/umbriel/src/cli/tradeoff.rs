@@ -84,7 +84,6 @@ fn ladders(args: &TradeoffArgs, scene: &Scene) -> Vec<Vec<Setting>> {
         TIMES.into_iter().map(|time| Setting::Bake(Detail::Time { limit: Duration::from_millis(time) })).collect(),
         SIZES.into_iter().map(|bytes| Setting::Bake(Detail::Memory { bytes })).collect(),
         vec![Setting::Points],
-        vec![Setting::LoosePoints],
         SAMPLES.into_iter().map(Setting::Samples).collect(),
         SAMPLES.into_iter().map(Setting::RaySamples).collect(),
         vec![Setting::Rival(Box::new(PointRays))],

@@ -18,14 +18,7 @@ fn settings_are_measured_and_charted() {
     let bakes: Vec<_> = settings.iter().filter(|one| one["family"] == "umbriel, cells with proofs").collect();
     assert_eq!(bakes.len(), 5 + 6, "depths, and edges of cells");
     assert!(bakes.iter().all(|bake| bake["wrong"] == 0.0), "proofs");
-    for name in [
-        "bake, undecided 0.1",
-        "bake, 10 ms",
-        "bake, 0.1 MB",
-        "bake, cells of 0.8 m",
-        "points",
-        "points by coordinates",
-    ] {
+    for name in ["bake, undecided 0.1", "bake, 10 ms", "bake, 0.1 MB", "bake, cells of 0.8 m", "points"] {
         assert!(settings.iter().any(|one| one["name"] == name && one["wrong"] == 0.0), "{name}");
     }
     assert!(settings.iter().any(|one| one["on_time_front"] == true));
