@@ -64,7 +64,8 @@ fn limits_divide_as_far_as_own_details_let_them() {
         let reports = run(&scene, limit, &own);
         let finest = |object: usize| reports[0][object].cells.iter().map(|cell| cell.level).max();
         assert!(finest(0) <= Some(3), "the floor reaches no deeper than its own depth: {:?}", finest(0));
-        assert!(finest(1) > Some(3), "{:?}", finest(1));
+        // How far a time goes depends on what else the machine does.
+        assert!(matches!(limit, Detail::Time { .. }) || finest(1) > Some(3), "{:?}", finest(1));
     }
     let samples = Request { own, ..Request::everything(&scene, Detail::Faces) };
     assert_eq!(bake(&scene, &samples, &Silent).expect("nobody cancels").work.octrees_built, 0, "faces stay whole");

@@ -106,7 +106,7 @@ fn a_session_follows_through_portals() {
             }],
             [false, true],
         ),
-        (vec![Change::SetLight(0, lamp)], [true, false]),
+        (vec![Change::SetLight(0, lamp)], [true, true]),
     ];
     for (number, (changes, are_reached)) in steps.into_iter().enumerate() {
         changes.into_iter().for_each(|change| session.change(change).expect("a sound change"));
