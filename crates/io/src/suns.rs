@@ -2,7 +2,7 @@
 //!
 //! The header holds `azimuth,elevation` (degrees, as everywhere here) or `x,y,z` (the way the light travels), and may hold
 //! `time` and `hours`; the order of the columns does not matter. A row lasts for its `hours`. Where that column is missing, all
-//! rows last equally long: as long as the caller says; else for the step of the times ([`clock`]), which must all be times then; else for one hour. A column
+//! rows last equally long: as long as the caller says; else for the step of the times ([`clock`]), where all are times of the day; else, where none is, for one hour. A column
 //! of another name is an error: a misspelt `hours` must not become one hour a row. Cost: O(n log n).
 
 mod clock;
@@ -191,15 +191,19 @@ pub fn duration_of_hours(hours: f64) -> Option<Duration> {
 /// How long each row lasts where nobody says: the step of the times, or one hour where there are none.
 fn step_of(rows: &[SunRow]) -> Result<Duration, SunsError> {
     let hour = Duration::from_secs(3600);
-    let mut clocks = Vec::with_capacity(rows.len());
-    for row in rows {
-        let Some(time) = &row.time else { return Ok(hour) };
-        clocks.push(Clock::read(time).ok_or_else(|| {
-            let expected =
-                format!("a time of day (9:30, 2026-06-21T09:30:00), which tells how long a row lasts; {ADVICE}");
-            refused(row.line, "time", time, &expected)
-        })?);
+    let read: Vec<Option<Clock>> = rows.iter().map(|row| Clock::read(row.time.as_deref()?)).collect();
+    if read.iter().all(Option::is_none) {
+        return Ok(hour);
     }
+    let clock = |(row, clock): (&SunRow, Option<Clock>)| {
+        clock.ok_or_else(|| {
+            let expected = format!(
+                "a time of day (9:30, 2026-06-21T09:30:00) as others are, which tell how long a row lasts; {ADVICE}"
+            );
+            refused(row.line, "time", row.time.as_deref().unwrap_or_default(), &expected)
+        })
+    };
+    let clocks = rows.iter().zip(read).map(clock).collect::<Result<Vec<_>, _>>()?;
     let line = |row: usize| rows[row].line;
     match clock::step(&clocks) {
         Ok(step) => Ok(step.unwrap_or(hour)),

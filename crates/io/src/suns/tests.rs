@@ -33,6 +33,7 @@ fn rows_last_for_the_step_of_their_times() {
     assert_eq!(each(&["2026-06-21 09:00:00+02:00", "2026-06-21 09:15:00+02:00"]), 0.25);
     assert_eq!(each(&["2026-06-21T09:00Z"]), 1.0, "one time has no step");
     assert_eq!(each(&["2028-02-29T09:00"]), 1.0, "a leap year");
+    assert_eq!(each(&["morning", "noon"]), 1.0, "labels");
     assert_eq!(hours("x,y,z\n0,-1,0\n0,-1,1\n"), [1.0, 1.0]);
     let said = read_suns(table(&["9:00", "9:10"]).as_bytes(), Some(Duration::from_secs(60))).expect("suns");
     assert_eq!(said[1].duration, Duration::from_secs(60), "what the caller says goes before the times");
@@ -56,7 +57,7 @@ fn errors_name_the_line() {
         ("x,y,z,hours\n1,-1,2,-1\n", "line 2: hours is \"-1\""),
         ("x,y,z,hours\n1,-1,2,1e7\n", "line 2: hours is \"1e7\""),
         ("x,y,z,time\n1,-1,2,9:00\n1,-1,2,noon\n", "line 3: time is \"noon\", not a time of day"),
-        ("x,y,z,time\n1,-1,2,2026-02-30T09:00\n", "line 2: time is \"2026-02-30T09:00\""),
+        ("x,y,z,time\n1,-1,2,2026-02-28T09:00\n1,-1,2,2026-02-30T09:00\n", "line 3: time is \"2026-02-30T09:00\""),
         ("x,y,z,time\n1,-1,2,9:00\n1,-1,2,9:00\n", "line 3: its time is that of line 2 too"),
         ("x,y,z,time\n1,-1,2,9:00\n1,-1,2,9:10\n1,-1,2,9:25\n", "line 4: its time breaks the step of 600 seconds"),
     ] {

@@ -218,8 +218,11 @@ pub(crate) struct QueryArgs {
     /// How points find what is in their way to a light; the answers are the same
     #[arg(long, value_enum, value_name = "HOW", default_value = "auto")]
     pub(crate) acceleration: AccelerationChoice,
-    /// Write the answers to a .csv file (1 lit, 0 not; of a light with an extent the share that is seen, and as LIGHT_error by how much the truth may
-    /// differ), or to .npy, a byte a point and light (repeatable) [default: standard output, CSV]
+    /// Also write, in a column LIGHT_error, by how much the truth may differ from the share of a light with an extent
+    #[arg(long)]
+    pub(crate) errors: bool,
+    /// Write the answers to a .csv file (1 lit, 0 not; of a light with an extent the share that is seen), or to .npy, a byte a point and light
+    /// (repeatable) [default: standard output, CSV]
     #[arg(short, long = "output", value_name = "FILE")]
     pub(crate) output: Vec<PathBuf>,
 }

@@ -47,7 +47,10 @@ pub(crate) fn run(args: &QueryArgs) -> Result<(), Failure> {
     let places = asked.places(scene).map_err(|refusal| refusal.in_file(&args.points))?;
     let bar = Bar::new(interrupt, args.scene.quiet);
     let queries = prepared(args, scene, &lights, &places);
-    let column = |&light: &usize| places.column(&queries, &scene.lights[light], &bar);
+    let column = |&light: &usize| {
+        let column = places.column(&queries, &scene.lights[light], &bar)?;
+        Ok(if args.errors { column.with_errors() } else { column })
+    };
     let answers = lights.iter().map(column).collect::<Result<Vec<_>, _>>();
     let answers = answers.map_err(|error| asked.failure(error, &args.points))?;
     if !args.scene.quiet {
@@ -97,23 +100,33 @@ fn check_forms<'a>(files: &[output::Target], mut lights: impl Iterator<Item = &'
 enum Column {
     /// Lit or not.
     Lit(Vec<bool>),
-    /// The share of an area light that reaches the point, and by how much the truth may differ.
+    /// The share of an area light that reaches the point.
     Shares(Vec<Fraction>),
+    /// The same, and by how much the truth may differ.
+    SharesAndErrors(Vec<Fraction>),
 }
 
 impl Column {
+    /// What is a share is told with its error.
+    fn with_errors(self) -> Self {
+        match self {
+            Self::Shares(shares) => Self::SharesAndErrors(shares),
+            other => other,
+        }
+    }
+
     fn len(&self) -> usize {
         match self {
             Self::Lit(lit) => lit.len(),
-            Self::Shares(shares) => shares.len(),
+            Self::Shares(shares) | Self::SharesAndErrors(shares) => shares.len(),
         }
     }
 
     /// The headings of its columns.
     fn names(&self, light: &str) -> Vec<String> {
         match self {
-            Self::Lit(_) => vec![light.to_owned()],
-            Self::Shares(_) => vec![light.to_owned(), format!("{light}_error")],
+            Self::Lit(_) | Self::Shares(_) => vec![light.to_owned()],
+            Self::SharesAndErrors(_) => vec![light.to_owned(), format!("{light}_error")],
         }
     }
 
@@ -121,14 +134,15 @@ impl Column {
     fn texts(&self, row: usize) -> Vec<String> {
         match self {
             Self::Lit(lit) => vec![u8::from(lit[row]).to_string()],
-            Self::Shares(shares) => texts(&[shares[row].value, shares[row].max_error]),
+            Self::Shares(shares) => texts(&[shares[row].value]),
+            Self::SharesAndErrors(shares) => texts(&[shares[row].value, shares[row].max_error]),
         }
     }
 
     fn byte(&self, row: usize) -> u8 {
         match self {
             Self::Lit(lit) => u8::from(lit[row]),
-            Self::Shares(shares) => u8::from(shares[row].value > 0.0),
+            Self::Shares(shares) | Self::SharesAndErrors(shares) => u8::from(shares[row].value > 0.0),
         }
     }
 }

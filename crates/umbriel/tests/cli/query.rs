@@ -120,7 +120,9 @@ fn area_lights_answer_with_shares() {
                 [[light]]\nname = \"panel\"\nrectangle = { center = [0, 4, 0], u = [1, 0, 0], v = [0, 0, 1] }\n\
                 [[light]]\nname = \"noon\"\nsun = { direction = [0, -1, 0] }\n";
     let workspace = Workspace::with(&[("half.toml", half), ("p.csv", "x,y,z\n0,0,0\n-3,0,0\n2,0,0\n")]);
-    let run = workspace.run("query half.toml --points p.csv").succeeds();
+    let plain = workspace.run("query half.toml --points p.csv").succeeds();
+    assert_eq!(plain.stdout().lines().next(), Some("x,y,z,panel,noon"));
+    let run = workspace.run("query half.toml --points p.csv --errors").succeeds();
     let text = run.stdout();
     let mut rows = text.lines();
     assert_eq!(rows.next(), Some("x,y,z,panel,panel_error,noon"));
