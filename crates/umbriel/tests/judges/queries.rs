@@ -3,9 +3,12 @@
 //! Random points of small scenes under random and adversarial lights: segments through corners, along edges, within
 //! faces, tangent to spheres, and the same moved by an ulp or two. `UMBRIEL_CASES` sets the number of surface points.
 
-use crate::oracle::{Oracle, cases, dice::Dice, fixtures};
+use crate::{
+    oracle::{Oracle, cases, dice::Dice, fixtures},
+    stored,
+};
 use umbriel_geometry::LightSource;
-use umbriel_scene::Scene;
+use umbriel_scene::{Object, Scene, Shape};
 use umbriel_shadow::{Answer, Place, Precision, Queries};
 
 /// A fixture with everything that is asked about it.
@@ -163,21 +166,21 @@ fn both_answers_occur_in_every_fixture() {
 
 #[test]
 fn surface_points_of_the_stored_scenes_agree_with_the_definition() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures");
-    let files = std::fs::read_dir(&folder).expect("the fixtures").map(|entry| entry.expect("an entry").path());
-    let is_scene = |path: &std::path::PathBuf| {
-        path.extension().is_some_and(|kind| ["toml", "obj", "gltf", "glb"].iter().any(|known| kind == *known))
-    };
-    let mut paths: Vec<std::path::PathBuf> = files.filter(is_scene).collect();
-    paths.sort();
-    assert!(paths.len() >= 10, "the fixtures are there");
     let points = cases(100_000).div_ceil(100);
-    for path in paths {
+    let mut judged = 0;
+    for path in stored::scenes() {
         let scene = umbriel_io::load(&path, &umbriel_io::LoadOptions::default()).expect("a scene").scene;
+        // Holes have a judge of their own, and offices have too many faces to look at each.
+        let has_holes = |object: &Object| matches!(&object.shape, Shape::Mesh(mesh) if mesh.has_holes());
+        if !scene.cells.is_empty() || scene.objects.iter().any(has_holes) {
+            continue;
+        }
+        judged += 1;
         let name = path.file_name().expect("a file").to_string_lossy().into_owned();
         let court = Court::new(&name, &scene);
         let wrong: Vec<String> =
             (0..points).filter_map(|number| court.judge_surface(&mut Dice::new("stored", number)).err()).collect();
         assert!(wrong.is_empty(), "{} of {points} points of {name} are wrong, first {}", wrong.len(), wrong[0]);
     }
+    assert!(judged >= 20, "only {judged} fixtures are there");
 }
