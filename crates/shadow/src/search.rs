@@ -300,7 +300,7 @@ mod tests {
             SearchChoice::new(Acceleration::Auto, expected, triangles, &SearchCosts::MEASURED).chosen
         };
         assert_eq!(chosen(Expected::Places(3), 1 << 20), Search::Bvh);
-        assert_eq!(chosen(Expected::Places(1 << 26), 1 << 10), Search::Bvh);
+        assert_eq!(chosen(Expected::Places(1 << 20), 1 << 14), Search::Bvh);
         assert_eq!(chosen(Expected::Loose(1 << 22), 1 << 16), Search::Direct, "light space is quick");
         let asked = SearchChoice::new(Acceleration::Octree, Expected::Places(1), 1 << 20, &SearchCosts::MEASURED);
         assert_eq!(asked.chosen, Search::Octree, "what is asked for is done");

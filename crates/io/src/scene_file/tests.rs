@@ -225,7 +225,7 @@ fn objects_and_lights_have_details_of_their_own() {
 fn faults_name_their_place() {
     for (text, parts) in [
         ("colour = 3\n", &["line 1", "column 1", "unknown field `colour`"][..]),
-        ("[[object]]\nname = \"a\"\nboxes = 3\n", &["line 3", "unknown field `boxes`"]),
+        ("[[object]]\nname = \"a\"\nboxs = 3\n", &["line 3", "unknown field `boxs`"]),
         ("[[object]]\nbox = { size = [1, 1, 1], edge = 2 }\n", &["line 2", "column 27", "unknown field `edge`"]),
         ("[[object]]\nbox = { size = [1, 1] }\n", &["line 2"]),
         ("[[object]]\nscale = \"x\"\n", &["line 2", "scale must be"]),
