@@ -108,7 +108,8 @@ fn what_is_proved_all_free_or_all_hidden_is_exact() {
     let beside = body(Analytic::Cylinder { radius: 0.05, height: 0.05 }, DVec3::new(0.45, 4.5, 0.45));
     let scene = Scene { objects: vec![beside], ..Scene::default() };
     let seen = Queries::new(&scene).visible_fraction(&free(DVec3::ZERO), &lights[1]).expect("a place");
-    assert_eq!((seen.value, seen.max_error), (1.0, 0.0));
+    // Squares of the light that the body's outline touches are cut to 2^-32 of it.
+    assert!(seen.value == 1.0 && seen.max_error < 1e-9, "{seen:?}");
     // Far from the origin the light's points are rounded coarsely; nothing is claimed that rounding may undo.
     let far = DVec3::splat(2f64.powi(40));
     let scene = Scene { objects: vec![body(wide, far + DVec3::Y * 4.0)], ..Scene::default() };
