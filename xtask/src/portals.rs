@@ -178,7 +178,7 @@ fn eye(scene: &Scene, random: &mut SplitMix64) -> DVec3 {
         if let umbriel_scene::Region::Convex(body) = &cells[random.below(cells.len())].region {
             let bounds = body.bounds();
             let at =
-                |axis: usize, random: &mut SplitMix64| random.between(bounds.min[axis] + 0.1, bounds.max[axis] - 0.1);
+                |axis: usize, random: &mut SplitMix64| random.between(bounds.min[axis] + 0.25, bounds.max[axis] - 0.25);
             return DVec3::new(at(0, random), at(1, random), at(2, random));
         }
     }
@@ -210,12 +210,13 @@ fn any_place(scene: &Scene, number: usize, random: &mut SplitMix64) -> DVec3 {
     }
 }
 
-/// A point of a random portal; in its plane where that is one of the axes'.
+/// A point of a random portal, off its borders, which lie within walls and slabs; in its plane where that is one of the axes'.
 fn on_portal(scene: &Scene, random: &mut SplitMix64) -> DVec3 {
     let portals = scene.cells.portals();
     let corners = &portals[random.below(portals.len())].corners;
+    let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
     let along = corners[0].lerp(corners[1], random.between(0.0, 1.0));
-    along.lerp(corners[2], random.between(0.0, 1.0))
+    middle.lerp(along.lerp(corners[2], random.between(0.0, 1.0)), 0.8)
 }
 
 /// A place near the building, in no room.
