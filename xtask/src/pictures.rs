@@ -65,6 +65,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         let scene =
             load(&path, &LoadOptions::default()).with_context(|| format!("cannot read {}", path.display()))?.scene;
         if options.rival {
+            if scene.objects.iter().any(|object| object.facets().is_none()) {
+                println!("{name}: left out, the rival draws triangles only");
+                continue;
+            }
             println!("{name}");
             rasteriser::compare(&scene, &View::around(&scene, 30.0, 35.0, options.size, options.size))?;
             continue;
