@@ -89,8 +89,13 @@ impl LookupCost {
 
     /// Nanoseconds for so many rays that take `bvh` nanoseconds each in the BVH, building included.
     pub fn nanoseconds(&self, rays: u64, bvh: f64, items: f64) -> f64 {
-        let beyond = (items / Self::CACHED).max(1.0).log2();
-        rays as f64 * (self.base + self.share * bvh + self.beyond * beyond) + self.item * items
+        let beyond = self.beyond * Self::doublings_beyond(items);
+        rays as f64 * (self.base + self.share * bvh + beyond) + self.item * items
+    }
+
+    /// How often so many places in leaves double [`LookupCost::CACHED`]; 0 where caches hold them.
+    pub fn doublings_beyond(items: f64) -> f64 {
+        (items / Self::CACHED).max(1.0).log2()
     }
 }
 

@@ -110,8 +110,7 @@ fn tell_eye(samples: &[&Sample]) {
         let terms = |sample: &Sample| {
             let rays = sample.rays as f64;
             let one = bvh.nanoseconds(sample.sampled.steps, sample.sampled.sent);
-            let beyond = (sample.items / LookupCost::CACHED).max(1.0).log2();
-            [rays, rays * one, rays * beyond, sample.items]
+            [rays, rays * one, rays * LookupCost::doublings_beyond(sample.items), sample.items]
         };
         let [base, share, beyond, item] = fit(samples.iter().map(|sample| (terms(sample), sample.seconds[way])));
         println!(

@@ -365,8 +365,8 @@ impl Answered<'_> {
         (0..count).flat_map(|row| self.answers.iter().map(move |column| column.byte(row))).collect()
     }
 
-    /// The rows as they came, with a column a light: 1 lit, 0 not; of an area light two, the share that reaches the point and by how much the truth
-    /// may differ.
+    /// The rows as they came, with a column a light: 1 lit, 0 not, of an area light the share that reaches the point; where errors are asked for, a
+    /// second one by how much the truth may differ.
     fn write_csv(&self, out: &mut impl Write) -> io::Result<()> {
         let columns: Vec<&str> = match self.asked {
             Asked::Table(table) => table.text.header.iter().map(String::as_str).collect(),
