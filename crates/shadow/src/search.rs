@@ -10,7 +10,7 @@
 //! ask about what is in doubt by the definition, with the point's own face known. Everything else (curved bodies, holes) is found by
 //! shafts as before.
 //!
-//! *Cost.* [`SearchCosts`]: nanoseconds a point and a triangle, building included. Memory: some 100 bytes a triangle for the BVH, some
+//! *Cost.* [`SearchCosts`]: nanoseconds a point, a triangle and a place in a leaf, building included. Memory: some 100 bytes a triangle for the BVH, some
 //! hundred and more for maps, at most [`ProjectionOptions::memory`].
 
 use std::{
@@ -19,9 +19,9 @@ use std::{
 };
 
 use umbriel_bvh::{BoxTree, Shaft, TriangleBvh};
-use umbriel_geometry::{Aabb, LightSource, Mesh, Ring, blocking::Probe};
+use umbriel_geometry::{Aabb, Facet, LightSource, Mesh, Ring, blocking::Probe};
 use umbriel_octree::{Projection, ProjectionOptions, ProjectionReport, Renewal, Viewpoint};
-use umbriel_visibility::{Acceleration, RayCost};
+use umbriel_visibility::Acceleration;
 
 use crate::{
     bodies::{Bodies, Body},
@@ -60,32 +60,81 @@ impl Expected {
     }
 }
 
+/// What points cost one way, nanoseconds: so many among n triangles take points · (base + doubling · log₂ n) + triangle · n + item · places. The last two are
+/// building, and touching everything for the first time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointCost {
+    /// Of any point.
+    pub base: f64,
+    /// More for each doubling of the triangles.
+    pub doubling: f64,
+    /// Of each triangle, whatever the points.
+    pub triangle: f64,
+    /// Of each place of a triangle in an octree's leaves: large triangles have many, and meet much in light space too.
+    pub item: f64,
+}
+
+impl PointCost {
+    /// Nanoseconds for so many points.
+    pub fn nanoseconds(&self, points: u64, clutter: Clutter) -> f64 {
+        let (points, triangles) = (points as f64, clutter.triangles.max(1) as f64);
+        points * (self.base + self.doubling * triangles.log2()) + self.triangle * triangles + self.item * clutter.items
+    }
+}
+
+/// What stands between points and a light, as far as costs go.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Clutter {
+    /// Triangles that trees hold, or would.
+    pub triangles: usize,
+    /// Places that they are expected to have in an octree's leaves ([`ProjectionOptions::expected_items`]).
+    pub items: f64,
+}
+
+impl Clutter {
+    /// O(triangles): areas and perimeters are added up.
+    fn of(bodies: &Bodies) -> Self {
+        let flat = || (0..bodies.scene.objects.len()).filter_map(|object| Some((object, facets_of(bodies, object)?)));
+        let bounds = flat().fold(Aabb::EMPTY, |all, (object, _)| all.union(bodies.boxes[object]));
+        let halves = |facet: Facet| match facet {
+            Facet::Triangle(corners) => [Some(corners), None],
+            Facet::Parallelogram([a, b, c, d]) => [Some([a, b, c]), Some([a, c, d])],
+        };
+        let corners = flat().flat_map(|(_, facets)| {
+            let triangles = facets.iter().flat_map(halves).flatten();
+            triangles.map(|corners| corners.map(|corner| facets.positions()[corner as usize]))
+        });
+        let (triangles, items) = ProjectionOptions::expected_items_of(corners, &bounds);
+        Self { triangles, items }
+    }
+}
+
 /// What decides for [`Acceleration::Auto`]: nanoseconds on one thread, building included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchCosts {
     /// Shafts, for [`Expected::Places`].
-    pub places: RayCost,
+    pub places: PointCost,
     /// Light space, for [`Expected::Loose`].
-    pub loose: RayCost,
+    pub loose: PointCost,
     /// The BVH, for [`Expected::Places`].
-    pub bvh: RayCost,
+    pub bvh: PointCost,
     /// The BVH, for [`Expected::Loose`].
-    pub loose_bvh: RayCost,
+    pub loose_bvh: PointCost,
     /// The octree.
-    pub octree: RayCost,
+    pub octree: PointCost,
     /// Maps.
-    pub projection: RayCost,
+    pub projection: PointCost,
 }
 
 impl SearchCosts {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        places: RayCost { base: 0.0, doubling: 86.4, triangle: 1020.2 },
-        loose: RayCost { base: 46.3, doubling: 0.0, triangle: 815.2 },
-        bvh: RayCost { base: 284.4, doubling: 16.5, triangle: 449.9 },
-        loose_bvh: RayCost { base: 55.3, doubling: 14.0, triangle: 318.7 },
-        octree: RayCost { base: 0.0, doubling: 73.5, triangle: 10219.9 },
-        projection: RayCost { base: 74.2, doubling: 27.4, triangle: 5375.9 },
+        places: PointCost { base: 701.4, doubling: 37.3, triangle: 841.5, item: 24.5 },
+        loose: PointCost { base: 0.0, doubling: 5.2, triangle: 633.9, item: 38.3 },
+        bvh: PointCost { base: 382.2, doubling: 10.4, triangle: 501.4, item: 0.0 },
+        loose_bvh: PointCost { base: 48.7, doubling: 17.8, triangle: 398.9, item: 0.0 },
+        octree: PointCost { base: 443.1, doubling: 50.9, triangle: 3195.2, item: 1513.0 },
+        projection: PointCost { base: 0.0, doubling: 36.0, triangle: 2543.1, item: 614.6 },
     };
 }
 
@@ -95,16 +144,16 @@ impl Default for SearchCosts {
     }
 }
 
-/// Something is built only where it should take less than this share of the time without: a model is no measurement.
-const CLEARLY: f64 = 0.9;
+/// An octree is built only where it should take less than this share of the quickest other way: a model is no measurement, and what it costs to build varies most.
+const CLEARLY: f64 = 0.8;
 
 /// How the points of a light find their way, and why.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchChoice {
     /// What was chosen.
     pub chosen: Search,
-    /// Triangles that trees hold, or would.
-    pub triangles: usize,
+    /// What trees hold, or would.
+    pub clutter: Clutter,
     /// Points that are expected.
     pub points: u64,
     /// Nanoseconds that the model expects: direct, BVH, octree, projection.
@@ -116,24 +165,25 @@ pub struct SearchChoice {
 impl SearchChoice {
     const WAYS: [Search; 4] = [Search::Direct, Search::Bvh, Search::Octree, Search::Projection];
 
-    /// What is quickest by the model for so many triangles, or what is asked for.
-    pub fn new(asked: Acceleration, expected: Expected, triangles: usize, costs: &SearchCosts) -> Self {
+    /// What is quickest by the model, or what is asked for.
+    pub fn new(asked: Acceleration, expected: Expected, clutter: Clutter, costs: &SearchCosts) -> Self {
         let [direct, bvh] = match expected {
             Expected::Loose(_) => [costs.loose, costs.loose_bvh],
             Expected::Places(_) => [costs.places, costs.bvh],
         };
         let points = expected.count();
-        let expected = [direct, bvh, costs.octree, costs.projection].map(|cost| cost.nanoseconds(points, triangles));
+        let expected = [direct, bvh, costs.octree, costs.projection].map(|cost| cost.nanoseconds(points, clutter));
         let chosen = match asked {
             Acceleration::Bvh => Search::Bvh,
             Acceleration::Octree => Search::Octree,
             Acceleration::Projection => Search::Projection,
             Acceleration::Auto => {
-                let best = (1..4).fold(1, |best, way| if expected[way] < expected[best] { way } else { best });
-                Self::WAYS[if expected[best] < CLEARLY * expected[0] { best } else { 0 }]
+                let quicker = |a: usize, b: usize| if expected[b] < expected[a] { b } else { a };
+                let (plain, octree) = (quicker(0, 1), quicker(2, 3));
+                Self::WAYS[if expected[octree] < CLEARLY * expected[plain] { octree } else { plain }]
             }
         };
-        Self { chosen, triangles, points, expected, built: None }
+        Self { chosen, clutter, points, expected, built: None }
     }
 }
 
@@ -208,9 +258,7 @@ impl Queries<'_> {
         asked: Acceleration,
         costs: &SearchCosts,
     ) -> SearchChoice {
-        let objects = 0..self.bodies.scene.objects.len();
-        let triangles = objects.filter_map(|object| Some(facets_of(&self.bodies, object)?.len())).sum();
-        let choice = SearchChoice::new(asked, expected, triangles, costs);
+        let choice = SearchChoice::new(asked, expected, Clutter::of(&self.bodies), costs);
         self.lookups.retain(|lookup| lookup.light != *light);
         let is_looked_up = choice.chosen == Search::Projection;
         let octree = match choice.chosen {
@@ -218,7 +266,8 @@ impl Queries<'_> {
             Search::Bvh => None,
             Search::Octree | Search::Projection => {
                 let options = ProjectionOptions {
-                    max_level: ProjectionOptions::level_for(triangles) + if is_looked_up { 0 } else { 2 },
+                    max_level: ProjectionOptions::level_for(choice.clutter.triangles)
+                        + if is_looked_up { 0 } else { 2 },
                     // Without maps to speak of where nothing is looked up.
                     rays: if is_looked_up { choice.points } else { 0 },
                     ..ProjectionOptions::default()
@@ -296,13 +345,14 @@ mod tests {
 
     #[test]
     fn what_is_quickest_to_build_serves_few_points_and_what_is_quick_many() {
-        let chosen = |expected, triangles| {
-            SearchChoice::new(Acceleration::Auto, expected, triangles, &SearchCosts::MEASURED).chosen
-        };
+        let clutter = |triangles: usize| Clutter { triangles, items: 5.0 * triangles as f64 };
+        let choice =
+            |asked, expected, triangles| SearchChoice::new(asked, expected, clutter(triangles), &SearchCosts::MEASURED);
+        let chosen = |expected, triangles| choice(Acceleration::Auto, expected, triangles).chosen;
         assert_eq!(chosen(Expected::Places(3), 1 << 20), Search::Bvh);
         assert_eq!(chosen(Expected::Places(1 << 20), 1 << 14), Search::Bvh);
         assert_eq!(chosen(Expected::Loose(1 << 22), 1 << 16), Search::Direct, "light space is quick");
-        let asked = SearchChoice::new(Acceleration::Octree, Expected::Places(1), 1 << 20, &SearchCosts::MEASURED);
+        let asked = choice(Acceleration::Octree, Expected::Places(1), 1 << 20);
         assert_eq!(asked.chosen, Search::Octree, "what is asked for is done");
     }
 }

@@ -29,26 +29,6 @@ pub enum Acceleration {
     Auto,
 }
 
-/// What rays cost one way, nanoseconds: so many through a mesh of n triangles take rays · (base + doubling · log₂ n) + triangle · n, where
-/// the last term is building, and touching everything for the first time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RayCost {
-    /// Of any ray.
-    pub base: f64,
-    /// More for each doubling of the triangles.
-    pub doubling: f64,
-    /// Of each triangle, whatever the rays.
-    pub triangle: f64,
-}
-
-impl RayCost {
-    /// Nanoseconds for so many rays through so many triangles.
-    pub fn nanoseconds(&self, rays: u64, triangles: usize) -> f64 {
-        let (rays, triangles) = (rays as f64, triangles.max(1) as f64);
-        rays * (self.base + self.doubling * triangles.log2()) + self.triangle * triangles
-    }
-}
-
 /// What a ray costs in a BVH that is there, nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepCost {

@@ -19,7 +19,7 @@ mod ray_casting;
 pub mod two_pass;
 mod view;
 
-pub use acceleration::{Acceleration, Choice, CostModel, LookupCost, RayCost, Sampled, StepCost};
+pub use acceleration::{Acceleration, Choice, CostModel, LookupCost, Sampled, StepCost};
 pub use ray_casting::{RayCaster, SurfaceHit};
 pub use umbriel_bvh::Ray;
 pub use view::View;

@@ -13,7 +13,7 @@ use umbriel_bvh::{Ray, Steps, TriangleBvh};
 use umbriel_geometry::{LightSource, Placement};
 use umbriel_octree::{Projection, ProjectionOptions};
 use umbriel_scene::{Object, Scene, Shape, Sides};
-use umbriel_shadow::{Expected, Place, Points, Queries, Search, SearchChoice, SearchCosts, Silent};
+use umbriel_shadow::{Clutter, Expected, Place, Points, Queries, Search, SearchChoice, SearchCosts, Silent};
 use umbriel_visibility::{Acceleration, Choice, CostModel, LookupCost, Sampled, StepCost};
 
 use super::{
@@ -39,8 +39,9 @@ struct Sample {
     kind: Kind,
     rays: u64,
     triangles: usize,
-    /// Of the eye's rays: what some looked at in the BVH, and expected places in leaves.
+    /// Of the eye's rays: what some looked at in the BVH.
     sampled: Sampled,
+    /// Places of triangles in an octree's leaves, as expected.
     items: f64,
     /// Direct, BVH, octree, maps; of the eye's rays the direct way is the BVH.
     seconds: [f64; 4],
@@ -134,11 +135,13 @@ fn tell_points(places: &[&Sample], loose: &[&Sample]) {
 /// Fits and prints one way of points.
 fn tell<'a>(name: &str, samples: impl Iterator<Item = &'a Sample>, way: usize) {
     let terms = |sample: &Sample| {
-        let (rays, triangles) = (sample.rays as f64, sample.triangles as f64);
-        [rays, rays * triangles.log2(), triangles]
+        let (points, triangles) = (sample.rays as f64, sample.triangles as f64);
+        [points, points * triangles.log2(), triangles, sample.items]
     };
-    let [base, doubling, triangle] = fit(samples.map(|sample| (terms(sample), sample.seconds[way])));
-    println!("    {name}: RayCost {{ base: {base:.1}, doubling: {doubling:.1}, triangle: {triangle:.1} }},");
+    let [base, doubling, triangle, item] = fit(samples.map(|sample| (terms(sample), sample.seconds[way])));
+    println!(
+        "    {name}: PointCost {{ base: {base:.1}, doubling: {doubling:.1}, triangle: {triangle:.1}, item: {item:.1} }},"
+    );
 }
 
 /// What is chosen, as a row; how many times the best it takes.
@@ -222,7 +225,8 @@ fn points(model: &Model, scene: &Scene, (name, light): (&str, LightSource), kind
         Kind::Loose => ("loose points", Expected::Loose(count)),
         _ => ("points of faces", Expected::Places(count)),
     };
-    let choice = SearchChoice::new(Acceleration::Auto, expected, triangles, &SearchCosts::MEASURED);
+    let items = ProjectionOptions::expected_items(&model.mesh);
+    let choice = SearchChoice::new(Acceleration::Auto, expected, Clutter { triangles, items }, &SearchCosts::MEASURED);
     let chosen = match choice.chosen {
         Search::Direct => 0,
         Search::Bvh => 1,
@@ -230,7 +234,7 @@ fn points(model: &Model, scene: &Scene, (name, light): (&str, LightSource), kind
         Search::Projection => 3,
     };
     let name = format!("{} ({triangles}), {form}, {name}", model.name);
-    Sample { name, kind, rays: count, triangles, sampled: Sampled::default(), items: 0.0, seconds, chosen }
+    Sample { name, kind, rays: count, triangles, sampled: Sampled::default(), items, seconds, chosen }
 }
 
 /// A point over a face, by a thousandth of its longest edge.

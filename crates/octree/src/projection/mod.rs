@@ -41,7 +41,8 @@ mod tree;
 
 use std::sync::Arc;
 
-use umbriel_geometry::{LightSource, Mesh};
+use glam::DVec3;
+use umbriel_geometry::{Aabb, LightSource, Mesh};
 
 use crate::morton::Octant;
 
@@ -121,14 +122,24 @@ impl ProjectionOptions {
     /// A triangle of area A and perimeter P that lies anyhow meets 1 + 3P/4h + 3A/2h² cells of edge h on average (the principal kinematic formula; Santaló, "Integral
     /// Geometry and Geometric Probability", 1976, III.15). O(triangles).
     pub fn expected_items(mesh: &Mesh) -> f64 {
-        let edge = mesh.bounds().size().max_element();
-        let cell = edge * 0.5f64.powi(i32::from(Self::level_for(mesh.triangles().len())));
-        let places = |triangle: &[u32; 3]| {
-            let [a, b, c] = triangle.map(|corner| mesh.positions()[corner as usize] / cell);
-            let area = 0.5 * (b - a).cross(c - a).length();
-            1.0 + 0.75 * (a.distance(b) + b.distance(c) + c.distance(a)) + 1.5 * area
-        };
-        mesh.triangles().iter().map(places).sum()
+        let corners = |triangle: &[u32; 3]| triangle.map(|corner| mesh.positions()[corner as usize]);
+        let (_, items) = Self::expected_items_of(mesh.triangles().iter().map(corners), &mesh.bounds());
+        items
+    }
+
+    /// The same for triangles wherever they are stored, all of them in `bounds`; with their number.
+    pub fn expected_items_of(triangles: impl Iterator<Item = [DVec3; 3]>, bounds: &Aabb) -> (usize, f64) {
+        let (mut count, mut perimeters, mut areas) = (0, 0.0, 0.0);
+        for [a, b, c] in triangles {
+            count += 1;
+            perimeters += a.distance(b) + b.distance(c) + c.distance(a);
+            areas += 0.5 * (b - a).cross(c - a).length();
+        }
+        if count == 0 {
+            return (0, 0.0);
+        }
+        let cell = bounds.size().max_element() * 0.5f64.powi(i32::from(Self::level_for(count)));
+        (count, count as f64 + 0.75 * perimeters / cell + 1.5 * areas / (cell * cell))
     }
 }
 

@@ -52,6 +52,8 @@ pub struct RivalAnswer {
     pub points_seconds: f64,
     /// Rays cast; 0 for what casts none.
     pub rays: u64,
+    /// How often a point was put to a polygon of a shadow volume; 0 for what has none.
+    pub looked_at: u64,
     /// What is made: triangles of a tree, texels, polygons of shadow volumes, marked cells.
     pub pieces: u64,
     /// Bytes that what is made takes, as far as it is counted.

@@ -45,7 +45,7 @@ impl Rival for PointRays {
         // Positions and corners of the mesh, and about 80 bytes a triangle of tree.
         let bytes = 24 * polygons.mesh().positions().len() as u64 + 92 * polygons.len() as u64;
         let points_seconds = begun.elapsed().as_secs_f64();
-        Ok(RivalAnswer { lit, build_seconds, points_seconds, rays, pieces: polygons.len() as u64, bytes })
+        Ok(RivalAnswer { lit, build_seconds, points_seconds, rays, looked_at: 0, pieces: polygons.len() as u64, bytes })
     }
 }
 

@@ -59,7 +59,7 @@ impl Rival for ShadowMap {
             points.par_iter().map(|point| point.is_turned_to(light) && self.is_lit(&maps, light, point)).collect();
         let texels = (maps.len() * self.size * self.size) as u64;
         let points_seconds = begun.elapsed().as_secs_f64();
-        Ok(RivalAnswer { lit, build_seconds, points_seconds, rays: 0, pieces: texels, bytes: 4 * texels })
+        Ok(RivalAnswer { lit, build_seconds, points_seconds, rays: 0, looked_at: 0, pieces: texels, bytes: 4 * texels })
     }
 }
 

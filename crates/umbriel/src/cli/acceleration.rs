@@ -56,7 +56,7 @@ fn eye_line(choices: &[Choice], place: usize, way: Acceleration, name: &str) -> 
 
 /// Tells how the points of a light find what is in their way; nothing about what is done as ever where no point asks.
 pub(crate) fn tell_light(name: &str, choice: &SearchChoice) {
-    let SearchChoice { chosen, triangles, points, expected, .. } = choice;
+    let SearchChoice { chosen, clutter, points, expected, .. } = choice;
     if *points == 0 {
         return;
     }
@@ -68,8 +68,9 @@ pub(crate) fn tell_light(name: &str, choice: &SearchChoice) {
     };
     let [own, other] = [expected[place], least_but(expected, place)].map(milliseconds);
     output::tell(&format!(
-        "note: points under {name} {way}: {points} points, {triangles} triangles: {own:.0} ms expected on one thread, \
+        "note: points under {name} {way}: {points} points, {} triangles: {own:.0} ms expected on one thread, \
          {other:.0} ms otherwise{}",
+        clutter.triangles,
         built(choice.built.into_iter())
     ));
 }

@@ -135,7 +135,7 @@ impl Rival for Literal {
         let pieces = marks.iter().map(|marks| marks.len() as u64).sum();
         let bytes = pieces * size_of::<Mark>() as u64;
         let points_seconds = begun.elapsed().as_secs_f64();
-        Ok(RivalAnswer { lit, build_seconds, points_seconds, rays: cast, pieces, bytes })
+        Ok(RivalAnswer { lit, build_seconds, points_seconds, rays: cast, looked_at: 0, pieces, bytes })
     }
 }
 

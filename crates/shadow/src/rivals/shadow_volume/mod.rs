@@ -9,6 +9,7 @@
 //! Of closed surfaces only the front faces are caps. O(n log n) for the silhouettes; then every polygon pays for the points in its outline, seen from the
 //! eye. In floats: points within rounding of a volume's border may be wrong. A point's own face is a cap that it lies before.
 
+mod run;
 mod screen;
 mod sheets;
 
@@ -48,10 +49,10 @@ impl Rival for ShadowVolume {
         let mut lit = vec![false; points.len()];
         let eye = self.eye.unwrap_or_else(|| eye_outside(polygons, light));
         let screen = Screen::new(eye, points, asked);
-        screen.count(&sheets, |point, volumes| lit[point as usize] = volumes <= 0);
+        let looked_at = screen.count(&sheets, |point, volumes| lit[point as usize] = volumes <= 0);
         let bytes = (sheets.len() * size_of::<sheets::Sheet>()) as u64 + screen.bytes();
         let points_seconds = begun.elapsed().as_secs_f64();
-        Ok(RivalAnswer { lit, build_seconds, points_seconds, rays: 0, pieces: sheets.len() as u64, bytes })
+        Ok(RivalAnswer { lit, build_seconds, points_seconds, rays: 0, looked_at, pieces: sheets.len() as u64, bytes })
     }
 }
 

@@ -3,19 +3,25 @@
 //! A polygon with homogeneous corners v is the cone of their directions from the eye; a point in direction s lies behind or before it if s is on
 //! the inner side of all v × v′ (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997), and 1/depth is affine in s.
 //! So nothing is clipped for its answer, infinity included, and two polygons with a common edge never both miss a point. Points lie in a grid of bins; in every row of
-//! it a polygon meets an interval. Bands of rows in parallel, with the same counts for any number of threads.
+//! it a polygon meets an interval, which is filled by [`Run`]. Bands of rows, as many points each as the nearer caches hold, in parallel and with the same counts for any
+//! number of threads.
+
+use std::ops::Range;
 
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::sheets::{Sheet, SheetOwner};
+use super::{
+    run::{Columns, Run},
+    sheets::{Sheet, SheetOwner},
+};
 use crate::rivals::{RivalPoint, clip::keep_positive};
 
 /// Points a bin, on average.
 const POINTS_A_BIN: usize = 2;
 
-/// Bands that rows are cut into.
-const BANDS: usize = 16;
+/// Points a band, about: 36 bytes each.
+const POINTS_A_BAND: usize = 8192;
 
 /// A screen with its points.
 pub(super) struct Screen {
@@ -27,7 +33,9 @@ pub(super) struct Screen {
     bins: [usize; 2],
     /// Where the points of each bin begin; rows after rows.
     starts: Vec<u32>,
-    points: Vec<Seen>,
+    points: Columns,
+    /// The number of each among all points.
+    numbers: Vec<u32>,
 }
 
 /// A point as it is seen.
@@ -37,24 +45,24 @@ struct Seen {
     at: DVec2,
     /// 1/z.
     nearness: f64,
-    object: u32,
-    face: u32,
     /// Its number among all points.
     number: u32,
 }
 
 /// A sheet as the eye sees it.
-struct Cone {
+pub(super) struct Cone {
     /// Inner side positive.
-    edges: [DVec3; 4],
+    pub(super) edges: [DVec3; 4],
     /// What an edge's value must reach: 0, or just above.
-    least: [f64; 4],
+    pub(super) least: [f64; 4],
     /// 1/depth in direction (x, y, 1).
-    nearness: DVec3,
+    pub(super) nearness: DVec3,
     /// Volumes left here minus volumes entered.
-    leaves: i32,
-    owner: SheetOwner,
+    pub(super) leaves: i32,
+    pub(super) owner: SheetOwner,
     outline: Outline,
+    /// The first and the last row of bins that it meets.
+    rows: [usize; 2],
 }
 
 /// The part of a polygon on the screen, convex.
@@ -74,7 +82,7 @@ impl Screen {
         let seen = |&number: &u32| {
             let point = &points[number as usize];
             let at = turn * (point.position - eye);
-            Seen { at: at.truncate() / at.z, nearness: 1.0 / at.z, object: point.object, face: point.face, number }
+            Seen { at: at.truncate() / at.z, nearness: 1.0 / at.z, number }
         };
         let seen: Vec<Seen> = asked.par_iter().map(seen).filter(|seen| seen.nearness > 0.0).collect();
         let (low, high) = seen
@@ -85,15 +93,16 @@ impl Screen {
         let across = (count * size.x / size.y).sqrt().clamp(1.0, 8192.0) as usize;
         let bins = [across, (count as usize / across).clamp(1, 8192)];
         let bin = DVec2::new(size.x / bins[0] as f64, size.y / bins[1] as f64);
-        let mut screen = Self { eye, turn, low, bin, bins, starts: Vec::new(), points: Vec::new() };
+        let mut screen =
+            Self { eye, turn, low, bin, bins, starts: Vec::new(), points: Columns::default(), numbers: Vec::new() };
         if !seen.is_empty() {
-            screen.sort(seen);
+            screen.sort(&seen, points);
         }
         screen
     }
 
     /// Puts the points into their bins.
-    fn sort(&mut self, seen: Vec<Seen>) {
+    fn sort(&mut self, seen: &[Seen], points: &[RivalPoint]) {
         let place = |seen: &Seen| {
             let [column, row] = self.bin_of(seen.at);
             row * self.bins[0] + column
@@ -102,13 +111,25 @@ impl Screen {
         seen.iter().for_each(|point| starts[place(point) + 1] += 1);
         (1..starts.len()).for_each(|bin| starts[bin] += starts[bin - 1]);
         let mut next = starts.clone();
-        let mut points = seen.clone();
-        for point in &seen {
+        let mut order = vec![0u32; seen.len()];
+        for (number, point) in (0..).zip(seen) {
             let slot = &mut next[place(point)];
-            points[*slot as usize] = *point;
+            order[*slot as usize] = number;
             *slot += 1;
         }
-        (self.starts, self.points) = (starts, points);
+        let sorted = || order.iter().map(|&number| &seen[number as usize]);
+        let owner = |seen: &Seen| {
+            let RivalPoint { object, face, .. } = points[seen.number as usize];
+            Columns::owner_of(object, face)
+        };
+        self.points = Columns {
+            x: sorted().map(|seen| seen.at.x).collect(),
+            y: sorted().map(|seen| seen.at.y).collect(),
+            nearness: sorted().map(|seen| seen.nearness).collect(),
+            owner: sorted().map(owner).collect(),
+        };
+        self.numbers = sorted().map(|seen| seen.number).collect();
+        self.starts = starts;
     }
 
     fn bin_of(&self, at: DVec2) -> [usize; 2] {
@@ -117,17 +138,18 @@ impl Screen {
     }
 
     pub(super) fn bytes(&self) -> u64 {
-        (self.starts.len() * 4 + self.points.len() * (size_of::<Seen>() + 4)) as u64
+        // Three floats, an owner, a number and a count a point.
+        (self.starts.len() * 4 + self.numbers.len() * 40) as u64
     }
 
-    /// Calls `tell` with every point's number and how many volumes hold it.
-    pub(super) fn count(&self, sheets: &[Sheet], mut tell: impl FnMut(u32, i32)) {
-        if self.points.is_empty() {
-            return;
+    /// Calls `tell` with every point's number and how many volumes hold it; returns how often a point was looked at.
+    pub(super) fn count(&self, sheets: &[Sheet], mut tell: impl FnMut(u32, i32)) -> u64 {
+        if self.numbers.is_empty() {
+            return 0;
         }
         let cones: Vec<Cone> = sheets.par_iter().filter_map(|sheet| self.cone(sheet)).collect();
-        let rows_a_band = self.bins[1].div_ceil(BANDS);
-        let mut counts = vec![0; self.points.len()];
+        let rows_a_band = self.bins[1].div_ceil(self.numbers.len().div_ceil(POINTS_A_BAND));
+        let mut counts = vec![0; self.numbers.len()];
         let mut bands = Vec::new();
         let mut rest = &mut counts[..];
         for first in (0..self.bins[1]).step_by(rows_a_band) {
@@ -137,10 +159,12 @@ impl Screen {
             bands.push((rows, begin, own));
             rest = others;
         }
-        bands.par_iter_mut().for_each(|(rows, begin, counts)| {
-            cones.iter().for_each(|cone| self.draw(cone, *rows, *begin, counts));
-        });
-        self.points.iter().zip(counts).for_each(|(point, count)| tell(point.number, count));
+        let drawn = bands
+            .par_iter_mut()
+            .map(|(rows, begin, counts)| cones.iter().map(|cone| self.draw(cone, *rows, *begin, counts)).sum::<u64>());
+        let looked_at = drawn.sum();
+        self.numbers.iter().zip(counts).for_each(|(&number, count)| tell(number, count));
+        looked_at
     }
 
     /// A sheet as it is seen; `None` where it is seen edge-on or not at all.
@@ -166,7 +190,14 @@ impl Screen {
         if len == 3 {
             (edges[3], least[3]) = (edges[2], least[2]);
         }
-        (outline.len >= 3).then_some(Cone { edges, least, nearness, leaves, owner: sheet.owner, outline })
+        if outline.len < 3 {
+            return None;
+        }
+        let (low, high) = outline.corners[..outline.len]
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), corner| (low.min(corner.y), high.max(corner.y)));
+        let rows = [low, high].map(|y| self.bin_of(DVec2::new(self.low.x, y))[1]);
+        Some(Cone { edges, least, nearness, leaves, owner: sheet.owner, outline, rows })
     }
 
     /// The part of a cone that the screen holds.
@@ -188,56 +219,78 @@ impl Screen {
         outline
     }
 
-    /// Adds a cone to the counts of a band's points, which begin with number `begin`.
-    fn draw(&self, cone: &Cone, rows: [usize; 2], begin: usize, counts: &mut [i32]) {
-        let outline = &cone.outline.corners[..cone.outline.len];
-        let (low, high) = outline.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), c| (l.min(c.y), h.max(c.y)));
-        let row_of = |y: f64| self.bin_of(DVec2::new(self.low.x, y))[1];
-        for row in row_of(low).max(rows[0])..(row_of(high) + 1).min(rows[1]) {
-            let Some([left, right]) = self.span(outline, row) else { continue };
+    /// Adds a cone to the counts of a band's points, which begin with number `begin`; returns how many it looks at.
+    fn draw(&self, cone: &Cone, rows: [usize; 2], begin: usize, counts: &mut [i32]) -> u64 {
+        let [first, last] = cone.rows;
+        let mut looked_at = 0;
+        for row in first.max(rows[0])..(last + 1).min(rows[1]) {
+            let Some(span) = self.span(cone, row) else { continue };
             let at = |column: usize| self.starts[row * self.bins[0] + column] as usize;
-            let (first, last) = (at(left), at(right + 1));
-            self.add(cone, &self.points[first..last], &mut counts[first - begin..last - begin]);
+            let [left, inside, border, end] =
+                [span.met.start, span.filled.start, span.filled.end, span.met.end].map(at);
+            looked_at += (end - left) as u64;
+            for (points, is_inside) in [(left..inside, false), (inside..border, true), (border..end, false)] {
+                let counts = &mut counts[points.start - begin..points.end - begin];
+                Run { cone, points: self.points.of(points), counts, is_inside }.draw();
+            }
         }
+        looked_at
     }
 
-    /// The bins of a row that an outline may meet. A millionth of a bin more than it is: what is rounded here only adds tests.
-    fn span(&self, outline: &[DVec2], row: usize) -> Option<[usize; 2]> {
+    /// The bins of a row that an outline may meet, and those that it fills. A millionth of a bin more or less than it is: what is rounded here only adds tests.
+    fn span(&self, cone: &Cone, row: usize) -> Option<Span> {
+        let outline = &cone.outline.corners[..cone.outline.len];
         let top = self.low.y + self.bin.y * (row as f64 - 1e-6);
         let bottom = self.low.y + self.bin.y * (row as f64 + 1.0 + 1e-6);
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut met, mut at_top, mut at_bottom) = (Interval::EMPTY, Interval::EMPTY, Interval::EMPTY);
         for (k, a) in outline.iter().enumerate() {
             let b = outline[(k + 1) % outline.len()];
-            if a.y.min(b.y) > bottom || a.y.max(b.y) < top {
+            let (low, high) = (a.y.min(b.y), a.y.max(b.y));
+            if low > bottom || high < top {
                 continue;
             }
             let at = |y: f64| if a.y == b.y { a.x } else { a.x + (b.x - a.x) * ((y - a.y) / (b.y - a.y)) };
             let ends = if a.y == b.y { [a.x, b.x] } else { [at(a.y.clamp(top, bottom)), at(b.y.clamp(top, bottom))] };
-            low = low.min(ends[0].min(ends[1]));
-            high = high.max(ends[0].max(ends[1]));
+            ends.into_iter().for_each(|x| met.add(x));
+            for (y, crossed) in [(top, &mut at_top), (bottom, &mut at_bottom)] {
+                if low < y && y < high {
+                    crossed.add(at(y));
+                }
+            }
         }
         let margin = 1e-6 * self.bin.x;
         let column = |x: f64| self.bin_of(DVec2::new(x, self.low.y))[0];
-        (low <= high).then(|| [column(low - margin), column(high + margin)])
+        let met_bins = column(met.low - margin)..column(met.high + margin) + 1;
+        // Convex, so whole bins between its crossings above and below are in it.
+        let filled = Interval { low: at_top.low.max(at_bottom.low), high: at_top.high.min(at_bottom.high) };
+        let is_crossed = [at_top, at_bottom].iter().all(|crossed| crossed.low < crossed.high);
+        let from = column(filled.low + margin) + 1;
+        let filled = if is_crossed { from..column(filled.high - margin).max(from) } else { 0..0 };
+        let is_part = met_bins.start <= filled.start && filled.end <= met_bins.end;
+        let filled = if is_part { filled } else { met_bins.start..met_bins.start };
+        (met.low <= met.high).then_some(Span { met: met_bins, filled })
     }
+}
 
-    /// Adds a cone to the points that it lies beyond.
-    fn add(&self, cone: &Cone, points: &[Seen], counts: &mut [i32]) {
-        let [a, b, c, d] = cone.edges;
-        let [a0, b0, c0, d0] = cone.least;
-        let holds = |at: DVec3| (a.dot(at) >= a0) & (b.dot(at) >= b0) & (c.dot(at) >= c0) & (d.dot(at) >= d0);
-        for (point, count) in points.iter().zip(counts) {
-            let at = point.at.extend(1.0);
-            if !holds(at) {
-                continue;
-            }
-            let is_beyond = match cone.owner {
-                // Seen from the light's side, the own face lies beyond.
-                SheetOwner::Face { object, face } if point.object == object && point.face == face => cone.leaves < 0,
-                SheetOwner::Body { object } if point.object == object => false,
-                _ => cone.nearness.dot(at) < point.nearness,
-            };
-            *count += if is_beyond { cone.leaves } else { 0 };
-        }
+/// Columns of bins.
+struct Span {
+    /// All that an outline may meet.
+    met: Range<usize>,
+    /// Those of them that it fills.
+    filled: Range<usize>,
+}
+
+/// Coordinates on a line.
+#[derive(Clone, Copy)]
+struct Interval {
+    low: f64,
+    high: f64,
+}
+
+impl Interval {
+    const EMPTY: Self = Self { low: f64::INFINITY, high: f64::NEG_INFINITY };
+
+    fn add(&mut self, x: f64) {
+        (self.low, self.high) = (self.low.min(x), self.high.max(x));
     }
 }
