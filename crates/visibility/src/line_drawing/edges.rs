@@ -12,12 +12,20 @@ struct Use {
     runs_upward: bool,
 }
 
-/// The edges of a body that are drawn. `limit` is the cosine of the least bend of a crease.
-pub(super) fn edges<'a>(facets: &'a Facets, eye: &LightSource, limit: f64) -> Vec<Line<'a>> {
+/// Where a body has creases.
+pub(super) enum Creases<'a> {
+    /// Where faces bend by more than an angle with this cosine.
+    Bends(f64),
+    /// Between faces that stand for different pieces of a curved surface.
+    Pieces(&'a [u32]),
+}
+
+/// The edges of a body that are drawn.
+pub(super) fn edges<'a>(facets: &'a Facets, eye: &LightSource, creases: &Creases) -> Vec<Line<'a>> {
     let mut uses: Vec<Use> = (0..facets.len()).flat_map(|face| uses_of(facets, face)).collect();
     uses.sort_by_key(|one| (one.points, one.face));
     let groups = uses.chunk_by(|a, b| a.points == b.points);
-    let drawn = groups.filter(|group| is_drawn(facets, group, eye, limit));
+    let drawn = groups.filter(|group| is_drawn(facets, group, eye, creases));
     let line = |group: &[Use]| Line { ends: group[0].corners.map(|corner| facets.point(corner)), on: [None; 2] };
     drawn.map(line).collect()
 }
@@ -36,7 +44,7 @@ fn uses_of(facets: &Facets, face: usize) -> Vec<Use> {
 
 /// Edges of one face, or of more than two, are borders; one of two faces is an outline if the eye sees different sides of these, or a
 /// crease.
-fn is_drawn(facets: &Facets, group: &[Use], eye: &LightSource, limit: f64) -> bool {
+fn is_drawn(facets: &Facets, group: &[Use], eye: &LightSource, creases: &Creases) -> bool {
     let [a, b] = group else { return true };
     // Faces that use the edge the same way have opposite windings.
     let is_turned = a.runs_upward == b.runs_upward;
@@ -45,6 +53,11 @@ fn is_drawn(facets: &Facets, group: &[Use], eye: &LightSource, limit: f64) -> bo
     if sides[0] != other && sides.iter().any(|&side| side != Sign::Zero) {
         return true;
     }
-    let cosine = normal(facets, a.face).dot(normal(facets, b.face));
-    (if is_turned { -cosine } else { cosine }) < limit
+    match creases {
+        Creases::Bends(limit) => {
+            let cosine = normal(facets, a.face).dot(normal(facets, b.face));
+            (if is_turned { -cosine } else { cosine }) < *limit
+        }
+        Creases::Pieces(pieces) => pieces[a.face] != pieces[b.face],
+    }
 }

@@ -28,7 +28,7 @@ mod projection;
 use glam::DVec3;
 use rayon::prelude::*;
 use umbriel_geometry::{Facets, LightSource};
-use umbriel_scene::{Object, Scene, Shape};
+use umbriel_scene::{Object, Scene};
 
 use crate::{
     View,
@@ -36,6 +36,8 @@ use crate::{
     portals::{reach_of_eye, reach_of_light},
     two_pass::TwoPassDefect,
 };
+use curved::Flattened;
+use edges::Creases;
 use hidden::Hiders;
 use projection::Projector;
 
@@ -112,10 +114,9 @@ pub fn draw_lines(scene: &Scene, view: &View, options: &LineOptions) -> Result<D
     let bodies: Vec<(u32, &Facets)> = (0..).zip(&facets).collect();
     let hiders = Hiders::new(&bodies, projector.eye(), drawn);
     let limit = options.crease_degrees.to_radians().cos();
-    let smooth = LineOptions::default().crease_degrees.to_radians().cos();
     let edges = |&body: &usize| {
-        let is_curved = matches!(scene.objects[flat.sources[body]].shape, Shape::Analytic(_));
-        edges::edges(bodies[body].1, projector.eye(), if is_curved { smooth } else { limit })
+        let creases = flat.pieces[body].as_deref().map_or(Creases::Bends(limit), Creases::Pieces);
+        edges::edges(bodies[body].1, projector.eye(), &creases)
     };
     let mut lines: Vec<Line> = hiders.drawn.iter().flat_map(edges).collect();
     lines.extend(crossings::crossings(&hiders));
@@ -142,8 +143,8 @@ pub fn draw_lines(scene: &Scene, view: &View, options: &LineOptions) -> Result<D
 /// The objects that a drawing is made from, all with flat faces.
 struct FlatScene {
     scene: Scene,
-    /// Their indices in the scene.
-    sources: Vec<usize>,
+    /// Of curved ones the piece of each face.
+    pieces: Vec<Option<Vec<u32>>>,
     left_out: usize,
 }
 
@@ -161,11 +162,18 @@ fn flat_scene(scene: &Scene, view: &View, options: &LineOptions, projector: &Pro
         wanted.dedup();
     }
     let made = |&source: &usize| Some((source, curved::flattened(&scene.objects[source], projector)?));
-    let flat: Vec<Option<(usize, Object)>> = wanted.par_iter().map(made).collect();
-    let left_out = flat.iter().filter(|object| object.is_none()).count();
-    let (sources, objects): (Vec<usize>, Vec<Object>) = flat.into_iter().flatten().unzip();
-    let drawn = (0..sources.len()).filter(|&place| seen.binary_search(&sources[place]).is_ok()).collect();
-    (FlatScene { scene: Scene { objects, ..Scene::default() }, sources, left_out }, drawn)
+    let made: Vec<Option<(usize, Flattened)>> = wanted.par_iter().map(made).collect();
+    let left_out = made.iter().filter(|object| object.is_none()).count();
+    let mut flat = FlatScene { scene: Scene::default(), pieces: Vec::new(), left_out };
+    let mut drawn = Vec::new();
+    for (place, (source, Flattened { object, pieces })) in made.into_iter().flatten().enumerate() {
+        flat.scene.objects.push(object);
+        flat.pieces.push(pieces);
+        if seen.binary_search(&source).is_ok() {
+            drawn.push(place);
+        }
+    }
+    (flat, drawn)
 }
 
 /// Shorter strokes are what rounding leaves of the ends of others, pixels; nobody sees them.

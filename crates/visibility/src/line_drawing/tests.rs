@@ -200,6 +200,26 @@ fn rims_of_curved_bodies_are_drawn_and_their_facets_are_not() {
 }
 
 #[test]
+fn sharp_tips_of_curved_bodies_have_no_edges() {
+    // Slim bodies from above: the outline, or the rim, is a circle, whatever the tip in its middle bends.
+    let above = view(DVec3::Y);
+    let circle = std::f64::consts::TAU * 10.0;
+    for body in [
+        Analytic::Ellipsoid { radii: [1.0, 8.0, 1.0] },
+        Analytic::Ellipsoid { radii: [1.0, 0.05, 1.0] },
+        Analytic::Paraboloid { radius: 1.0, height: 8.0 },
+        Analytic::Cone { radius: 1.0, height: 8.0 },
+    ] {
+        let visible = length(&drawn(&scene(vec![(Shape::Analytic(body), DVec3::ZERO)]), &above), Ink::Visible);
+        assert!((visible - circle).abs() < 0.01 * circle, "{body:?}: {visible}, should be {circle}");
+    }
+    // Rims are drawn where they hardly bend: a flat frustum, with circles of 10 and of 5 pixels.
+    let flat = Analytic::Frustum { bottom_radius: 1.0, top_radius: 0.5, height: 0.05 };
+    let visible = length(&drawn(&scene(vec![(Shape::Analytic(flat), DVec3::ZERO)]), &above), Ink::Visible);
+    assert!((visible - 1.5 * circle).abs() < 0.015 * circle, "{visible}");
+}
+
+#[test]
 fn a_ball_casts_a_hatched_shadow_with_an_outline() {
     let objects = vec![(Shape::Rectangle(Rectangle { size: [16.0, 16.0] }), DVec3::ZERO), (ball(2.0), DVec3::Y * 3.0)];
     let sun = LightSource::sun([1.0, -1.0, 0.0]).expect("a sun");
