@@ -6,15 +6,16 @@
 //!
 //! - Source: a lecture on visible-surface determination, shadows by two passes; Atherton, Weiler and Greenberg, "Polygon shadow generation", SIGGRAPH 1978.
 //! - Which faces are turned to the light, and which corners lie before a face, are exact signs. Polygons are made in floats: an occluder is cut by the
-//!   receiver's plane and by the planes through the light and the receiver's edges (`projection`), projected, and `i_overlay` unites what comes out on a grid of integers. Lit areas
+//!   receiver's plane and by the planes through the light and the receiver's edges (`projection`), projected, and `i_overlay` unites what comes out (`union`) on a grid of integers. Lit areas
 //!   carry a bound: that grid and the floats, along all edges ([`FaceShadow::error`]). It is an estimate of the worst case, not a proof; the pipeline proves, and this is
 //!   an independent way to its areas.
-//! - Cost: for each lit face the faces of all objects that a shaft finds in its way, and a sweep over their edges. Curved bodies and meshes with
+//! - Cost: for each lit face the faces of all objects that a shaft finds in its way, and sweeps over their edges. Curved bodies and meshes with
 //!   holes are refused.
 
 mod projection;
 #[cfg(test)]
 mod tests;
+mod union;
 
 use std::ops::ControlFlow;
 
@@ -149,15 +150,14 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    /// The faces that may lie between a receiver and the light, in order.
-    fn before(&self, receiver: &Receiver) -> impl Iterator<Item = (usize, usize)> {
-        let mut items: Vec<u32> = Vec::new();
+    /// The faces that may lie between a receiver and the light, in the order of the tree, where neighbours follow each other.
+    fn before(&self, receiver: &Receiver) -> Vec<(usize, usize)> {
+        let mut found = Vec::new();
         let _ = self.tree.for_each_in_shaft(&Shaft::new(&receiver.bounds, self.light), |item| {
-            items.push(item);
+            found.push(self.faces[item as usize]);
             ControlFlow::Continue(())
         });
-        items.sort_unstable();
-        items.into_iter().map(|item| self.faces[item as usize])
+        found
     }
 
     fn is_turned(&self, object: usize, face: usize) -> bool {
@@ -190,10 +190,15 @@ impl Pass<'_> {
             found.error = 0.0;
             return found;
         }
-        let mut covers: Vec<Vec<[f64; 2]>> = Vec::new();
-        for (other, occluder) in self.before(&receiver).filter(|&occluder| occluder != (object, face)) {
-            if let Some((cover, stretch)) = receiver.project(&self.bodies[other].facets, occluder) {
-                found.error += receiver.slack(&cover, stretch);
+        let (mut covers, mut rounding) = (Vec::new(), 0.0);
+        for (other, occluder) in self.before(&receiver).into_iter().filter(|&occluder| occluder != (object, face)) {
+            let Some((cover, stretch)) = receiver.project(&self.bodies[other].facets, occluder) else { continue };
+            let (slack, covered) = (receiver.slack(&cover, stretch), area_of(&cover));
+            // A sliver, as of a neighbour that bends up by a rounding, is less than what it may be off.
+            if covered <= slack {
+                found.error += covered + slack;
+            } else {
+                rounding += slack;
                 covers.push(cover);
             }
         }
@@ -202,8 +207,10 @@ impl Pass<'_> {
             found.lit_area = area;
             return found;
         }
-        found.lit = outline.overlay(&covers, OverlayRule::Difference, FillRule::NonZero);
-        found.shadow = outline.overlay(&covers, OverlayRule::Intersect, FillRule::NonZero);
+        found.error += rounding * f64::from(union::passes(covers.len()));
+        let covered = union::union(&covers);
+        found.lit = outline.overlay(&covered, OverlayRule::Difference, FillRule::NonZero);
+        found.shadow = outline.overlay(&covered, OverlayRule::Intersect, FillRule::NonZero);
         found.lit_area = found.lit.iter().flatten().map(|contour| area_of(contour)).sum();
         found
     }
