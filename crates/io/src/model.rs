@@ -223,7 +223,9 @@ impl Model {
         }
         let camera = self.camera.map(|camera| turned_camera(&camera, &turn));
         let cells = rooms::graph(self.cells, self.portals, &turn, &objects)?;
-        Ok(Scene { objects, families, lights, camera, cells, findings: self.findings.into_list() })
+        let mut findings = self.findings.into_list();
+        findings.extend(rooms::overlaps(&cells));
+        Ok(Scene { objects, families, lights, camera, cells, findings })
     }
 }
 

@@ -10,7 +10,9 @@ use std::{collections::HashMap, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 use umbriel_geometry::{Brep, HalfSpace, Mesh, Placement, accept_point};
-use umbriel_scene::{CellEntry, CellGraph, Object, Portal, Region, SceneCell, convex_body};
+use umbriel_scene::{
+    CellEntry, CellGraph, Finding, FindingKind, Object, Overlap, Portal, Region, SceneCell, convex_body,
+};
 
 use crate::{
     error::{LoadProblem, excerpt},
@@ -139,6 +141,26 @@ pub(crate) fn graph(
             CellEntry::Portal(number) => ("portal", &portal_places[number]),
         };
         place.problem(format!("{kind} \"{name}\": {defect}"))
+    })
+}
+
+/// As many overlapping pairs are told.
+const MOST_OVERLAPS: usize = 64;
+
+/// The pairs of cells and of portals that overlap, by their names, and about where.
+pub(crate) fn overlaps(graph: &CellGraph) -> impl Iterator<Item = Finding> + '_ {
+    graph.overlaps(MOST_OVERLAPS).into_iter().map(|Overlap { entries, near }| {
+        let name = |entry: CellEntry| match entry {
+            CellEntry::Cell(number) => format!("cell \"{}\"", graph.cells()[number].name),
+            CellEntry::Portal(number) => format!("portal \"{}\"", graph.portals()[number].name),
+        };
+        let [one, two] = entries.map(name);
+        Finding {
+            kind: FindingKind::OverlappingCells,
+            subject: format!("{one} and {two}"),
+            count: 1,
+            places: vec![format!("({}, {}, {})", near.x, near.y, near.z)],
+        }
     })
 }
 

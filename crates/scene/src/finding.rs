@@ -46,6 +46,8 @@ pub enum FindingKind {
     CrossingPolygons,
     /// An object that is another one again: the same body in the same place.
     DuplicateObjects,
+    /// Cells that overlap, or portals between the same cells.
+    OverlappingCells,
     /// Suns of a table at or below the horizon; they give no light.
     SunsBelowHorizon,
     /// Suns of a table, given by their directions, that do not shine downward; they are taken as they are.
@@ -77,6 +79,7 @@ impl FindingKind {
             Self::NonPlanarPolygons => "non_planar_polygons",
             Self::CrossingPolygons => "crossing_polygons",
             Self::DuplicateObjects => "duplicate_objects",
+            Self::OverlappingCells => "overlapping_cells",
             Self::SunsBelowHorizon => "suns_below_horizon",
             Self::SunsFromBelow => "suns_from_below",
         }

@@ -15,7 +15,7 @@ mod light;
 mod object;
 
 pub use camera::{Camera, Projection};
-pub use cells::{CellDefect, CellEntry, CellGraph, Portal, Region, SceneCell, convex_body};
+pub use cells::{CellDefect, CellEntry, CellGraph, Overlap, Portal, Region, SceneCell, convex_body};
 pub use family::{Family, FamilyTree, Member};
 pub use finding::{Finding, FindingKind};
 pub use light::{Extent, ExtentDefect, Light};

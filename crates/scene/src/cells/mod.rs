@@ -14,6 +14,7 @@
 //! side by side along some axis, and a look at the points of objects that straddle.
 
 mod assign;
+mod overlap;
 mod portal;
 mod rounded;
 #[cfg(test)]
@@ -24,6 +25,7 @@ use umbriel_geometry::{Aabb, Brep, NumberDefect, Point, Sign, predicates};
 
 use crate::Object;
 use assign::Index;
+pub use overlap::Overlap;
 pub use portal::Portal;
 pub use rounded::convex_body;
 use rounded::{apart, boxed};

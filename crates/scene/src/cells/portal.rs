@@ -177,6 +177,21 @@ impl Portal {
     }
 }
 
+/// Whether two portals of one plane share some of their area: no line of an edge has one of them wholly on its outer side. Exact in the plane of two
+/// coordinates.
+pub(super) fn share_area(one: &Portal, two: &Portal) -> bool {
+    let axis = widest_axis(&one.corners);
+    let is_kept_out = |inner: &Portal, other: &Portal| {
+        let corners = &inner.corners;
+        let winding = turn(corners[0], corners[1], corners[2], axis);
+        (0..corners.len()).any(|k| {
+            let (from, to) = (corners[k], corners[(k + 1) % corners.len()]);
+            other.corners.iter().all(|&corner| turn(from, to, corner, axis) != winding)
+        })
+    };
+    !is_kept_out(one, two) && !is_kept_out(two, one)
+}
+
 /// The axis along which the polygon's area is largest, by Newell's sums; any will do where none is clearly largest.
 fn widest_axis(corners: &[DVec3]) -> usize {
     let normal: DVec3 =

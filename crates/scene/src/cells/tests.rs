@@ -189,3 +189,35 @@ fn what_is_near_a_rounded_cell_is_in_it() {
         assert_eq!((graph.cells_at(near).len() == 1, graph.objects_in(0).len() == 1), (held, held), "{slack}");
     }
 }
+
+#[test]
+fn overlaps_of_cells_and_portals_are_found() {
+    let graph = |cells: Vec<SceneCell>, portals: Vec<Portal>| CellGraph::new(cells, portals, &[]).expect("rooms");
+    // Rooms that meet at a wall, an edge or a corner are apart, and so is one that is turned about its corner and rounded.
+    let turned = |degrees: f64, by: f64| {
+        let turn = glam::DMat3::from_rotation_y(degrees.to_radians());
+        let corner = |i: usize| DVec3::new([by, by + 4.0][i & 1], [0.0, 3.0][i >> 1 & 1], [0.0, 4.0][i >> 2 & 1]);
+        let body = Brep::hull((0..8).map(|i| turn * corner(i))).expect("a box");
+        SceneCell { name: "turned".into(), region: Region::Convex(body), slack: 0.0 }
+    };
+    let mut apart = rooms();
+    apart.extend([room("above", [0.0, 3.0, 0.0], [4.0, 6.0, 4.0]), room("corner", [8.0, 3.0, 4.0], [9.0; 3])]);
+    assert_eq!(graph(apart, vec![door([0, 1])]).overlaps(9), []);
+    for degrees in [10.0, 30.0, 77.0] {
+        assert_eq!(graph(vec![turned(degrees, 0.0), turned(degrees, 4.0)], Vec::new()).overlaps(9), []);
+        let near = graph(vec![turned(degrees, 0.0), turned(degrees, 3.9)], Vec::new()).overlaps(9);
+        assert_eq!(near.len(), 1, "{degrees}");
+    }
+    // A room half a metre into another one, and two doors that share half of themselves.
+    let mut cells = rooms();
+    cells.push(room("cupboard", [3.5, 0.0, 3.0], [4.0, 2.0, 5.0]));
+    let mut second = door([1, 0]);
+    second.corners.iter_mut().for_each(|corner| corner.z += 0.5);
+    let mut beside = door([0, 1]);
+    beside.corners.iter_mut().for_each(|corner| corner.z += 1.5);
+    let found = graph(cells, vec![door([0, 1]), second, beside]).overlaps(9);
+    let cells = Overlap { entries: [0, 3].map(CellEntry::Cell), near: DVec3::new(3.75, 1.0, 3.5) };
+    let portals = Overlap { entries: [0, 1].map(CellEntry::Portal), near: DVec3::new(4.0, 1.0, 1.75) };
+    assert_eq!(found, [cells, portals]);
+    assert_eq!(graph(vec![turned(0.0, 0.0); 5], Vec::new()).overlaps(3).len(), 3);
+}

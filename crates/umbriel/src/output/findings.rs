@@ -39,6 +39,9 @@ fn meaning(kind: FindingKind) -> &'static str {
             "polygons that cross themselves or are too long to cut: triangles of them lie on each other or are turned over"
         }
         FindingKind::DuplicateObjects => "objects that repeat another one in the same place",
+        FindingKind::OverlappingCells => {
+            "pairs of cells or of portals that overlap; what is in two cells belongs to both"
+        }
         FindingKind::SunsBelowHorizon => "suns at or below the horizon, which give no light",
         FindingKind::SunsFromBelow => "suns whose light does not travel downward, taken as they are",
         _ => "see the documentation of this kind of finding",
