@@ -17,8 +17,9 @@ use crate::{
     brep::{Brep, Convex, Cuboid, HullDefect, canonical_loop},
     edge_uses::weld,
     light::LightSource,
+    measures::TriangleMeasure,
     mesh::Mesh,
-    parallelogram::{Parallelogram, area_between, area_between_floats},
+    parallelogram::{Parallelogram, area_between},
     placement::Placement,
     point::{ExactPoint, Point},
     predicates::{Target, side_value},
@@ -69,19 +70,6 @@ pub struct Base {
     pub corner: u8,
     /// The lengths of the sides that meet there, to the next corner and to the last, metres, rounded.
     pub sides: [f64; 2],
-}
-
-impl Base {
-    #[inline(always)]
-    fn of_triangle(numbers: [u32; 3], [a, b, c]: [DVec3; 3]) -> Self {
-        let opposite = [length_squared(b - c), length_squared(c - a), length_squared(a - b)];
-        let better = |best: usize, k: usize| {
-            let is_tie = opposite[k] == opposite[best] && numbers[k] < numbers[best];
-            if opposite[k] > opposite[best] || is_tie { k } else { best }
-        };
-        let corner = better(better(0, 1), 2);
-        Self { corner: corner as u8, sides: [opposite[(corner + 2) % 3].sqrt(), opposite[(corner + 1) % 3].sqrt()] }
-    }
 }
 
 /// The square of a vector's length, the squares of its coordinates added smallest first: the axes may change places
@@ -304,8 +292,7 @@ impl Facets {
         if let Faces::Parallelograms(faces) = &self.faces {
             return Base { corner: 0, sides: faces[facet].sides };
         }
-        let corners = self.triangle(facet);
-        Base::of_triangle(corners, corners.map(|corner| self.positions()[corner as usize]))
+        self.measure(facet).base()
     }
 
     /// The corners of a triangle; of a parallelogram all but the last one.
@@ -390,14 +377,21 @@ impl Facets {
         if let Faces::Parallelograms(faces) = &self.faces {
             return faces[facet].area;
         }
-        let mut corners = self.triangle(facet);
-        corners.rotate_left(usize::from(self.base(facet).corner));
-        let [a, b, c] = corners.map(|corner| self.positions()[corner as usize]);
-        let doubled = area_between_floats(b - a, c - a).unwrap_or_else(|| {
+        let measure = self.measure(facet);
+        measure.area().unwrap_or_else(|| {
+            let mut corners = self.triangle(facet);
+            corners.rotate_left(usize::from(measure.base().corner));
+            let [a, b, c] = corners.map(|corner| self.positions()[corner as usize]);
             let side = |end: DVec3| [0, 1, 2].map(|axis| Approx::exact(end[axis]) - Approx::exact(a[axis]));
-            area_between(side(b), side(c))
-        });
-        Approx { value: 0.5 * doubled.value, error: 0.5 * doubled.error }
+            let doubled = area_between(side(b), side(c));
+            Approx { value: 0.5 * doubled.value, error: 0.5 * doubled.error }
+        })
+    }
+
+    #[inline(always)]
+    fn measure(&self, facet: usize) -> TriangleMeasure {
+        let corners = self.triangle(facet);
+        TriangleMeasure::new(corners, corners.map(|corner| self.positions()[corner as usize]))
     }
 
     /// The areas of all facets.

@@ -48,15 +48,22 @@ pub(crate) fn area_between(u: [Approx; 3], v: [Approx; 3]) -> Approx {
 /// With each coordinate, product and sum rounded once (u = 2^-53), a component is off by 4.1u times the sum P of its two
 /// products' sizes, a vector by no more than the sum of its components' errors, and squares, sums and root add 3u.
 #[inline(always)]
-pub(crate) fn area_between_floats(u: DVec3, v: DVec3) -> Option<Approx> {
+fn area_between_floats(u: DVec3, v: DVec3) -> Option<Approx> {
+    let (area, is_normal) = float_area(u, v);
+    is_normal.then_some(area)
+}
+
+/// As [`area_between_floats`]: a number, and whether it holds. Without branches.
+#[inline(always)]
+pub(crate) fn float_area(u: DVec3, v: DVec3) -> (Approx, bool) {
     let normal = u.cross(v);
     let (sizes, other) = (u.abs(), v.abs());
     let pairs = DVec3::new(other.y + other.z, other.z + other.x, other.x + other.y);
     let products = symmetric_sum(sizes * pairs);
     let sum = length_squared(normal);
     let value = sum.sqrt();
-    let is_normal = sum > 1e-280 && sum < 1e280;
-    is_normal.then_some(Approx { value, error: (products * 5.0 + value * 4.0) * (f64::EPSILON / 2.0) })
+    let is_normal = (sum > 1e-280) & (sum < 1e280);
+    (Approx { value, error: (products * 5.0 + value * 4.0) * (f64::EPSILON / 2.0) }, is_normal)
 }
 
 #[cfg(test)]

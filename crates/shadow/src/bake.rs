@@ -20,11 +20,12 @@ use crate::{
     fine::{lattice::Spacing, scan::Layout},
     portals,
     progress::{Cancelled, Progress},
-    receivers::{FaceSums, Receivers, spacing},
+    receivers::{FaceSums, Receivers},
     report::{LightReport, ObjectReport, Report, Time, Work},
     request::{Detail, Request},
     samples::Samples,
     solids::Solids,
+    spacing::spacing,
 };
 
 /// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads.

@@ -36,6 +36,7 @@ mod session;
 mod slack;
 mod soft;
 mod solids;
+mod spacing;
 mod sums;
 pub mod tradeoff;
 mod triangle_rows;

@@ -21,8 +21,8 @@ use crate::{
     flat_receiver::FlatReceiver,
     levels,
     report::{Cell, LitArea, ObjectReport, SampleCount},
-    request::{Detail, Request, Sampling},
-    sums::{AreaSums, ExactSum, FaceArea},
+    request::{Detail, Request},
+    sums::{AreaSums, FaceArea},
 };
 
 /// Faces that one job takes.
@@ -269,75 +269,4 @@ fn scaled(area: Approx, units: Units, all: Units) -> Approx {
     }
     let share = units as f64 / all as f64;
     if units == 0 { Approx::exact(0.0) } else { area * Approx { value: share, error: share * f64::EPSILON } }
-}
-
-/// How far apart samples are, if the request asks for any.
-///
-/// The lattice of a face is a parallelogram's, so a slanted face has more points than its area says. Where faces are so slanted that
-/// there would be far more than were asked for, points are farther apart: never more than 17 for each that was asked for and each face.
-pub(crate) fn spacing(bodies: &Bodies, request: &Request) -> Option<Spacing> {
-    request.sampling.map(|sampling| match sampling {
-        Sampling::Spacing(spacing) => Spacing::AtMost(spacing),
-        Sampling::Count(count) => {
-            let lattices = Lattices::of(bodies, request);
-            let points = 8.0 * (count as f64 + lattices.faces);
-            let even = (total_area(bodies, request) / count.max(1) as f64).sqrt();
-            Spacing::About(
-                even.max((lattices.products.nearest() / points).sqrt()).max(lattices.lengths.nearest() / points),
-            )
-        }
-    })
-}
-
-/// What bounds the number of points of all lattices together; the same bits whatever the order of faces.
-#[derive(Default)]
-pub(crate) struct Lattices {
-    /// Products of the two edges that lattices lie along, m².
-    products: ExactSum,
-    /// Sums of these edges, metres.
-    lengths: ExactSum,
-    faces: f64,
-}
-
-impl Lattices {
-    /// Of all receivers. One look at every face.
-    pub(crate) fn of(bodies: &Bodies, request: &Request) -> Self {
-        let mut lattices = Self::default();
-        for &object in &request.receivers {
-            match bodies.get(object) {
-                Body::Flat(facets) => (0..facets.len()).for_each(|face| lattices.add(facets.base(face).sides)),
-                Body::Analytic(body) => {
-                    body.charts().iter().for_each(|chart| lattices.add(chart.steps(body.placement())))
-                }
-            }
-        }
-        lattices
-    }
-
-    fn add(&mut self, [a, b]: [f64; 2]) {
-        self.products.add(a * b);
-        self.lengths.add(a + b);
-        self.faces += 1.0;
-    }
-
-    /// No lattices with points so far apart have more points: a/s + 1 and b/s + 1 are the most along the edges of a face.
-    pub(crate) fn most_points(&self, spacing: f64) -> f64 {
-        self.products.nearest() / spacing / spacing + self.lengths.nearest() / spacing + self.faces
-    }
-}
-
-/// The area of all receivers, square metres, the same bits whatever their order and that of their faces.
-fn total_area(bodies: &Bodies, request: &Request) -> f64 {
-    let mut total = ExactSum::default();
-    for &object in &request.receivers {
-        match bodies.get(object) {
-            Body::Flat(facets) => (0..facets.len()).for_each(|face| total.add(facets.area(face).value)),
-            Body::Analytic(body) => {
-                // What the lattices of its patches cover.
-                let steps = body.charts().iter().map(|chart| chart.steps(body.placement()));
-                steps.for_each(|[u, v]| total.add(u * v));
-            }
-        }
-    }
-    total.nearest()
 }

@@ -13,9 +13,10 @@ use crate::{
     exact::patch_probe,
     fine::lattice::{Lattice, Spacing},
     levels::FaceSize,
-    receivers::{Lattices, flat_corners, spacing},
+    receivers::flat_corners,
     report::place_in_face,
     request::Request,
+    spacing::{Lattices, spacing},
 };
 
 /// A sampled point of a face.

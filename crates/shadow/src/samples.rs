@@ -3,6 +3,7 @@
 //! Receivers that a curved body or one with holes may shadow, and these themselves, are left to [`Receivers`](crate::receivers::Receivers).
 //! Samples prove nothing about the surface between them: the lit area is bounded by nothing and by all.
 
+use rayon::prelude::*;
 use umbriel_bvh::Influences;
 use umbriel_geometry::{Facets, LightSource, Sign};
 
@@ -64,6 +65,7 @@ impl<'a> Samples<'a> {
             })
             .collect();
         let objects: Vec<Sampled> = (0..bodies.boxes.len())
+            .into_par_iter()
             .filter(|&object| self.blocks[object] || place[object].is_some())
             .filter_map(|object| {
                 let Body::Flat(facets) = bodies.get(object) else { return None };

@@ -4,6 +4,9 @@ use umbriel_geometry::{Approx, Dyadic};
 
 use crate::report::LitArea;
 
+/// Terms that are added side by side.
+const LANES: usize = 8;
+
 /// The areas of some faces, square metres.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AreaSums {
@@ -44,6 +47,19 @@ impl AreaSums {
         self.area.add(if area.value.is_finite() { area.value } else { 0.0 });
         self.slack.add(if is_bounded { area.error } else { 0.0 });
         self.is_unbounded |= !is_bounded;
+    }
+
+    /// Adds faces of which only the areas are asked, and how far these may be off.
+    #[inline(always)]
+    pub(crate) fn add_wholes(&mut self, areas: &[f64], errors: &[f64]) {
+        let are_bounded = areas.iter().chain(errors).fold(true, |all, number| all & number.is_finite());
+        if are_bounded {
+            self.area.add_all(areas);
+            self.slack.add_all(errors);
+        } else {
+            let faces = areas.iter().zip(errors);
+            faces.for_each(|(&value, &error)| self.add_whole(Approx { value, error }));
+        }
     }
 
     /// A float not below the area.
@@ -143,6 +159,44 @@ impl ExactSum {
             return self.add_beside(term);
         }
         self.add_shifted(term, shift);
+    }
+
+    /// Adds terms, at most 2^16. Those of similar size are split in two, t = h + l with h a multiple of 2^(`low` + 48), by adding and
+    /// subtracting 1.5·2^(`low` + 100), whose last place that is: |t| < 2^(`low` + 84) and t is a multiple of 2^(`low` + 12), so h and l have
+    /// 36 bits each at most, and sums of 2^16 of them are exact floats. Vectors of these sums cost a fraction of adding one by one.
+    #[inline(always)]
+    pub(crate) fn add_all(&mut self, mut terms: &[f64]) {
+        while let (0, Some((&first, others))) = (self.room, terms.split_first()) {
+            self.add(first);
+            terms = others;
+        }
+        if (self.room as usize) < terms.len() {
+            return terms.iter().for_each(|&term| self.add(term));
+        }
+        let power = |shift: i32| 2f64.powi(self.low + shift);
+        let (least, most, split) = (power(64), power(84), 1.5 * power(100));
+        let is_inside = |term: f64| (term.abs() >= least) & (term.abs() < most);
+        let (mut high, mut low, mut outside) = ([0.0; LANES], [0.0; LANES], [0_u64; LANES]);
+        let (chunks, rest) = terms.as_chunks::<LANES>();
+        for chunk in chunks {
+            for lane in 0..LANES {
+                let is_inside = is_inside(chunk[lane]);
+                let term = if is_inside { chunk[lane] } else { 0.0 };
+                let part = (term + split) - split;
+                high[lane] += part;
+                low[lane] += term - part;
+                outside[lane] += u64::from(!is_inside);
+            }
+        }
+        let (high, low): (f64, f64) = (high.iter().sum(), low.iter().sum());
+        self.window += i128::from((high / power(48)) as i64) << 48;
+        self.window += i128::from((low / power(12)) as i64) << 12;
+        self.room -= terms.len() as u32;
+        rest.iter().for_each(|&term| self.add(term));
+        if outside != [0; LANES] {
+            let others = chunks.as_flattened().iter().filter(|&&term| !is_inside(term));
+            others.for_each(|&term| self.add(term));
+        }
     }
 
     /// Adds a term that the window does not hold, or opens one for it.
@@ -296,6 +350,24 @@ mod tests {
             let mut sum = sum_of(second);
             sum.append(sum_of(first));
             prop_assert_eq!(sum.nearest(), exact.to_nearest());
+            sum = sum_of(second);
+            sum.add_all(first);
+            prop_assert_eq!(sum.nearest(), exact.to_nearest());
+        }
+
+        #[test]
+        fn many_terms_are_added_as_one_by_one(
+            terms in prop::collection::vec((-1.0..1.0f64, -18i32..10), 100..300), scale in -800i32..800,
+        ) {
+            // From here on terms leave the part of the window that is summed at once, on both sides.
+            let terms: Vec<f64> = terms.iter().map(|&(x, e)| x * 2f64.powi(e) * 2f64.powi(scale)).collect();
+            let (mut one_by_one, mut at_once) = (ExactSum::default(), ExactSum::default());
+            terms.iter().for_each(|&term| one_by_one.add(term));
+            at_once.add_all(&terms[..99]);
+            at_once.add_all(&terms[99..]);
+            prop_assert_eq!(at_once.nearest(), one_by_one.nearest());
+            let exact = terms.iter().fold(Dyadic::zero(), |sum, &term| sum + Dyadic::new(term));
+            prop_assert_eq!(at_once.nearest(), exact.to_nearest());
         }
     }
 }

@@ -23,8 +23,8 @@ use crate::{
     Verdict, bake,
     bodies::Bodies,
     for_each_sample,
-    receivers::spacing,
     rivals::{PointRays, Polygons, Rival, RivalPoint, RivalRefusal},
+    spacing::spacing,
 };
 
 pub use judge::{Judge, Score};

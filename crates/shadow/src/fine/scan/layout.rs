@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use umbriel_geometry::{
-    Base, Facet, Facets,
+    Base, Facet, Facets, Measures,
     simd::{Kernel, Simd, dispatch},
 };
 
@@ -131,20 +131,23 @@ impl Kernel for Part<'_> {
     fn run<S: Simd>(self, _: S) -> Totals {
         let Self { facets, spacing, first, faces } = self;
         let mut totals = Totals { bytes: 0, samples: 0, areas: AreaSums::default() };
-        for (k, packed) in faces.iter_mut().enumerate() {
-            let face = first + k;
-            let area = facets.area(face);
-            totals.areas.add_whole(area);
-            if area.upper() <= 0.0 {
-                continue;
+        let mut measures = Measures::default();
+        for (block, faces) in faces.chunks_mut(Measures::MOST).enumerate() {
+            let start = first + block * Measures::MOST;
+            measures.measure(facets, start..start + faces.len());
+            totals.areas.add_wholes(measures.areas(), measures.errors());
+            for (lane, packed) in faces.iter_mut().enumerate() {
+                if measures.area(lane).upper() <= 0.0 {
+                    continue;
+                }
+                let Base { corner, sides } = measures.base(lane);
+                let is_triangle = matches!(facets.facet(start + lane), Facet::Triangle(_));
+                let lattice = Lattice::new(sides, spacing, is_triangle);
+                let counts = lattice.counts();
+                *packed = Packed { counts, place: totals.bytes << 3 | u64::from(is_triangle) << 2 | u64::from(corner) };
+                totals.bytes += u64::from(counts[0]) * u64::from(counts[1].div_ceil(8));
+                totals.samples += lattice.len();
             }
-            let Base { corner, sides } = facets.base(face);
-            let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
-            let lattice = Lattice::new(sides, spacing, is_triangle);
-            let counts = lattice.counts();
-            *packed = Packed { counts, place: totals.bytes << 3 | u64::from(is_triangle) << 2 | u64::from(corner) };
-            totals.bytes += u64::from(counts[0]) * u64::from(counts[1].div_ceil(8));
-            totals.samples += lattice.len();
         }
         totals
     }

@@ -15,8 +15,9 @@ use crate::{
     bodies::{Bodies, Body},
     exact::{Own, face_blocks, flat_face_is_turned_to},
     fine::flat::flat_probe,
-    receivers::{flat_corners, spacing},
+    receivers::flat_corners,
     sample_points::for_each_on_flat,
+    spacing::spacing,
 };
 
 /// Samples lit of the samples asked, each compared.
