@@ -1,12 +1,15 @@
-//! Pictures: nanoseconds a pixel of a scene of boxes and balls, by the size of the picture.
+//! Pictures: nanoseconds a pixel of a scene of boxes and balls, by the size of the picture; and milliseconds of the depth buffer, by SIMD level.
 //! `cargo bench -p umbriel-visibility`.
 
 use std::{hint::black_box, time::Instant};
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Analytic, Cuboid, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Cuboid, Placement, Rectangle, simd::Level};
 use umbriel_scene::{Object, Scene, Shape, Sides};
-use umbriel_visibility::{RayCaster, View};
+use umbriel_visibility::{
+    RayCaster, View,
+    hidden_surface::{DepthBuffer, Shot, draw},
+};
 
 /// Runs of which the quickest counts.
 const RUNS: usize = 3;
@@ -27,6 +30,36 @@ fn main() {
         let seconds = (0..RUNS).map(time).fold(f64::INFINITY, f64::min);
         let pixels = f64::from(edge * edge);
         println!("{edge:>4} pixels across {:>8.1} ms {:>8.1} ns a pixel", seconds * 1e3, seconds * 1e9 / pixels);
+    }
+    depth_buffer();
+}
+
+/// The depth buffer on boxes whose faces cover long runs of pixels, levels in turns.
+#[expect(clippy::print_stdout, reason = "a benchmark shows what it measured")]
+fn depth_buffer() {
+    const ROUNDS: usize = 15;
+    let mut scene = scene();
+    scene.objects.retain(|object| object.facets().is_some());
+    for (edge, tile) in [(1024, [64, 32]), (4096, [64, 32]), (4096, [4096, 1])] {
+        let shot = Shot::new(&scene, &View::of(&scene, edge, edge)).expect("a view");
+        let levels: Vec<Level> = Level::ALL.into_iter().filter(|level| level.is_available()).collect();
+        let mut best = vec![f64::INFINITY; levels.len()];
+        for _ in 0..ROUNDS {
+            for (level, best) in levels.iter().zip(&mut best) {
+                level.limit();
+                let begun = Instant::now();
+                black_box(draw(&DepthBuffer { tile }, &shot));
+                *best = best.min(begun.elapsed().as_secs_f64());
+            }
+        }
+        for (level, seconds) in levels.iter().zip(&best) {
+            let [columns, rows] = tile;
+            let gain = best[0] / seconds;
+            println!(
+                "{edge:>4} pixels across, tiles {columns} x {rows}: {level:?} {:.2} ms, gain {gain:.2}",
+                seconds * 1e3
+            );
+        }
     }
 }
 

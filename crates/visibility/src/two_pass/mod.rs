@@ -6,7 +6,7 @@
 //!
 //! - Source: a lecture on visible-surface determination, shadows by two passes; Atherton, Weiler and Greenberg, "Polygon shadow generation", SIGGRAPH 1978.
 //! - Which faces are turned to the light, and which corners lie before a face, are exact signs. Polygons are made in floats: an occluder is cut by the
-//!   receiver's plane and by the planes through the light and the receiver's edges (`projection`), projected, and `i_overlay` unites what comes out (`union`) on a grid of integers. Lit areas
+//!   receiver's plane and by the planes through the light and a rectangle round the receiver (`projection`), projected, and `i_overlay` unites what comes out (`union`) on a grid of integers. Lit areas
 //!   carry a bound: that grid and the floats, along all edges ([`FaceShadow::error`]). It is an estimate of the worst case, not a proof; the pipeline proves, and this is
 //!   an independent way to its areas.
 //! - Cost: for each lit face the faces of all objects that a shaft finds in its way, and sweeps over their edges. Curved bodies and meshes with
@@ -194,9 +194,9 @@ impl Pass<'_> {
         for (other, occluder) in self.before(&receiver).into_iter().filter(|&occluder| occluder != (object, face)) {
             let Some((cover, stretch)) = receiver.project(&self.bodies[other].facets, occluder) else { continue };
             let (slack, covered) = (receiver.slack(&cover, stretch), area_of(&cover));
-            // A sliver, as of a neighbour that bends up by a rounding, is less than what it may be off.
-            if covered <= slack {
-                found.error += covered + slack;
+            // Beside the receiver it covers nothing of it, and a sliver, as of a neighbour that bends up by a rounding, no more than it may be off.
+            if covered <= slack || is_beside(&outline, &cover) {
+                found.error += slack + covered.min(slack);
             } else {
                 rounding += slack;
                 covers.push(cover);
@@ -211,9 +211,18 @@ impl Pass<'_> {
         let covered = union::union(&covers);
         found.lit = outline.overlay(&covered, OverlayRule::Difference, FillRule::NonZero);
         found.shadow = outline.overlay(&covered, OverlayRule::Intersect, FillRule::NonZero);
-        found.lit_area = found.lit.iter().flatten().map(|contour| area_of(contour)).sum();
+        found.lit_area = found.lit.iter().flatten().fold(0.0, |sum, contour| sum + area_of(contour));
         found
     }
+}
+
+/// Whether some edge of a convex, counter-clockwise outline has all of a polygon on its outer side or on its line.
+fn is_beside(outline: &[[f64; 2]], polygon: &[[f64; 2]]) -> bool {
+    let mut edges = outline.iter().zip(outline.iter().cycle().skip(1));
+    edges.any(|(&from, &to)| {
+        let along = DVec2::from(to) - DVec2::from(from);
+        polygon.iter().all(|&point| along.perp_dot(DVec2::from(point) - DVec2::from(from)) <= 0.0)
+    })
 }
 
 /// The area within a contour, positive where it runs counter-clockwise.

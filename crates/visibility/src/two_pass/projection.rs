@@ -1,8 +1,11 @@
 //! One receiving face: its plane, and what occluders cover of it.
 //!
 //! An occluder is a convex polygon. Corners are before the receiver's plane by exact signs; where an edge goes through the plane it is cut
-//! in floats. Then it is cut by the planes through the light and each edge of the receiver, so that all of its projection lies on the
-//! receiver, and is projected: along the sun's direction, or from the lamp at height H, which stretches what lies at height h by H/(H − h).
+//! in floats. Then it is cut by the planes through the light and each edge of a rectangle round the receiver, so that all of its projection lies in the
+//! rectangle, and is projected: along the sun's direction, or from the lamp at height H, which stretches what lies at height h by H/(H − h).
+//!
+//! The rectangle lies along the plane's axes. All that is cut at an edge of it has one coordinate in common, which stays so on the overlay's grid; cut at the slanted
+//! edges of the receiver itself, borders of many covers would lie almost in a line, and a sweep would find them crossing each other thousands of times.
 
 use glam::DVec3;
 use umbriel_bvh::Ray;
@@ -17,6 +20,8 @@ pub(super) struct Receiver<'a> {
     normal: DVec3,
     /// Counter-clockwise seen from the light.
     corners: Vec<DVec3>,
+    /// Least and greatest plane coordinates of a rectangle round it.
+    rectangle: [[f64; 2]; 2],
     /// Three exact corners of the plane, the light in front.
     plane: [Point<'a>; 3],
     pub(super) bounds: Aabb,
@@ -37,7 +42,11 @@ impl<'a> Receiver<'a> {
         let first = along.normalize_or_zero();
         let axes = [first, normal.cross(first)];
         let bounds = facets.facet_bounds(face);
-        Self { light, origin: corners[0], axes, normal, plane: plane(&points), corners, bounds }
+        let rectangle = [[0.0; 2]; 2];
+        let mut receiver =
+            Self { light, origin: corners[0], axes, normal, plane: plane(&points), corners, rectangle, bounds };
+        receiver.rectangle = around(&receiver.outline());
+        receiver
     }
 
     fn flat(&self, point: DVec3) -> [f64; 2] {
@@ -67,8 +76,7 @@ impl<'a> Receiver<'a> {
         }
         let corners: Vec<DVec3> = numbers.iter().map(|&number| facets.point(number).position).collect();
         let mut polygon = cut(&corners, &heights);
-        for k in 0..self.corners.len() {
-            let side = self.side_plane(self.corners[k], self.corners[(k + 1) % self.corners.len()]);
+        for side in self.side_planes() {
             let values: Vec<f64> = polygon.iter().map(|&point| side.direction.dot(point - side.origin)).collect();
             polygon = cut(&polygon, &values);
         }
@@ -80,7 +88,9 @@ impl<'a> Receiver<'a> {
         for point in polygon {
             let (landed, own) = self.land(point)?;
             stretch = stretch.max(own);
-            cover.push(self.flat(landed));
+            let [low, high] = self.rectangle;
+            let at = self.flat(landed);
+            cover.push([0, 1].map(|axis| at[axis].clamp(low[axis], high[axis])));
         }
         let twice: f64 = (1..cover.len() - 1)
             .map(|k| {
@@ -101,10 +111,18 @@ impl<'a> Receiver<'a> {
         predicates::side_value(a, b, c, predicates::Target::Point(point)).value
     }
 
+    /// The planes through the light and the edges of the rectangle.
+    fn side_planes(&self) -> [Ray; 4] {
+        let [[left, low], [right, high]] = self.rectangle;
+        let corners = [[left, low], [right, low], [right, high], [left, high]]
+            .map(|[u, v]| self.origin + u * self.axes[0] + v * self.axes[1]);
+        std::array::from_fn(|k| self.side_plane(corners[k], corners[(k + 1) % 4]))
+    }
+
     /// The plane through the light and an edge, as a point of it and the direction to the receiver's side.
     fn side_plane(&self, from: DVec3, to: DVec3) -> Ray {
         let towards = self.light.xyz() - self.light.w() * from;
-        // The receiver is left of its edges, seen from the light.
+        // The receiver is left of the edges, seen from the light.
         Ray::new(from, towards.cross(to - from).normalize_or_zero())
     }
 
@@ -121,6 +139,14 @@ impl<'a> Receiver<'a> {
         let stretch = lamp / left;
         (left > 0.0).then(|| (self.light.xyz() + (point - self.light.xyz()) * stretch, stretch))
     }
+}
+
+/// A rectangle round an outline, an eighth of its extent wider on all sides: no border of the outline lies on it.
+fn around(outline: &[[f64; 2]]) -> [[f64; 2]; 2] {
+    let [low, high] = [f64::min, f64::max]
+        .map(|choose| [0, 1].map(|axis| outline.iter().map(|point| point[axis]).reduce(choose).unwrap_or(0.0)));
+    let wider = 0.125 * (high[0] - low[0]).max(high[1] - low[1]);
+    [low.map(|least| least - wider), high.map(|greatest| greatest + wider)]
 }
 
 /// The overlay's integers have 32 bits with a sign, and leave some free: 2^-28 of the extent is no finer than their grid.
