@@ -103,6 +103,7 @@ fn scenes() -> Result<Vec<PathBuf>> {
         path.extension().is_some_and(|kind| ["toml", "obj", "gltf", "glb"].iter().any(|known| kind == *known))
     };
     paths.retain(|path| is_scene(path));
+    paths.push(folder.join("office/office.toml"));
     paths.sort();
     paths.extend(MODELS.iter().map(|model| root().join("../shared/data").join(model)));
     Ok(paths)
