@@ -110,7 +110,7 @@ impl Approx {
 }
 
 /// Three numbers from the least to the greatest. NaN stays among them, wherever.
-#[inline]
+#[inline(always)]
 pub(crate) fn sorted([a, b, c]: [f64; 3]) -> [f64; 3] {
     let ordered = |x: f64, y: f64| if y < x { (y, x) } else { (x, y) };
     let (a, b) = ordered(a, b);

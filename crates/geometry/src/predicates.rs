@@ -127,7 +127,7 @@ pub fn side_filter(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
         Target::Light(l) => (l.xyz(), DVec3::ZERO, l.w()),
     };
     if a.slack + b.slack + c.slack + slack == DVec3::ZERO {
-        return exact_corners_filter(a.position - c.position, b.position - c.position, position - c.position * w);
+        return rows_filter(a.position - c.position, b.position - c.position, position - c.position * w);
     }
     determinant(&[minus(a, c), minus(b, c), row_of(x, c)])
 }
@@ -137,14 +137,14 @@ pub fn side_filter(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
 const ROUNDED_ROWS_BOUND: f64 = (7.0 + 56.0 * UNIT_ROUNDOFF) * UNIT_ROUNDOFF;
 
 /// As [`side_filter`], of points that are floats.
-#[inline]
+#[inline(always)]
 pub fn float_side_filter(a: DVec3, b: DVec3, c: DVec3, x: DVec3) -> Approx {
-    exact_corners_filter(a - c, b - c, x - c)
+    rows_filter(a - c, b - c, x - c)
 }
 
-/// The filter where all coordinates are exact floats.
-#[inline]
-fn exact_corners_filter(a: DVec3, b: DVec3, x: DVec3) -> Approx {
+/// The determinant of three rows, each a rounded difference of two exact floats or an exact float, with a bound of its error.
+#[inline(always)]
+pub fn rows_filter(a: DVec3, b: DVec3, x: DVec3) -> Approx {
     let value = symmetric_sum(a * b.cross(x));
     let (a, b, x) = (a.abs(), b.abs(), x.abs());
     let permanent = a * DVec3::new(b.y * x.z + b.z * x.y, b.z * x.x + b.x * x.z, b.x * x.y + b.y * x.x);
@@ -167,7 +167,7 @@ pub(crate) fn side_of_pairs([a, b, c]: &[[Pair; 3]; 3], x: &[Pair; 3], w: f64) -
 }
 
 /// The sum of the coordinates, rounded alike whatever the order of the axes: least, greatest, then the one between.
-#[inline]
+#[inline(always)]
 pub fn symmetric_sum(terms: DVec3) -> f64 {
     let [least, middle, greatest] = sorted(terms.to_array());
     least + greatest + middle

@@ -14,7 +14,7 @@ use crate::{
     fine::scan::{IsLit, Layout, Sampled, sample},
     progress::{Cancelled, Progress},
     report::{LitArea, ObjectReport, SampleCount},
-    solids::Solids,
+    solids::{Solids, Uses},
 };
 
 /// The samples of all flat receivers under one light.
@@ -67,12 +67,13 @@ impl<'a> Samples<'a> {
         let objects: Vec<Sampled> = (0..bodies.boxes.len())
             .into_par_iter()
             .filter(|&object| self.blocks[object] || place[object].is_some())
-            .filter_map(|object| {
+            .map_init(Uses::default, |uses, object| {
                 let Body::Flat(facets) = bodies.get(object) else { return None };
                 let receives = place[object].map(|_| (self.layout(object, facets), &lit_faces[object] as &IsLit));
-                let solids = self.stage.solids[object].get_or_init(|| Solids::of(facets));
+                let solids = self.stage.solids[object].get_or_init(|| Solids::of(facets, uses));
                 Some(Sampled { object: object as u32, facets, solids, receives, bounds: bodies.boxes[object] })
             })
+            .flatten_iter()
             .collect();
         let lit = sample(bodies, self.light, &objects, progress)?;
         let mut all = 0;
