@@ -47,6 +47,29 @@ impl Storage {
         self.nodes.clear();
     }
 
+    /// Whether nothing but a solid is over a box of images and not all deeper than `farthest`.
+    #[inline(always)]
+    pub(super) fn is_clear<S: Simd>(
+        &mut self,
+        simd: S,
+        sampler: &Sampler,
+        solid: i32,
+        whole: &Rect,
+        farthest: f32,
+    ) -> bool {
+        let farthest = farthest + sampler.errors.depth_slack(farthest);
+        let rect = whole.widened(sampler.wide);
+        sampler.tree.begin(simd, &rect, farthest, &mut self.path);
+        while let Some(pack) = sampler.tree.walk(simd, &rect, farthest, &mut self.path) {
+            let pack = &sampler.packs[pack];
+            let others = !pack.of_solid(simd, solid) & 0xff;
+            if others != 0 && pack.load(simd).over(simd, &rect, farthest) & others != 0 {
+                return false;
+            }
+        }
+        true
+    }
+
     /// Adds a pack.
     #[inline(always)]
     fn add(&mut self, pack: usize, (rect, nearest): (Rect, f32)) {
@@ -111,11 +134,17 @@ impl Batch<'_, '_> {
         let farthest = self.patches[first..end].iter().fold(f32::NEG_INFINITY, |most, patch| most.max(patch.farthest));
         let farthest = farthest + sampler.errors.depth_slack(farthest);
         let rect = whole.widened(sampler.wide);
+        // Faces of the convex solid of all these patches block none of them.
+        let solid = self.patches[first].solid;
+        let is_common = solid >= 0 && self.patches[first..end].iter().all(|patch| patch.solid == solid);
         self.storage.doubts.clear();
         self.storage.clear();
         let mut path = std::mem::take(&mut self.storage.path);
         sampler.tree.begin(simd, &rect, farthest, &mut path);
         while let Some(pack) = sampler.tree.walk(simd, &rect, farthest, &mut path) {
+            if is_common && sampler.packs[pack].of_solid(simd, solid) == 0xff {
+                continue;
+            }
             self.storage.add(pack, sampler.tree.bounds(pack));
             if self.storage.found.len() >= ROUND {
                 self.round(simd, first, end);

@@ -7,19 +7,22 @@ use umbriel_geometry::{
 
 use super::{
     batch::{Batch, Storage},
-    faces::{Face, Piece},
+    faces::{Face, Piece, Rect},
     layout::FaceLattice,
     patch::{EDGE, Extent, Frame, Patch},
     sampler::Sampler,
     tree::WIDTH,
     view::Image,
 };
+use crate::fine::lattice::first_bits;
 
 /// Storage that the groups of one thread share.
 #[derive(Default)]
 pub(super) struct Room {
     pub(super) storage: Storage,
     pub(super) patches: Vec<Patch>,
+    /// Small faces with samples that may be lit.
+    small: Vec<Small>,
     /// Faces in many patches, and faces that reach beyond the window.
     pub(super) large: Vec<Face>,
 }
@@ -38,6 +41,7 @@ impl Kernel for Group<'_, '_> {
     fn run<S: Simd>(self, simd: S) {
         let Self { sampler, group, room } = self;
         room.patches.clear();
+        room.small.clear();
         room.large.clear();
         let pieces = sampler.order.group(group);
         for (place, &piece) in (pieces.start..).zip(&sampler.order.pieces[pieces]) {
@@ -45,8 +49,26 @@ impl Kernel for Group<'_, '_> {
                 add(sampler, piece.face(), place, room);
             }
         }
+        if is_clear(simd, sampler, room) {
+            return room.small.iter().for_each(|small| small.light(sampler));
+        }
+        let Room { patches, small, .. } = room;
+        patches.extend(small.iter().map(|small| small.patch(sampler)));
         Block { sampler, room }.run(simd);
     }
+}
+
+/// Whether the small faces are of one convex solid, turned away from it to the light, and nothing else is before them.
+#[inline(always)]
+fn is_clear<S: Simd>(simd: S, sampler: &Sampler, room: &mut Room) -> bool {
+    let Room { storage, small, .. } = room;
+    let Some(solid) = small.first().map(|small| small.solid).filter(|&solid| solid >= 0) else { return false };
+    if !sampler.unbounded.is_empty() || small.iter().any(|small| small.solid != solid) {
+        return false;
+    }
+    let whole = small.iter().fold(Rect::EMPTY, |rect, small| rect.union(&small.extent.rect));
+    let farthest = small.iter().fold(f32::NEG_INFINITY, |most, small| most.max(small.extent.depths[1]));
+    storage.is_clear(simd, sampler, solid, &whole, farthest)
 }
 
 /// Decides patches.
@@ -71,7 +93,18 @@ impl Kernel for Block<'_, '_> {
     }
 }
 
-/// Adds the patch of a face at a place of the order, or the face where it is large, if it has samples that may be lit.
+/// A face in one patch, all of which the view sees.
+#[derive(Clone, Copy)]
+struct Small {
+    face: Face,
+    /// The convex solid whose faces do not block its samples; −2 for none.
+    solid: i32,
+    corners: [Image; 4],
+    lattice: FaceLattice,
+    extent: Extent,
+}
+
+/// Adds a face at a place of the order if it has samples that may be lit.
 #[inline(always)]
 fn add(sampler: &Sampler, face: Face, place: usize, room: &mut Room) {
     let Some((layout, is_lit)) = sampler.objects[face.source as usize].receives else { return };
@@ -95,12 +128,34 @@ fn add(sampler: &Sampler, face: Face, place: usize, room: &mut Room) {
     if !is_whole || rows > EDGE || columns > EDGE || !sampler.view.holds(&extent.rect) {
         return room.large.push(face);
     }
-    let frame = Frame::of_images(counted_from(&corners, &lattice), &lattice.lattice, &sampler.view);
-    let mut patch = Patch::whole(face, &frame, &extent, &lattice);
-    if let Some(solid) = sampler.faces.sources[face.source as usize].convex_behind(face.number as usize, turn) {
-        patch.solid = solid as i32;
+    let solid = sampler.faces.sources[face.source as usize].convex_behind(face.number as usize, turn);
+    let solid = solid.map_or(-2, |solid| solid as i32);
+    room.small.push(Small { face, solid, corners, lattice, extent });
+}
+
+impl Small {
+    #[inline(always)]
+    fn patch(&self, sampler: &Sampler) -> Patch {
+        let Self { face, solid, ref corners, ref lattice, ref extent } = *self;
+        let frame = Frame::of_images(counted_from(corners, lattice), &lattice.lattice, &sampler.view);
+        Patch { solid, ..Patch::whole(face, &frame, extent, lattice) }
     }
-    room.patches.push(patch);
+
+    /// Keeps that all samples are lit.
+    #[inline(always)]
+    fn light(&self, sampler: &Sampler) {
+        let (lattice, [rows, columns]) = (&self.lattice, self.lattice.lattice.counts());
+        count(Level::Single, lattice.lattice.len());
+        match lattice.lattice.small_rows() {
+            Some(triangle) => write_rows(sampler, (self.face, lattice), [0, 0], &triangle.words),
+            None => write_rows(
+                sampler,
+                (self.face, lattice),
+                [0, 0],
+                &[first_bits(columns); EDGE as usize][..rows as usize],
+            ),
+        }
+    }
 }
 
 /// The corners from which the lattice is counted: first, next, last.
@@ -117,13 +172,18 @@ fn counted_from<'a>(corners: &'a [Image; 4], lattice: &FaceLattice) -> [&'a Imag
 /// Keeps the answers: open samples are lit.
 #[inline(always)]
 fn write(sampler: &Sampler, patch: &Patch) {
-    let source = patch.face.source as usize;
     let lattice = sampler.lattice(patch.face);
+    write_rows(sampler, (patch.face, &lattice), patch.origin, &patch.open[..patch.rows as usize]);
+}
+
+/// Keeps which samples of some rows, from a row and column on, are lit.
+#[inline(always)]
+fn write_rows(sampler: &Sampler, (face, lattice): (Face, &FaceLattice), origin: [u32; 2], rows: &[i32]) {
     let row_bytes = lattice.row_bytes();
-    let mut byte = lattice.first_byte + u64::from(patch.origin[0]) * row_bytes + u64::from(patch.origin[1] / 8);
-    for &open in &patch.open[..patch.rows as usize] {
+    let mut byte = lattice.first_byte + u64::from(origin[0]) * row_bytes + u64::from(origin[1] / 8);
+    for &open in rows {
         if open != 0 {
-            sampler.lit[source].set(byte, open as u32);
+            sampler.lit[face.source as usize].set(byte, open as u32);
         }
         byte += row_bytes;
     }
