@@ -39,7 +39,6 @@ mod solids;
 mod spacing;
 mod sums;
 pub mod tradeoff;
-mod triangle_rows;
 
 pub use bake::bake;
 pub use cell_octree::CellOctree;

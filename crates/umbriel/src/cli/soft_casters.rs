@@ -4,8 +4,9 @@ use glam::{DAffine3, DVec3};
 use umbriel_geometry::Placement;
 use umbriel_scene::{FamilyTree, Member, Scene};
 use umbriel_shadow::soft_image::{
-    Blocker, BoxTree, LightSpace, Outline, hide_others, may_hide_itself, visible_outlines,
+    Blocker, BoxTree, Outline, covering_outlines, hide_others, may_hide_itself, visible_outlines,
 };
+use umbriel_visibility::depth_map::LightSpace;
 
 use crate::cli::Failure;
 
@@ -101,8 +102,8 @@ impl Casters {
         };
         let blockers = |group: &Vec<usize>| {
             let (outlines, _) = self.outlines(group, scene, space, is_fine);
-            let visible = visible_outlines(&outlines);
-            visible.iter().filter_map(|outline| Blocker::of(std::slice::from_ref(outline))).collect::<Vec<_>>()
+            let covering = covering_outlines(&outlines);
+            covering.iter().filter_map(|outline| Blocker::of(std::slice::from_ref(outline))).collect::<Vec<_>>()
         };
         self.groups.iter().flat_map(blockers).collect()
     }

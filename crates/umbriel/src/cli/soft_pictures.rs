@@ -12,9 +12,12 @@ use umbriel_geometry::Facets;
 use umbriel_scene::{Light, Object, Scene};
 use umbriel_shadow::{
     Cell, Detail, Place, Queries, SoftRequest, Verdict, soft_bake,
-    soft_image::{Blocker, BoxKernel, CurvedBodies, DepthMap, LightSpace, SoftMethod, SoftShader, SurfacePoint},
+    soft_image::{Blocker, BoxKernel, SoftMethod, SoftShader, SurfacePoint, light_space},
 };
-use umbriel_visibility::{RayCaster, SurfaceHit};
+use umbriel_visibility::{
+    RayCaster, SurfaceHit,
+    depth_map::{CurvedBodies, DepthMap, LightSpace},
+};
 
 use super::soft_casters::{BoxCounts, Casters};
 use crate::{
@@ -83,7 +86,7 @@ struct Stage<'a> {
     flat: Vec<Facets>,
     curved: CurvedBodies,
     space: LightSpace,
-    /// Of the light: see [`LightSpace::of_light`].
+    /// Of the light: see [`light_space`].
     width: f64,
     /// Depth of the farthest receiver.
     farthest: f64,
@@ -108,7 +111,7 @@ impl<'a> Stage<'a> {
         let points: Vec<Option<SurfacePoint>> = hits.iter().enumerate().map(point).collect();
         let corners = flat.iter().flat_map(|facets| facets.positions().iter().copied());
         let corners: Vec<DVec3> = corners.chain(curved.corners()).collect();
-        let (space, width) = LightSpace::of_light(light, &corners, args.map)
+        let (space, width) = light_space(light, &corners, args.map)
             .ok_or_else(|| Failure::Refused(format!("light \"{}\" has no extent", light.name)))?;
         let depths = points.iter().flatten().map(|point| space.to_light(point.position).z);
         let farthest = depths.fold(0.0, f64::max);

@@ -11,6 +11,8 @@ use glam::DVec3;
 use umbriel_bvh::Ray;
 use umbriel_geometry::{Aabb, Facets, LightSource, Point, Sign, predicates};
 
+use crate::polygon::cut;
+
 /// A face that light falls on.
 pub(super) struct Receiver<'a> {
     light: &'a LightSource,
@@ -151,18 +153,3 @@ fn around(outline: &[[f64; 2]]) -> [[f64; 2]; 2] {
 
 /// The overlay's integers have 32 bits with a sign, and leave some free: 2^-28 of the extent is no finer than their grid.
 const GRID: f64 = 1.0 / (1 << 28) as f64;
-
-/// The part of a convex polygon where values at its corners are not negative.
-fn cut(polygon: &[DVec3], values: &[f64]) -> Vec<DVec3> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (k, (&corner, &value)) in polygon.iter().zip(values).enumerate() {
-        let next = (k + 1) % polygon.len();
-        if value >= 0.0 {
-            kept.push(corner);
-        }
-        if (value > 0.0 && values[next] < 0.0) || (value < 0.0 && values[next] > 0.0) {
-            kept.push(corner.lerp(polygon[next], value / (value - values[next])));
-        }
-    }
-    kept
-}

@@ -4,8 +4,9 @@
 //! square only: O(squares covered) to make, O(blockers near) a point.
 
 use glam::DVec2;
+use umbriel_visibility::depth_map::LightSpace;
 
-use super::{boxes::Blocker, light_space::LightSpace};
+use super::boxes::Blocker;
 
 /// Squares along an edge of the map.
 const SQUARES: usize = 64;

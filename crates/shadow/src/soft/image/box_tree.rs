@@ -10,11 +10,9 @@ use std::{collections::BTreeMap, ops::Range};
 use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::Analytic;
 use umbriel_scene::{Object, PartBox, Shape};
+use umbriel_visibility::depth_map::LightSpace;
 
-use super::{
-    boxes::{OrientedBox, Outline},
-    light_space::LightSpace,
-};
+use super::boxes::{OrientedBox, Outline};
 
 /// How often a box's cube is halved at most.
 const DEEPEST: u32 = 5;

@@ -10,8 +10,7 @@
 
 use glam::{DVec2, DVec3};
 use umbriel_geometry::Cuboid;
-
-use super::light_space::LightSpace;
+use umbriel_visibility::depth_map::LightSpace;
 
 /// A box that stands in space as it likes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,8 +95,12 @@ impl Outline {
 
     /// Whether a corner is inside and not nearer to the light than the box.
     fn hides(&self, corner: DVec3) -> bool {
-        let place = corner.truncate();
-        if corner.z <= self.depths[0] || place.cmple(self.low).any() || place.cmpge(self.high).any() {
+        corner.z > self.depths[0] && self.covers(corner.truncate())
+    }
+
+    /// Whether a place on the image is inside.
+    pub(super) fn covers(&self, place: DVec2) -> bool {
+        if place.cmple(self.low).any() || place.cmpge(self.high).any() {
             return false;
         }
         let next = self.hull.iter().cycle().skip(1);
@@ -123,6 +126,22 @@ pub fn visible_outlines(whole: &[Outline]) -> Vec<Outline> {
         Outline { corners, ..outline.clone() }
     });
     visible.filter(|outline| !outline.corners.is_empty()).collect()
+}
+
+/// Step 2 where each outline is a blocker by itself: as [`visible_outlines`], but an outline is dropped only if a single other one hides all of its corners,
+/// and so covers it. Neighbours may hide each other's corners all round and leave a hole if they all go; one that only several hide stays whole.
+pub fn covering_outlines(whole: &[Outline]) -> Vec<Outline> {
+    let left = whole.iter().enumerate().filter_map(|(number, outline)| {
+        let others = || whole.iter().enumerate().filter(|(other, _)| *other != number).map(|(_, outline)| outline);
+        let hides = |other: &Outline, corner: &DVec3| other.hides(*corner);
+        if others().any(|other| outline.corners.iter().all(|corner| hides(other, corner))) {
+            return None;
+        }
+        let shapes = |corner: &DVec3| !others().any(|other| hides(other, corner));
+        let corners: Vec<DVec3> = outline.corners.iter().copied().filter(shapes).collect();
+        Some(if corners.is_empty() { outline.clone() } else { Outline { corners, ..outline.clone() } })
+    });
+    left.collect()
 }
 
 /// A blocker: the two points between which penumbrae are interpolated, and how far its outlines reach.
@@ -170,6 +189,13 @@ impl Blocker {
     pub(super) fn holds(&self, space: &LightSpace, place: DVec2, receiver: f64, width: f64) -> bool {
         let [low, high] = self.rectangle(space, receiver, width);
         place.cmpge(low).all() && place.cmple(high).all()
+    }
+
+    /// How much of a square window round a place, of this width on the image, lies in the outlines' rectangle.
+    pub(super) fn share_of_window(&self, place: DVec2, width: f64) -> f64 {
+        let part = self.high.min(place + 0.5 * width) - self.low.max(place - 0.5 * width);
+        let share = part.max(DVec2::ZERO) / width;
+        if width > 0.0 { share.x * share.y } else { 0.0 }
     }
 
     /// How near a place is to *min*, 1 at *max* and 0 at *min*.

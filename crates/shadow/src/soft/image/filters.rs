@@ -16,11 +16,11 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 use umbriel_geometry::simd::dispatch;
+use umbriel_visibility::depth_map::DepthMap;
 
 use super::{
     blocker_grid::BlockerGrid,
     boxes::Blocker,
-    depth_map::DepthMap,
     receiver::{CountNearer, Limit, Receiver, SurfacePoint},
 };
 
@@ -145,7 +145,8 @@ impl SoftShader {
         }
     }
 
-    /// The widest penumbra on the image that a blocker throws on the receiver; `None` where none does.
+    /// How wide the penumbra on the receiver is on the image, the mean of those of the blockers that may throw one, each by the share of the light that its
+    /// rectangle hides; the widest where none hides any. `None` without blockers.
     fn width_by_boxes<'a>(
         &self,
         receiver: &Receiver,
@@ -157,11 +158,18 @@ impl SoftShader {
         let deepest = if kernel == BoxKernel::Fixed { farthest } else { receiver.depth };
         let before = blockers.filter(|blocker| blocker.is_before(receiver.depth));
         let near = before.filter(|blocker| blocker.holds(space, place, deepest, self.width));
-        let widths = near.map(|blocker| match kernel {
+        let width_by = |blocker: &Blocker| match kernel {
             BoxKernel::Fixed => space.on_image(blocker.fixed_width(space, place, farthest, self.width), receiver.depth),
             BoxKernel::OwnDistance => space.width_on_image(self.width, blocker.depth_at(place), receiver.depth),
-        });
-        widths.reduce(f64::max)
+        };
+        let (mut widest, mut sum, mut weights) = (None::<f64>, 0.0, 0.0);
+        for blocker in near {
+            let width = width_by(blocker);
+            let weight = blocker.share_of_window(place, width);
+            (sum, weights) = (sum + weight * width, weights + weight);
+            widest = Some(widest.map_or(width, |widest| widest.max(width)));
+        }
+        if weights > 0.0 { Some(sum / weights) } else { widest }
     }
 
     /// A shade by searching the blocker's depth.

@@ -1,7 +1,7 @@
 //! What texels of a window hide a receiver: those before its plane.
 //!
 //! A window that is wider than a texel reads depths of the receiver itself, which on a slope are nearer than the point in its middle on one side. Its
-//! tangent plane has a depth number that is affine over the map ([`super::LightSpace`]), so each texel is held against the plane's
+//! tangent plane has a depth number that is affine over the map ([`LightSpace`]), so each texel is held against the plane's
 //! depth there (receiver-plane depth bias: Isidoro, "Shadow mapping: GPU-based tips and techniques", Game Developers Conference 2006, with derivatives of
 //! the picture; here the plane is known). The plane is followed until its depth number has changed by half: at grazing planes windows
 //! reach farther, and the slope is made gentler there.
@@ -10,11 +10,9 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 use umbriel_geometry::simd::{F16, Float, Kernel, M16, Mask, Simd};
+use umbriel_visibility::depth_map::{DepthMap, LightSpace};
 
-use super::{
-    depth_map::{DepthMap, LANES},
-    light_space::LightSpace,
-};
+const LANES: usize = DepthMap::LANES;
 
 /// How many texels a point's depth is granted beside the slope of its plane, for a texel stands for its middle: what is steeper by no more than this
 /// (neighbouring faces, curved ones) does not shadow itself.

@@ -1,14 +1,14 @@
-//! Where a depth map lies: light space, the image that the light's middle sees, and how wide the light is in it.
+//! Where a depth map lies: light space, the image that the light's middle sees, and how wide a light is in it.
 //!
 //! z runs along the direction in which the light looks. From a lamp the image is the plane of slopes (x/z, y/z), and a plane in space has 1/z affine
 //! over it. From a sun rays are parallel: the image is (x, y), and a plane has z affine over it. Either number is the *depth number* here.
 //! A light of width W (metres of a lamp's edge, or 2·tan(α/2) of a sun) is on the image, seen from a point at z past a blocker at
 //! z_b, as wide as W times the difference of the two depth numbers.
 
-use std::f64::consts::PI;
-
 use glam::{DMat3, DVec2, DVec3};
-use umbriel_scene::{Extent, Light};
+
+/// Of the deepest point's depth: nearer to a lamp a slope has no place on a map.
+const NEAREST: f64 = 1.0 / 4096.0;
 
 /// Light space and the window of the map.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +23,8 @@ pub struct LightSpace {
     texel: f64,
     /// Texels along an edge.
     size: usize,
+    /// Nothing nearer to a lamp is drawn, metres.
+    near: f64,
 }
 
 /// How the light's middle looks.
@@ -33,32 +35,6 @@ enum Rays {
 }
 
 impl LightSpace {
-    /// The space of an area light with a window round `corners`, and its width: the edge of a square of the same area in metres, for a ball facing the
-    /// middle of the corners; of a sun twice the tangent of its radius. `None` for a point.
-    pub fn of_light(light: &Light, corners: &[DVec3], size: usize) -> Option<(Self, f64)> {
-        let points = || corners.iter().copied();
-        let place = light.source.xyz();
-        match light.extent {
-            Extent::Rectangle { u, v } => {
-                let normal = u.cross(v);
-                let side: f64 = points().map(|corner| normal.dot(corner - place)).sum();
-                let forward = if side < 0.0 { -normal } else { normal };
-                Some((Self::round(place, forward, points(), size), 2.0 * normal.length().sqrt()))
-            }
-            Extent::Sphere { radius } => {
-                let low = points().fold(DVec3::INFINITY, DVec3::min);
-                let high = points().fold(DVec3::NEG_INFINITY, DVec3::max);
-                let space = Self::round(place, 0.5 * (low + high) - place, points(), size);
-                Some((space, PI.sqrt() * radius))
-            }
-            Extent::Disk { angular_diameter } => {
-                let width = 2.0 * libm::tan(0.5 * angular_diameter.to_radians());
-                Some((Self::parallel(-place, points(), size), width))
-            }
-            _ => None,
-        }
-    }
-
     /// The space of a lamp at `origin` that looks along `forward`, with a window round the slopes of `points` (world coordinates, metres).
     /// Points that are not before the lamp do not count.
     pub fn round(origin: DVec3, forward: DVec3, points: impl IntoIterator<Item = DVec3>, size: usize) -> Self {
@@ -79,15 +55,29 @@ impl LightSpace {
         Self::new(origin, forward, Rays::Parallel, points, size)
     }
 
-    fn new(origin: DVec3, forward: DVec3, rays: Rays, points: impl IntoIterator<Item = DVec3>, size: usize) -> Self {
+    /// The space of a lamp at `origin` that looks along `forward`, with a window of slopes from −1 to 1, whatever `points` (world coordinates, metres) are
+    /// before it: a side of a cube.
+    pub fn square(origin: DVec3, forward: DVec3, points: impl IntoIterator<Item = DVec3>, size: usize) -> Self {
+        let space = Self::without_points(origin, forward, Rays::FromOrigin, size);
+        let deepest = points.into_iter().map(|point| space.to_light(point).z).fold(0.0, f64::max);
+        Self { near: NEAREST * deepest, ..space }
+    }
+
+    fn without_points(origin: DVec3, forward: DVec3, rays: Rays, size: usize) -> Self {
         let forward = forward.normalize_or(DVec3::NEG_Y);
         let (right, up) = forward.any_orthonormal_pair();
         let turn = DMat3::from_cols(right, up, forward).transpose();
-        let whole = Self { origin, turn, rays, low: DVec2::NEG_ONE, texel: 2.0 / size as f64, size };
-        let images = points.into_iter().map(|point| whole.to_light(point)).filter(|seen| whole.is_before(*seen));
-        let (low, high) = images
-            .map(|seen| whole.image(seen))
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), place| (low.min(place), high.max(place)));
+        Self { origin, turn, rays, low: DVec2::NEG_ONE, texel: 2.0 / size as f64, size, near: 0.0 }
+    }
+
+    fn new(origin: DVec3, forward: DVec3, rays: Rays, points: impl IntoIterator<Item = DVec3>, size: usize) -> Self {
+        let whole = Self::without_points(origin, forward, rays, size);
+        let seen: Vec<DVec3> = points.into_iter().map(|point| whole.to_light(point)).collect();
+        let near = NEAREST * seen.iter().map(|point| point.z).fold(0.0, f64::max);
+        let whole = Self { near, ..whole };
+        let images = seen.into_iter().filter(|&point| whole.is_drawn(point)).map(|point| whole.image(point));
+        let (low, high) =
+            images.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), place| (low.min(place), high.max(place)));
         let edge = (high - low).max_element();
         if !(edge > 0.0 && edge.is_finite()) {
             return whole;
@@ -98,13 +88,38 @@ impl LightSpace {
         Self { low: middle - DVec2::splat(0.5 * texel * size as f64), texel, ..whole }
     }
 
+    /// Nothing nearer to a lamp than this is drawn, metres.
+    pub(super) fn near(&self) -> f64 {
+        self.near
+    }
+
+    /// Whether a point in light space is far enough from a lamp's plane to be drawn.
+    pub(super) fn is_drawn(&self, seen: DVec3) -> bool {
+        self.rays == Rays::Parallel || (seen.z > 0.0 && seen.z >= self.near)
+    }
+
+    /// Greater is nearer, and affine over the map for the points of a plane: 1/z, or −z where rays are parallel.
+    pub(super) fn nearness(&self, depth: f64) -> f64 {
+        if self.is_parallel() { -depth } else { 1.0 / depth }
+    }
+
+    /// That of an infinite depth.
+    pub(super) fn nearness_of_nothing(&self) -> f32 {
+        if self.is_parallel() { f32::NEG_INFINITY } else { 0.0 }
+    }
+
+    /// The depth with a nearness.
+    pub(super) fn depth_of_nearness(&self, nearness: f32) -> f32 {
+        if self.is_parallel() { -nearness } else { 1.0 / nearness }
+    }
+
     /// A point in light space: x, y, and z along the light's look, metres.
     pub fn to_light(&self, point: DVec3) -> DVec3 {
         self.turn * (point - self.origin)
     }
 
     /// A direction in light space.
-    pub(super) fn direction_to_light(&self, direction: DVec3) -> DVec3 {
+    pub fn direction_to_light(&self, direction: DVec3) -> DVec3 {
         self.turn * direction
     }
 
@@ -127,7 +142,7 @@ impl LightSpace {
     }
 
     /// Where a place on the image lies on the map, in texels.
-    pub(super) fn image_to_texels(&self, place: DVec2) -> DVec2 {
+    pub fn image_to_texels(&self, place: DVec2) -> DVec2 {
         (place - self.low) / self.texel
     }
 
@@ -141,18 +156,13 @@ impl LightSpace {
         self.size
     }
 
-    /// Whether rays are parallel.
-    pub(super) fn is_parallel(&self) -> bool {
+    /// Whether rays are parallel: a sun's.
+    pub fn is_parallel(&self) -> bool {
         self.rays == Rays::Parallel
     }
 
-    /// A length that no point of a box is farther away than.
-    pub(super) fn reach(&self, center: DVec3, size: DVec3) -> f64 {
-        (center - self.origin).length() + size.length()
-    }
-
     /// Whether a face with this normal, through this point (both in light space), is turned to the light's middle.
-    pub(super) fn is_turned_to_light(&self, normal: DVec3, point: DVec3) -> bool {
+    pub fn is_turned_to_light(&self, normal: DVec3, point: DVec3) -> bool {
         match self.rays {
             Rays::FromOrigin => normal.dot(point) < 0.0,
             Rays::Parallel => normal.z < 0.0,
@@ -160,13 +170,13 @@ impl LightSpace {
     }
 
     /// The depth number of a point: 1/z, or z where rays are parallel.
-    pub(super) fn depth_number(&self, depth: f64) -> f64 {
+    pub fn depth_number(&self, depth: f64) -> f64 {
         if self.is_parallel() { depth } else { 1.0 / depth }
     }
 
     /// How fast the depth number of a plane changes from one texel to the next in both directions; in light space, by the normal and a point.
     /// Zero for a plane that is seen edge-on.
-    pub(super) fn change_of_plane(&self, normal: DVec3, point: DVec3) -> DVec2 {
+    pub fn change_of_plane(&self, normal: DVec3, point: DVec3) -> DVec2 {
         let change = match self.rays {
             Rays::FromOrigin => normal.truncate() * (self.texel / normal.dot(point)),
             Rays::Parallel => -normal.truncate() * (self.texel / normal.z),
@@ -194,12 +204,12 @@ impl LightSpace {
     }
 
     /// A width in metres at a depth, on the image.
-    pub(super) fn on_image(&self, metres: f64, depth: f64) -> f64 {
+    pub fn on_image(&self, metres: f64, depth: f64) -> f64 {
         if self.is_parallel() { metres } else { metres / depth }
     }
 
     /// The ray through a texel's middle: where it begins, and its direction, along which z grows as fast as the parameter.
-    pub(super) fn ray(&self, column: usize, row: usize) -> (DVec3, DVec3) {
+    pub fn ray(&self, column: usize, row: usize) -> (DVec3, DVec3) {
         let place = self.low + DVec2::new(column as f64 + 0.5, row as f64 + 0.5) * self.texel;
         let to_world = self.turn.transpose();
         match self.rays {
