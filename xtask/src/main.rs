@@ -55,7 +55,7 @@ enum Task {
     /// Draw all fixtures and real models by all methods of hidden surfaces; no pixel may differ
     Pictures(pictures::Options),
     /// Measure what the choice between BVH, octree and projection goes by
-    Calibrate,
+    Calibrate(projection::CalibrateOptions),
     /// Measure the ways to shade soft shadows on the robot: times and errors
     Soft(soft::Options),
     /// Measure what time and memory buy, with bounds, with samples and with the rivals; charts go to docs
@@ -88,7 +88,7 @@ fn main() -> ExitCode {
         Task::Office(options) => portals::write_office(&options),
         Task::Portals(options) => portals::run(&options),
         Task::Pictures(options) => pictures::run(&options),
-        Task::Calibrate => projection::calibrate(),
+        Task::Calibrate(options) => projection::calibrate(options),
         Task::Soft(options) => soft::run(&options),
         Task::Tradeoff(options) => tradeoff::run(&options),
         Task::Source(options) => source::run(&options),

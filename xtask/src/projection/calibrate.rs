@@ -18,7 +18,7 @@ use umbriel_visibility::{Acceleration, Choice, CostModel, LookupCost, Sampled, S
 
 use super::{
     measure::{Method, Questions, Rays, by_bvh, by_projection, quickest},
-    models::{Model, model, names},
+    models::{Model, model},
 };
 use crate::bench::clock::timed;
 
@@ -64,9 +64,9 @@ const ROUNDS: usize = 20_000;
 
 const WAYS: [&str; 4] = ["direct", "BVH", "octree", "maps"];
 
-pub(crate) fn run() -> Result<()> {
+pub(super) fn run(names: impl Iterator<Item = &'static str>) -> Result<()> {
     let mut samples = Vec::new();
-    for name in names() {
+    for name in names {
         let Some(model) = model(name)?.filter(|model| model.mesh.triangles().len() <= MOST_TRIANGLES) else { continue };
         let bvh = TriangleBvh::build(Arc::clone(&model.mesh));
         for side in SIDES {

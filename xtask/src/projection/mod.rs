@@ -14,7 +14,7 @@ mod report;
 
 use std::{fs, path::PathBuf, sync::Arc};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail};
 use umbriel_bvh::TriangleBvh;
 
 use crate::{
@@ -50,22 +50,28 @@ pub(crate) struct Options {
     chart: Option<PathBuf>,
 }
 
+/// What models of costs are fitted to.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct CalibrateOptions {
+    /// Only these models
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    model: Vec<String>,
+}
+
 pub(crate) fn run(options: &Options) -> Result<()> {
     if cfg!(debug_assertions) {
         return again_for_release();
     }
-    for asked in &options.model {
-        ensure!(names().any(|name| name == asked), "no model is named {asked}");
-    }
+    check(&options.model)?;
     if let Some(rays) = options.judge {
         return judge::run(judged(options), rays);
     }
     if options.moving {
-        return moving::run(asked(options));
+        return moving::run(asked(&options.model));
     }
     let mut rows: Vec<Row> = Vec::new();
     println!("{}", report::heading());
-    for name in asked(options) {
+    for name in asked(&options.model) {
         let Some(model) = model(name)? else { continue };
         let (bvh, build) = timed(|| TriangleBvh::build(Arc::clone(&model.mesh)));
         let bvh = (bvh, build.cpu);
@@ -82,9 +88,20 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Measures what the model of costs needs to know.
-pub(crate) fn calibrate() -> Result<()> {
-    if cfg!(debug_assertions) { again_for_release() } else { calibrate::run() }
+/// Measures what the models of costs need to know.
+pub(crate) fn calibrate(options: &CalibrateOptions) -> Result<()> {
+    if cfg!(debug_assertions) {
+        return again_for_release();
+    }
+    check(&options.model)?;
+    calibrate::run(asked(&options.model))
+}
+
+fn check(models: &[String]) -> Result<()> {
+    match models.iter().find(|asked| !names().any(|name| name == *asked)) {
+        Some(unknown) => bail!("no model is named {unknown}"),
+        None => Ok(()),
+    }
 }
 
 /// The same command, compiled for release.
@@ -93,15 +110,15 @@ fn again_for_release() -> Result<()> {
     succeed(command.args(std::env::args_os().skip(1)))
 }
 
-/// The models that are asked for.
-fn asked(options: &Options) -> impl Iterator<Item = &'static str> {
-    names().filter(|name| options.model.is_empty() || options.model.iter().any(|asked| asked == name))
+/// The models that are asked for; all, where none is.
+fn asked(models: &[String]) -> impl Iterator<Item = &'static str> {
+    names().filter(|name| models.is_empty() || models.iter().any(|asked| asked == name))
 }
 
 /// The models whose answers are compared: those asked for, else every scene there is.
 fn judged(options: &Options) -> Box<dyn Iterator<Item = Result<Option<Model>>> + '_> {
     if !options.model.is_empty() {
-        return Box::new(asked(options).map(model));
+        return Box::new(asked(&options.model).map(model));
     }
     let files = models::scene_files().into_iter().map(|file| Ok(models::model_of(&file)));
     Box::new(files.chain(models::made().map(model)))
