@@ -88,7 +88,7 @@ fn main() -> ExitCode {
         Task::Office(options) => portals::write_office(&options),
         Task::Portals(options) => portals::run(&options),
         Task::Pictures(options) => pictures::run(&options),
-        Task::Calibrate(options) => projection::calibrate(options),
+        Task::Calibrate(options) => projection::calibrate(&options),
         Task::Soft(options) => soft::run(&options),
         Task::Tradeoff(options) => tradeoff::run(&options),
         Task::Source(options) => source::run(&options),

@@ -39,9 +39,14 @@ pub(super) fn draw(rows: &[Row]) -> String {
 }
 
 fn legend(body: &mut String) {
-    text(body, [20.0, 18.0], "start", "Nanoseconds a ray over the side of the picture, each method at its best depth:");
+    text(
+        body,
+        [20.0, 18.0],
+        "start",
+        "Nanoseconds a ray over the side of the picture, each method at its best level (at the points, with MiB):",
+    );
     for (number, (_, colour, name)) in METHODS.iter().enumerate() {
-        let x = 430.0 + 70.0 * number as f64;
+        let x = 530.0 + 70.0 * number as f64;
         stroke(body, &[[x, 14.0], [x + 18.0, 14.0]], colour);
         text(body, [x + 22.0, 18.0], "start", name);
     }
@@ -69,10 +74,23 @@ fn draw_panel(body: &mut String, rows: &[&Row], [x, y]: [f64; 2], [sides, nanos]
         let points: Vec<[f64; 2]> =
             rows.iter().filter_map(|row| Some(place(row.side as f64, nanoseconds(row, method)?))).collect();
         stroke(body, &points, colour);
-        for [cx, cy] in points {
+        for ([cx, cy], row) in points.into_iter().zip(rows) {
             let _ = writeln!(body, "<circle cx=\"{cx:.1}\" cy=\"{cy:.1}\" r=\"2.5\" fill=\"{colour}\"/>");
+            let _ = writeln!(
+                body,
+                "<text x=\"{cx:.1}\" y=\"{:.1}\" font-size=\"6\" fill=\"{colour}\">{}</text>",
+                cy - 4.0,
+                label(row, method)
+            );
         }
     }
+}
+
+/// The best level, and MiB.
+fn label(row: &Row, method: Method) -> String {
+    let Some(figure) = row.figure(method) else { return String::new() };
+    let level = figure.depth.map_or(String::new(), |depth| format!("{depth}: "));
+    format!("{level}{:.0}", figure.bytes as f64 / 1_048_576.0)
 }
 
 fn nanoseconds(row: &Row, method: Method) -> Option<f64> {

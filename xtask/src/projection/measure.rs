@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use anyhow::{Result, ensure};
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use umbriel_bvh::{Hit, TriangleBvh};
 use umbriel_octree::{Projection, ProjectionOptions, Viewpoint};
 
@@ -12,7 +12,7 @@ use super::models::Model;
 use crate::bench::clock::timed;
 
 /// How the nearest hits of a picture, or the lit points of a light, are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Method {
     /// Leaves looked up in maps.
@@ -24,7 +24,7 @@ pub(super) enum Method {
 }
 
 /// Which rays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Rays {
     /// From an eye: nearest hits.
@@ -48,7 +48,7 @@ impl Rays {
 }
 
 /// The quickest run of a method at its best depth.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Figure {
     pub(super) method: Method,
     /// Level of the octree that was quickest; none for the BVH.
@@ -64,7 +64,7 @@ pub(super) struct Figure {
 }
 
 /// The figures of a set of rays.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Row {
     pub(super) model: String,
     pub(super) triangles: usize,

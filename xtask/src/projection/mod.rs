@@ -39,6 +39,9 @@ pub(crate) struct Options {
     /// Measure instead what a projection costs to renew after a part of the model moved
     #[arg(long, conflicts_with = "judge")]
     moving: bool,
+    /// Rows written by --json before: table, chart and claims count them too
+    #[arg(long, value_name = "FILE", value_delimiter = ',')]
+    with: Vec<PathBuf>,
     /// Write the figures as a table in Markdown
     #[arg(long, value_name = "FILE.md")]
     table: Option<PathBuf>,
@@ -70,6 +73,10 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         return moving::run(asked(&options.model));
     }
     let mut rows: Vec<Row> = Vec::new();
+    for file in &options.with {
+        let text = fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
+        rows.extend(serde_json::from_str::<Vec<Row>>(&text).with_context(|| format!("{}", file.display()))?);
+    }
     println!("{}", report::heading());
     for name in asked(&options.model) {
         let Some(model) = model(name)? else { continue };
