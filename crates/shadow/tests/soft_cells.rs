@@ -147,16 +147,17 @@ impl Dice {
         Shape::Mesh(Arc::new(Mesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).expect("a mesh")))
     }
 
-    /// A convex body.
+    /// A body that lies between two polyhedra.
     fn curved(&mut self, kind: usize) -> Analytic {
         let (radius, height) = (self.next(0.3, 0.9), self.next(0.3, 1.0));
-        match kind % 6 {
+        match kind % 7 {
             0 => Analytic::Cylinder { radius, height },
             1 => Analytic::Cone { radius, height },
             2 => Analytic::Capsule { radius: 0.5 * radius, height },
             3 => Analytic::Ellipsoid { radii: [radius, 0.5 * height, 1.5 * radius] },
             4 => Analytic::Paraboloid { radius, height },
-            _ => Analytic::Frustum { bottom_radius: radius, top_radius: 0.3, height },
+            5 => Analytic::Frustum { bottom_radius: radius, top_radius: 0.3, height },
+            _ => Analytic::Hyperboloid { waist_radius: 0.5 * radius, end_radius: radius, height },
         }
     }
 
@@ -304,6 +305,7 @@ fn curved_occluders_are_bounded_more_sharply_in_smaller_cells() {
         Analytic::Capsule { radius: 0.4, height: 0.8 },
         Analytic::Sphere { radius: 0.7 },
         Analytic::Disk { radius: 0.8 },
+        Analytic::Hyperboloid { waist_radius: 0.3, end_radius: 0.7, height: 1.4 },
     ];
     let lamp = lamp(DVec3::new(0.5, 6.0, 0.0), Extent::Rectangle { u: DVec3::X * 0.6, v: DVec3::Z * 0.4 });
     for (number, body) in bodies.into_iter().enumerate() {

@@ -13,19 +13,19 @@
 //! What is left are bands of half width δ: the visible fraction over C is no less than what is visible at x₀ farther than δ from all images, and no more than what
 //! is not hidden at x₀ farther than δ from borders. Bands shrink with C, and the bounds with them. No band on the light: C is lit or umbra, for certain.
 //! (Where the shaft cuts a face its image has an edge that is no border: it hides no more from there on, but it may come over the light.)
-//! Balls before round lights are bounded by their caps' closed form, other convex bodies by the polyhedra that they lie between
+//! Balls before round lights are bounded by their caps' closed form, other bodies of revolution by the polyhedra that they lie between
 //! ([`super::polyhedra`]), what is left by the shaft alone. Cost: a shaft, and for
 //! penumbra clipping with the faces in it.
 
 use glam::DVec3;
-use umbriel_geometry::{Facets, predicates::side};
+use umbriel_geometry::{Facets, Sign, predicates::side};
 use umbriel_scene::{Extent, Light};
 
 use super::{
     cover::{Cover, Outline, bounds_of},
     fraction::corners,
     hidden::{hidden_by, polyhedra_before},
-    horizon::{Above, CurvedSide, LitSide},
+    horizon::{Above, CurvedSide, LitSide, side_of_light},
     occluders::{HullShaft, InShaft, LightHull, in_shaft},
     views::Views,
 };
@@ -134,25 +134,35 @@ impl<'a> Receiver<'a> {
     fn add_polyhedra(&self, shaft: &HullShaft, found: &mut InShaft) {
         for &body in &found.bodies {
             let Some(polyhedra) = polyhedra_before(self.queries, body, self.light, &self.hull) else { continue };
-            for (facets, list) in [(&polyhedra.inner, &mut found.inner), (&polyhedra.outer, &mut found.outer)] {
+            let both = [(&polyhedra.inner, &mut found.inner), (&polyhedra.outer, &mut found.outer)];
+            // From within the polyhedron round its own body a receiver sees nothing but that.
+            let count = if body == self.object { 1 } else { 2 };
+            for (facets, list) in both.into_iter().take(count) {
                 let in_shaft = (0..facets.len()).filter(|&face| shaft.may_meet(&facets.facet_bounds(face)));
                 list.extend(in_shaft.map(|face| (body, face as u32)));
             }
         }
     }
 
-    /// Whether a face is the receiver itself or lies on the closed back side of its plane: exact.
+    /// Whether a face is the receiver itself, lies on the closed back side of its plane, or has the receiver and the light on one side of its own plane (the
+    /// receiver on the closed one): exact.
     fn cannot_hide(&self, facets: &Facets, object: u32, face: u32) -> bool {
         if (object, face) == (self.object, self.face) {
             return true;
         }
-        let (LitSide::Plane(_, front), Body::Flat(other)) = (self.side, self.queries.bodies.get(object as usize))
-        else {
-            return false;
+        let Body::Flat(other) = self.queries.bodies.get(object as usize) else { return false };
+        let none_beyond = |[facets, other]: [&Facets; 2], [plane, face]: [u32; 2], beyond: Sign| {
+            let own = facets.facet(plane as usize).corners();
+            let [a, b, c] = [own[0], own[1], own[own.len() - 1]].map(|corner| facets.point(corner));
+            other.facet(face as usize).corners().iter().all(|&corner| side(&a, &b, &c, &other.point(corner)) != beyond)
         };
-        let own = facets.facet(self.face as usize).corners();
-        let [a, b, c] = [own[0], own[1], own[own.len() - 1]].map(|corner| facets.point(corner));
-        other.facet(face as usize).corners().iter().all(|&corner| side(&a, &b, &c, &other.point(corner)) != front)
+        let is_behind = match self.side {
+            LitSide::Plane(_, front) => none_beyond([facets, other], [self.face, face], front),
+            _ => false,
+        };
+        is_behind
+            || side_of_light(other, face as usize, &self.hull)
+                .is_some_and(|of_light| none_beyond([other, facets], [face, self.face], of_light.flipped()))
     }
 
     fn shaft(&self, cell: &Cell) -> HullShaft {
@@ -205,7 +215,7 @@ impl<'a> Receiver<'a> {
             }
         });
         let mut bounds = left_by(&views, &above, &cover);
-        if !candidates.outer.is_empty() {
+        if !(candidates.outer.is_empty() && candidates.inner.is_empty()) {
             let mut wider = cover.clone();
             kept.outer = self.add_faces(&views, &shaft, &candidates.outer, &mut wider, |queries, object| {
                 queries.polyhedra(object).map(|polyhedra| &polyhedra.outer)
@@ -226,6 +236,8 @@ impl<'a> Receiver<'a> {
             }
             kept.bodies.push(body);
             let (least, most) = hidden_by(self.queries, body, cell, &views, self.light, &self.hull);
+            // What a body that is not convex hides from itself is known from the polyhedron inside only.
+            let most = if body == self.object { 1.0 } else { most };
             bounds.lower = (bounds.lower - most).max(0.0);
             bounds.upper = bounds.upper.min(1.0 - least).max(0.0);
             bounds.estimate -= 0.5 * (least + most);

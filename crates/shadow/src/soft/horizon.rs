@@ -74,22 +74,8 @@ impl Above {
 impl<'a> LitSide<'a> {
     /// Of a flat face.
     pub(super) fn of_flat(facets: &Facets, face: usize, is_one_sided: bool, light: &LightHull) -> Self {
-        let sign = if facets.is_mirrored() { Sign::Negative } else { Sign::Positive };
-        let normal = normal_of(facets, face);
-        let whole: Vec<DVec3> = corners(facets, face).collect();
-        let (values, size): (Vec<f64>, f64) = match light {
-            LightHull::Points(points) => {
-                let size = points.iter().chain(&whole).map(|point| point.abs().max_element()).fold(0.0, f64::max);
-                (points.iter().map(|&point| normal.dot(point - whole[0])).collect(), size)
-            }
-            LightHull::Directions(directions) => {
-                (directions.iter().map(|&direction| normal.dot(direction)).collect(), 1.0)
-            }
-        };
-        // The normal's two roundings a coordinate, the difference's and the product's.
-        let slack = 16.0 * f64::EPSILON * normal.abs().element_sum() * size;
-        let all_before = values.iter().all(|&value| value > slack);
-        let all_behind = values.iter().all(|&value| value < -slack);
+        let (normal, sign) = (normal_of(facets, face), front(facets));
+        let [all_before, all_behind] = sides_of_light(facets, face, light);
         match (is_one_sided, all_before, all_behind) {
             (true, _, true) => Self::Away,
             (true, ..) | (false, true, _) => Self::Plane(normal, sign),
@@ -106,6 +92,36 @@ impl<'a> LitSide<'a> {
             Self::Plane(normal, _) => above_plane(*normal, cell, light, window),
             Self::Patch(side) => side.above(cell, light, window),
         }
+    }
+}
+
+/// The sign of points before a face in exact predicates.
+fn front(facets: &Facets) -> Sign {
+    if facets.is_mirrored() { Sign::Negative } else { Sign::Positive }
+}
+
+/// Whether all of the light is certainly before a face, and whether all of it is behind.
+fn sides_of_light(facets: &Facets, face: usize, light: &LightHull) -> [bool; 2] {
+    let normal = normal_of(facets, face);
+    let whole: Vec<DVec3> = corners(facets, face).collect();
+    let (values, size): (Vec<f64>, f64) = match light {
+        LightHull::Points(points) => {
+            let size = points.iter().chain(&whole).map(|point| point.abs().max_element()).fold(0.0, f64::max);
+            (points.iter().map(|&point| normal.dot(point - whole[0])).collect(), size)
+        }
+        LightHull::Directions(directions) => (directions.iter().map(|&direction| normal.dot(direction)).collect(), 1.0),
+    };
+    // The normal's two roundings a coordinate, the difference's and the product's.
+    let slack = 16.0 * f64::EPSILON * normal.abs().element_sum() * size;
+    [values.iter().all(|&value| value > slack), values.iter().all(|&value| value < -slack)]
+}
+
+/// On which side of a face's plane, in exact predicates, all of the light lies; `None` if it may be on both.
+pub(super) fn side_of_light(facets: &Facets, face: usize, light: &LightHull) -> Option<Sign> {
+    match sides_of_light(facets, face, light) {
+        [true, _] => Some(front(facets)),
+        [_, true] => Some(front(facets).flipped()),
+        _ => None,
     }
 }
 

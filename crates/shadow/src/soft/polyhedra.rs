@@ -1,7 +1,8 @@
-//! Convex curved bodies between two polyhedra: what the one inside hides the body hides, and no more than the one round it.
+//! Curved bodies between two polyhedra: what the one inside hides the body hides, and no more than the one round it.
 //!
 //! A body of revolution is the turn of its outline. Its inner polyhedron has corners on the surface; its outer one has sides that touch
-//! it: tangents of the outline, turned in prisms that are larger by 1/cos(π/n). Both are then scaled about a point inside, outward
+//! it: tangents of the outline, turned in prisms that are larger by 1/cos(π/n); of a hyperboloid, whose outline bends inward, tangents are inside
+//! and chords outside. Both are then scaled about a point inside, outward
 //! and inward, by more than placing and rounding their corners can move them (NUMERICS.md, "Soft shadows"). Guarantee: every triangle of
 //! the inner one lies in the body, and the surface of the outer one winds about all of it. Cost: some 1,000 triangles for a ball; the
 //! gap between the two is half a per cent of the radius.
@@ -14,7 +15,7 @@ use umbriel_geometry::{Analytic, Facets, Mesh, Placement};
 const AROUND: u32 = 32;
 
 /// Parts of a quarter of a circle, and of a parabola.
-const ALONG: u32 = 8;
+const ALONG: i32 = 8;
 
 /// Half the thickness of the prism round a disk, as a share of its radius.
 const THIN: f64 = 1.0 / (1u64 << 16) as f64;
@@ -25,7 +26,7 @@ const ROUNDING: f64 = 1.0 / (1u64 << 40) as f64;
 /// Bodies that rounding may change by more than this are not bounded.
 const MOST_MARGIN: f64 = 1.0 / (1u64 << 10) as f64;
 
-/// A convex body between two polyhedra, in the world.
+/// A body between two polyhedra, in the world.
 #[derive(Debug)]
 pub(crate) struct Polyhedra {
     /// Triangles in the body.
@@ -38,7 +39,7 @@ pub(crate) struct Polyhedra {
 type Outline = Vec<[f64; 2]>;
 
 impl Polyhedra {
-    /// `None` for bodies that are not convex by their kind, and where rounding is not small beside the body.
+    /// `None` for quadrics, and where rounding is not small beside the body.
     pub(crate) fn of(body: &Analytic, placement: &Placement) -> Option<Self> {
         let [inner, outer] = outlines(body)?;
         let stretch = match body {
@@ -48,7 +49,8 @@ impl Polyhedra {
         let reach = outer.iter().fold([0.0_f64; 2], |reach, point| [0, 1].map(|k| reach[k].max(point[k].abs())));
         let half = DVec3::new(reach[0], reach[1], reach[0]) * stretch;
         let middle = middle_of(body);
-        let margin = margin(half, placement).filter(|margin| *margin < MOST_MARGIN)?;
+        let margin =
+            margin(half, placement).map(|margin| margin * slender(body)).filter(|margin| *margin < MOST_MARGIN)?;
         let placed = |outline: &Outline, wider: f64, scale: f64| {
             let corner = |point: DVec3| (middle + (point - middle) * scale).to_array();
             let (points, triangles) = turned(outline, wider);
@@ -71,6 +73,7 @@ fn outlines(body: &Analytic) -> Option<[Outline; 2]> {
         Analytic::Hyperboloid { waist_radius, end_radius: radius, height } if waist_radius == radius => {
             straight(vec![[radius, -0.5 * height], [radius, 0.5 * height]])
         }
+        Analytic::Hyperboloid { waist_radius, end_radius, height } => Some(hyperbola(waist_radius, end_radius, height)),
         Analytic::Cone { radius, height } => straight(vec![[radius, -0.5 * height], [0.0, 0.5 * height]]),
         Analytic::Frustum { bottom_radius, top_radius, height } => {
             straight(vec![[bottom_radius, -0.5 * height], [top_radius, 0.5 * height]])
@@ -86,7 +89,7 @@ fn outlines(body: &Analytic) -> Option<[Outline; 2]> {
 /// A line along the axis with a quarter of a circle at either end; its tangents cross half-way between the points that they touch.
 fn capped_by_arcs(radius: f64, half_height: f64) -> [Outline; 2] {
     let step = FRAC_PI_2 / f64::from(ALONG);
-    let quarter = |number: u32, offset: f64, radius: f64| {
+    let quarter = |number: i32, offset: f64, radius: f64| {
         let angles = (0..number).map(move |k| (f64::from(k) + offset) * step);
         // From the end of the axis to the side.
         angles.map(move |angle| [radius * angle.sin(), half_height + radius * angle.cos()]).collect::<Outline>()
@@ -103,13 +106,35 @@ fn capped_by_arcs(radius: f64, half_height: f64) -> [Outline; 2] {
 
 /// Tangents of a parabola at the radii p and q cross at (p + q)/2, as far below its apex as it is itself at √(pq).
 fn parabola(radius: f64, height: f64) -> [Outline; 2] {
-    let at = |k: u32| radius * f64::from(k) / f64::from(ALONG);
+    let at = |k: i32| radius * f64::from(k) / f64::from(ALONG);
     let y = |square: f64| 0.5 * height - height * square / (radius * radius);
     let inner = (0..=ALONG).rev().map(|k| [at(k), y(at(k) * at(k))]).collect();
     let crossings = (0..ALONG).rev().map(|k| [0.5 * (at(k) + at(k + 1)), y(at(k) * at(k + 1))]);
     let mut outer: Outline = std::iter::once([radius, -0.5 * height]).chain(crossings).collect();
     outer.push([0.0, 0.5 * height]);
     [inner, outer]
+}
+
+/// A branch of a hyperbola, a·(cosh u, c·sinh u): tangents at u and v cross at the point of their mean, 1/cosh((v − u)/2) as far from the middle.
+fn hyperbola(waist: f64, end: f64, height: f64) -> [Outline; 2] {
+    let most = libm::acosh(end / waist);
+    let step = most / f64::from(ALONG);
+    let at = |u: f64| [waist * libm::cosh(u), 0.5 * height * (libm::sinh(u) / libm::sinh(most))];
+    let chords: Outline = (-ALONG..=ALONG).map(|k| at(f64::from(k) * step)).collect();
+    let crossings = (-ALONG..ALONG).map(|k| at((f64::from(k) + 0.5) * step));
+    let nearer = 1.0 / libm::cosh(0.5 * step);
+    let mut tangents = vec![[end, -0.5 * height]];
+    tangents.extend(crossings.map(|[radius, y]| [radius * nearer, y * nearer]));
+    tangents.push([end, 0.5 * height]);
+    [tangents, chords]
+}
+
+/// How many times the margin of a convex body a body needs: where a hyperboloid has the slope of its ends, scaling moves its surface less than the ends.
+fn slender(body: &Analytic) -> f64 {
+    match *body {
+        Analytic::Hyperboloid { waist_radius, end_radius, .. } => (end_radius / waist_radius).powi(2),
+        _ => 1.0,
+    }
 }
 
 /// A point with at least a quarter of the body's half extents about it, along every axis, in the body.
@@ -225,6 +250,50 @@ mod tests {
                 let lamp = LightSource::point(corner.to_array()).expect("a lamp");
                 let is_inside = placed.light_side(&lamp) == Sign::Negative;
                 assert!(is_inside || !body.is_closed(), "{body:?}: {corner} is not inside");
+            }
+            let gap = between.outer.bounds().size() - between.inner.bounds().size();
+            assert!(gap.max_element() < 0.03 * between.outer.bounds().size().max_element(), "{body:?}: {gap}");
+        }
+    }
+
+    /// How often a closed surface winds about a point: the sum of the solid angles of its triangles (Van Oosterom and Strackee 1983), a sphere for one.
+    fn winding(facets: &Facets, point: DVec3) -> f64 {
+        let angle = |face: usize| {
+            let numbers = facets.facet(face).corners();
+            let [a, b, c] = [0, 1, 2].map(|k| facets.positions()[numbers[k] as usize] - point);
+            let [x, y, z] = [a, b, c].map(|corner| corner.length());
+            let below = x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y;
+            2.0 * a.dot(b.cross(c)).atan2(below)
+        };
+        ((0..facets.len()).map(angle).sum::<f64>() / (4.0 * PI)).abs()
+    }
+
+    #[test]
+    fn a_hyperboloid_is_between() {
+        let turn = DQuat::from_xyzw(0.2, -0.4, 0.1, 0.9).normalize();
+        let map =
+            DAffine3::from_scale_rotation_translation(DVec3::new(1.0, 0.5, 2.0), turn, DVec3::new(5.0, -3.0, 2.0));
+        let placement = Placement::new(map).expect("regular");
+        for [waist_radius, end_radius, height] in [[0.5, 1.0, 2.0], [0.1, 1.0, 0.5], [0.9, 1.0, 4.0]] {
+            let body = Analytic::Hyperboloid { waist_radius, end_radius, height };
+            let between = Polyhedra::of(&body, &placement).unwrap_or_else(|| panic!("{body:?}"));
+            let placed = PlacedAnalytic::new(body, placement).expect("a body");
+            for (face, u, v) in (0..body.face_count()).flat_map(|face| (0..64).map(move |k| (face, k / 8, k % 8))) {
+                let [u, v] = [u, v].map(|t| f64::from(t) / 7.0);
+                let Some(probe) = patch_probe(&placed, face, u, v) else { continue };
+                let at = probe.bounds.position;
+                let [outer, inner] = [&between.outer, &between.inner].map(|facets| winding(facets, at));
+                // Whole numbers, but for rounding, which is large where the point is within 2^-40 of a triangle.
+                assert_eq!((outer.round(), inner.round()), (1.0, 0.0), "{body:?}: {face} ({u}, {v}): {outer} {inner}");
+            }
+            // Corners, edges and middles of the inner triangles are in the body.
+            for face in 0..between.inner.len() {
+                let numbers = between.inner.facet(face).corners();
+                let [a, b, c] = [0, 1, 2].map(|k| between.inner.positions()[numbers[k] as usize]);
+                for at in [a, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a), (a + b + c) / 3.0] {
+                    let lamp = LightSource::point(at.to_array()).expect("a lamp");
+                    assert_eq!(placed.light_side(&lamp), Sign::Negative, "{body:?}: {at} is not inside");
+                }
             }
             let gap = between.outer.bounds().size() - between.inner.bounds().size();
             assert!(gap.max_element() < 0.03 * between.outer.bounds().size().max_element(), "{body:?}: {gap}");
