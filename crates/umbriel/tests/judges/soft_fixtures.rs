@@ -11,8 +11,9 @@ use umbriel_io::{LoadOptions, load};
 use umbriel_scene::{Extent, Scene, Shape};
 use umbriel_shadow::{
     Detail, Place, Queries, Silent, SoftRequest, soft_bake,
-    soft_image::{BoxTree, LightSpace, OrientedBox, Outline, visible_outlines},
+    soft_image::{BoxTree, OrientedBox, Outline, light_space, visible_outlines},
 };
+use umbriel_visibility::depth_map::LightSpace;
 
 fn fixture(name: &str) -> Scene {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures").join(name);
@@ -64,14 +65,26 @@ fn at_depth_8_the_robot_and_its_floor_are_known_to_one_per_cent() {
 fn both_arms_vanish_the_head_keeps_three_corners_and_the_body_five() {
     let scene = fixture("robot.toml");
     let origin = scene.lights[0].source.xyz();
-    let parts = scene.objects.iter().filter(|object| matches!(object.shape, Shape::Mesh(_)));
-    let boxes: Vec<OrientedBox> = parts.flat_map(|object| BoxTree::of(object).roots(object.placement.map())).collect();
+    let parts = ["robot/head", "robot/body", "robot/left_arm", "robot/right_arm"].map(|name| number_of(&scene, name));
+    let boxes: Vec<OrientedBox> = parts
+        .map(|part| &scene.objects[part])
+        .iter()
+        .flat_map(|object| BoxTree::of(object).roots(object.placement.map()))
+        .collect();
     assert_eq!(boxes.len(), 4);
     let corners = boxes.iter().flat_map(|oriented| oriented.corners);
-    let space = LightSpace::round(origin, DVec3::Y * 50.0 - origin, corners, 64);
-    let whole: Vec<Outline> = boxes.iter().filter_map(|oriented| Outline::of(&space, oriented)).collect();
-    let corners: Vec<usize> = visible_outlines(&whole).iter().map(|outline| outline.corners.len()).collect();
-    assert_eq!(corners, [3, 5]);
+    // As the light looks at the robot's middle, and as its depth map lies, along the square's normal.
+    let at_robot = LightSpace::round(origin, DVec3::Y * 50.0 - origin, corners.clone(), 64);
+    let corners: Vec<DVec3> = corners.collect();
+    let (of_map, _) = light_space(&scene.lights[0], &corners, 64).expect("a square light");
+    for space in [at_robot, of_map] {
+        let whole: Vec<Outline> = boxes.iter().filter_map(|oriented| Outline::of(&space, oriented)).collect();
+        let left = visible_outlines(&whole);
+        let corners = |part: &Outline| {
+            left.iter().find(|outline| outline.depths() == part.depths()).map(|outline| outline.corners.len())
+        };
+        assert_eq!(whole.iter().map(corners).collect::<Vec<_>>(), [Some(3), Some(5), None, None]);
+    }
 }
 
 /// Radii and distances, metres; all middles lie on the x axis, the Earth's at 0, those of Moon and Sun before it.
