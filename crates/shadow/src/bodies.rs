@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use rayon::prelude::*;
 use umbriel_geometry::{Aabb, Facets, PlacedAnalytic};
 use umbriel_scene::{Object, Scene, Shape};
 
@@ -31,7 +32,7 @@ pub(crate) struct Bodies<'a> {
 impl<'a> Bodies<'a> {
     /// Computes the boxes; nothing else yet.
     pub(crate) fn new(scene: &'a Scene) -> Self {
-        Self::with_boxes(scene, scene.objects.iter().map(Object::bounds).collect())
+        Self::with_boxes(scene, scene.objects.par_iter().map(Object::bounds).collect())
     }
 
     /// With the world boxes at hand, one an object.

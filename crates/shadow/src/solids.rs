@@ -392,6 +392,14 @@ mod tests {
         assert_eq!(solids(bipyramid(8, 1, 1.0)), Some(true));
         assert_eq!(solids(bipyramid(8, 1, 0.3)), Some(false), "a star with dents");
         assert_eq!(solids(bipyramid(5, 2, 1.0)), Some(false), "convex at every edge, but wound twice");
+        // More than are looked at together.
+        assert_eq!(solids(bipyramid(100, 1, 1.0)), Some(true));
+        assert_eq!(solids(bipyramid(101, 2, 1.0)), Some(false), "wound twice");
+        let (mut positions, triangles) = bipyramid(100, 1, 1.0);
+        positions[95] = positions[95].map(|x| 0.5 * x);
+        assert_eq!(solids((positions.clone(), triangles.clone())), Some(false), "a dent far down the list");
+        positions[95] = positions[50];
+        assert_eq!(solids((positions, triangles)), None, "a triangle far down the list is turned");
         let (positions, mut triangles) = bipyramid(8, 1, 1.0);
         triangles[3] = [triangles[3][1], triangles[3][0], triangles[3][2]];
         assert_eq!(solids((positions, triangles)), None, "a triangle is turned");

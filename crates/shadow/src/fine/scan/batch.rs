@@ -31,8 +31,9 @@ const APART: f64 = 2.0;
 /// Storage that batches share.
 #[derive(Default)]
 pub(super) struct Storage {
-    /// Packs of the tree over a batch, and boxes over eight of them each.
+    /// Packs of the tree over a batch, the boxes of their triangles, and boxes over eight packs each.
     found: Vec<usize>,
+    lanes: Vec<Node>,
     nodes: Vec<Node>,
     path: Vec<Step>,
     doubts: Vec<Doubt>,
@@ -44,6 +45,7 @@ impl Storage {
     /// Gives the packs up.
     fn clear(&mut self) {
         self.found.clear();
+        self.lanes.clear();
         self.nodes.clear();
     }
 
@@ -63,16 +65,16 @@ impl Storage {
         while let Some(pack) = sampler.tree.walk(simd, &rect, farthest, &mut self.path) {
             let pack = &sampler.packs[pack];
             let others = !pack.of_solid(simd, solid) & 0xff;
-            if others != 0 && pack.load(simd).over(simd, &rect, farthest) & others != 0 {
+            if others != 0 && Node::of_triangles(&pack.load(simd)).overlapping(simd, &rect, farthest) & others != 0 {
                 return false;
             }
         }
         true
     }
 
-    /// Adds a pack.
+    /// Adds a pack with the boxes of its triangles.
     #[inline(always)]
-    fn add(&mut self, pack: usize, (rect, nearest): (Rect, f32)) {
+    fn add(&mut self, pack: usize, (rect, nearest): (Rect, f32), lanes: Node) {
         let lane = self.found.len() % WIDTH;
         if lane == 0 {
             self.nodes.push(Node::EMPTY);
@@ -80,6 +82,7 @@ impl Storage {
         let last = self.nodes.len() - 1;
         self.nodes[last].add(lane, &rect, nearest);
         self.found.push(pack);
+        self.lanes.push(lanes);
     }
 }
 
@@ -142,10 +145,13 @@ impl Batch<'_, '_> {
         let mut path = std::mem::take(&mut self.storage.path);
         sampler.tree.begin(simd, &rect, farthest, &mut path);
         while let Some(pack) = sampler.tree.walk(simd, &rect, farthest, &mut path) {
-            if is_common && sampler.packs[pack].of_solid(simd, solid) == 0xff {
+            let triangles = &sampler.packs[pack];
+            let own = if is_common { triangles.of_solid(simd, solid) } else { 0 };
+            let lanes = Node::of_triangles(&triangles.load(simd));
+            if lanes.overlapping(simd, &rect, farthest) & !own == 0 {
                 continue;
             }
-            self.storage.add(pack, sampler.tree.bounds(pack));
+            self.storage.add(pack, sampler.tree.bounds(pack), lanes);
             if self.storage.found.len() >= ROUND {
                 self.round(simd, first, end);
             }
@@ -158,12 +164,12 @@ impl Batch<'_, '_> {
     /// The patches against the packs found so far, which are then given up.
     #[inline(always)]
     fn round<S: Simd>(&mut self, simd: S, first: usize, end: usize) {
-        let Self { sampler, storage: Storage { found, nodes, doubts, .. }, patches } = self;
+        let Self { sampler, storage: Storage { found, lanes, nodes, doubts, .. }, patches } = self;
         for (number, patch) in (first..end).zip(&mut patches[first..end]) {
             let open = patch.count_open();
             if open != 0 {
                 let has_few = open <= FEW_SAMPLES;
-                Meeting { sampler, patch, number: number as u32, has_few, doubts }.run(simd, found, nodes);
+                Meeting { sampler, patch, number: number as u32, has_few, doubts }.run(simd, found, lanes, nodes);
             }
         }
         self.storage.clear();
@@ -216,17 +222,22 @@ impl Meeting<'_, '_> {
     /// The patch against those packs whose boxes it meets. Triangles whose boxes it meets are put side by side first: a pack
     /// of the tree has two or three of them.
     #[inline(always)]
-    fn run<S: Simd>(&mut self, simd: S, found: &[usize], nodes: &[Node]) {
+    fn run<S: Simd>(&mut self, simd: S, found: &[usize], lanes_of: &[Node], nodes: &[Node]) {
         let sampler = self.sampler;
         let rect = self.patch.rect.widened(sampler.wide);
         let farthest = self.patch.farthest + sampler.errors.depth_slack(self.patch.farthest);
         let (mut near, mut count) = (Pack::EMPTY, 0);
-        for (node, packs) in nodes.iter().zip(found.chunks(WIDTH)) {
+        for (number, node) in nodes.iter().enumerate() {
             let mut children = node.overlapping(simd, &rect, farthest);
             while children != 0 {
-                let pack = &sampler.packs[packs[children.trailing_zeros() as usize]];
+                let place = number * WIDTH + children.trailing_zeros() as usize;
                 children &= children - 1;
-                let mut lanes = pack.load(simd).over(simd, &rect, farthest) & !pack.of_solid(simd, self.patch.solid);
+                let mut lanes = lanes_of[place].overlapping(simd, &rect, farthest);
+                if lanes == 0 {
+                    continue;
+                }
+                let pack = &sampler.packs[found[place]];
+                lanes &= !pack.of_solid(simd, self.patch.solid);
                 while lanes != 0 {
                     let lane = lanes.trailing_zeros() as usize;
                     lanes &= lanes - 1;

@@ -49,11 +49,16 @@ impl Kernel for Group<'_, '_> {
                 add(sampler, piece.face(), place, room);
             }
         }
+        // Loops: what is in closures would be compiled for narrow vectors.
         if is_clear(simd, sampler, room) {
-            return room.small.iter().for_each(|small| small.light(sampler));
+            for small in &room.small {
+                small.light(sampler);
+            }
+            return;
         }
-        let Room { patches, small, .. } = room;
-        patches.extend(small.iter().map(|small| small.patch(sampler)));
+        for small in &room.small {
+            room.patches.push(small.patch(sampler));
+        }
         Block { sampler, room }.run(simd);
     }
 }
@@ -89,7 +94,9 @@ impl Kernel for Block<'_, '_> {
         let samples = patches.iter().map(|patch| u64::from(patch.count_open())).sum();
         count(Level::Single, samples);
         Batch { sampler: self.sampler, storage, patches }.run(simd);
-        patches.iter().for_each(|patch| write(self.sampler, patch));
+        for patch in patches.iter() {
+            write(self.sampler, patch);
+        }
     }
 }
 

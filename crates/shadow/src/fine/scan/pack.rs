@@ -128,16 +128,16 @@ pub(super) struct Triangles<S: Simd> {
 }
 
 impl<S: Simd> Triangles<S> {
-    /// The lanes whose boxes meet a box of images and that are not all deeper than `farthest`.
+    /// The least and the greatest coordinates.
     #[inline(always)]
-    pub(super) fn over(&self, simd: S, rect: &Rect, farthest: f32) -> u32 {
-        let nearest = self.depth[0].min(self.depth[1]).min(self.depth[2]);
-        let mut beside = nearest.gt(simd.splat8(farthest));
-        beside =
-            beside | simd.splat_int8(rect.max[0]).lt(least(self.x)) | most(self.x).lt(simd.splat_int8(rect.min[0]));
-        beside =
-            beside | simd.splat_int8(rect.max[1]).lt(least(self.y)) | most(self.y).lt(simd.splat_int8(rect.min[1]));
-        (!beside).bits()
+    pub(super) fn boxes(&self) -> [[I8<S>; 2]; 2] {
+        [[least(self.x), least(self.y)], [most(self.x), most(self.y)]]
+    }
+
+    /// The least depth.
+    #[inline(always)]
+    pub(super) fn nearest(&self) -> F8<S> {
+        self.depth[0].min(self.depth[1]).min(self.depth[2])
     }
 
     /// The greatest depth.

@@ -1,6 +1,6 @@
 //! Every sample against the exact answer to its point.
 
-use std::sync::Arc;
+use std::{collections::HashMap, sync::Arc};
 
 use glam::{DAffine3, DQuat, DVec3};
 use proptest::{
@@ -116,6 +116,44 @@ fn a_ball_over_a_floor() {
             let (lit, all) = check(vec![object(ball(level), over, Sides::Auto), floor(8.0, 0.0)], light, samples);
             assert!(lit * 5 > all && lit * 20 < all * 19, "{lit} of {all}");
         }
+    }
+}
+
+/// The same triangles by common corners.
+fn welded(triangles: &Shape) -> Shape {
+    let Shape::Mesh(mesh) = triangles else { panic!("a mesh") };
+    let (mut positions, mut numbers) = (Vec::new(), HashMap::new());
+    let mut number = |corner: u32| {
+        // Adding zero makes −0 and 0 one number.
+        let position = mesh.positions()[corner as usize].to_array().map(|x| x + 0.0);
+        *numbers.entry(position.map(f64::to_bits)).or_insert_with(|| {
+            positions.push(position);
+            positions.len() as u32 - 1
+        })
+    };
+    let triangles = mesh.triangles().iter().map(|triangle| triangle.map(&mut number)).collect();
+    Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a mesh")))
+}
+
+#[test]
+fn dense_solids_before_and_in_each_other() {
+    // Free, half before another, half in another, wholly in another.
+    let ball = welded(&ball(3));
+    let at = [[-3.0, 1.2, 0.0], [1.0, 1.1, 0.0], [1.3, 3.4, 0.4], [2.2, 1.3, 0.5], [2.1, 1.2, 0.4]];
+    let balls = at.iter().enumerate().map(|(k, &at)| {
+        let map = DAffine3::from_scale_rotation_translation(
+            DVec3::splat(if k == 4 { 0.25 } else { 1.0 }),
+            DQuat::from_rotation_y(0.3 * k as f64),
+            DVec3::from_array(at),
+        );
+        object(ball.clone(), map, Sides::One)
+    });
+    let objects: Vec<Object> = balls.chain([floor(9.0, 0.0)]).collect();
+    let lights =
+        [LightSource::sun([0.2, -1.0, 0.1]), LightSource::point([1.0, 7.0, 0.5]), LightSource::point([-3.2, 1.4, 0.1])];
+    for light in lights {
+        let (lit, all) = check(objects.clone(), light.expect("a light"), 2_000);
+        assert!(lit * 20 < all * 19, "{lit} of {all}");
     }
 }
 

@@ -6,7 +6,10 @@
 use rayon::prelude::*;
 use umbriel_geometry::simd::{Float, Int, Mask, Simd};
 
-use super::{faces::Rect, pack::Pack};
+use super::{
+    faces::Rect,
+    pack::{Pack, Triangles},
+};
 
 /// Children of a node, and faces of a pack.
 pub(super) const WIDTH: usize = 8;
@@ -26,6 +29,17 @@ impl Node {
     /// Eight boxes of nothing.
     pub(super) const EMPTY: Self =
         Self { min: [[i32::MAX; WIDTH]; 2], max: [[i32::MIN; WIDTH]; 2], nearest: [f32::INFINITY; WIDTH] };
+
+    /// The boxes of eight triangles.
+    #[inline(always)]
+    pub(super) fn of_triangles<S: Simd>(triangles: &Triangles<S>) -> Self {
+        let [min, max] = triangles.boxes();
+        Self {
+            min: [min[0].to_array(), min[1].to_array()],
+            max: [max[0].to_array(), max[1].to_array()],
+            nearest: triangles.nearest().to_array(),
+        }
+    }
 
     /// Widens the box in a lane.
     #[inline(always)]
