@@ -132,15 +132,18 @@ pub(crate) fn graph(
         let map = *turn * portal.map;
         let slack = portal_slack(&portal, map).map_err(refused)?;
         let corners = corners(&portal.outline, map).map_err(refused)?;
-        portal_places.push((portal.place, portal.name.clone()));
+        portal_places.push((portal.place, portal.name.clone(), portal.cells.clone()));
         joined.push(Portal { name: printable(&portal.name).into_owned(), cells: ends, corners, slack });
     }
-    CellGraph::new(regions, joined, objects).map_err(|(entry, defect)| {
-        let (kind, (place, name)) = match entry {
-            CellEntry::Cell(number) => ("cell", &cell_places[number]),
-            CellEntry::Portal(number) => ("portal", &portal_places[number]),
-        };
-        place.problem(format!("{kind} \"{name}\": {defect}"))
+    CellGraph::new(regions, joined, objects).map_err(|(entry, defect)| match entry {
+        CellEntry::Cell(number) => {
+            let (place, name) = &cell_places[number];
+            place.problem(format!("cell \"{name}\": {defect}"))
+        }
+        CellEntry::Portal(number) => {
+            let (place, name, cells) = &portal_places[number];
+            place.problem(format!("portal \"{name}\" between \"{}\" and \"{}\": {defect}", cells[0], cells[1]))
+        }
     })
 }
 

@@ -26,6 +26,7 @@ use crate::{
     output::{
         self,
         picture::{Studio, background, to_srgb},
+        side_by_side::{self, Captioned},
         table,
     },
     progress::Bar,
@@ -33,9 +34,6 @@ use crate::{
 
 /// Samples of a band: some tens of megabytes with all that is kept of them.
 const BAND: u32 = 1 << 22;
-
-/// Pictures beside each other.
-const COLUMNS: usize = 3;
 
 /// What a picture is drawn from.
 pub(crate) struct Canvas<'a> {
@@ -120,7 +118,12 @@ impl Drawing<'_> {
             let parts = self.draw(first..(first + band).min(height))?;
             pixels.iter_mut().zip(parts).for_each(|(pixels, part)| pixels.extend(part));
         }
-        Ok(side_by_side([width, height], pixels))
+        if pixels.len() == 1 {
+            return Ok(Picture { width, height, pixels: pixels.remove(0) });
+        }
+        let captioned = |(pixels, row): (Vec<[u8; 3]>, &Row)| Captioned { pixels, caption: row.caption() };
+        let pictures: Vec<Captioned> = pixels.into_iter().zip(&self.rows).map(captioned).collect();
+        Ok(side_by_side::join([width, height], &pictures))
     }
 
     /// What the methods did, to standard output.
@@ -167,6 +170,16 @@ impl Row {
         Self { name: method.name(), time: Duration::ZERO, work: Statistics::default(), differing: 0 }
     }
 
+    /// Its name and its counts; not its time, so that the same picture has the same caption.
+    fn caption(&self) -> Vec<String> {
+        let Statistics { windows, tests, depths, skipped, written, divided, judged } = self.work;
+        vec![
+            self.name.to_owned(),
+            format!("windows {windows}, tests {tests}, depths {depths}"),
+            format!("skipped {skipped}, written {written}, divided {divided}, judged {judged}"),
+        ]
+    }
+
     fn columns(&self) -> [String; 10] {
         let Statistics { windows, tests, depths, skipped, written, divided, judged } = self.work;
         let numbers = [windows, tests, depths, skipped, written, divided, judged].map(|number| number.to_string());
@@ -186,22 +199,4 @@ fn text(shot: &Shot, rows: &[Row]) -> String {
     let (faces, seen, back) = (shot.faces(), shot.faces_in_picture(), shot.back_faces_removed());
     let size = format!("{} x {} samples", shot.view().width, shot.view().height);
     format!("{size}; {faces} faces, {seen} may be seen, {back} back faces left out\n{}", table::aligned(&lines))
-}
-
-/// Pictures of one size in rows of three.
-fn side_by_side([width, height]: [u32; 2], mut pictures: Vec<Vec<[u8; 3]>>) -> Picture {
-    if pictures.len() == 1 {
-        return Picture { width, height, pixels: pictures.remove(0) };
-    }
-    let (columns, rows) = (COLUMNS.min(pictures.len()), pictures.len().div_ceil(COLUMNS));
-    let mut pixels = Vec::with_capacity(columns * rows * pictures[0].len());
-    for part in pictures.chunks(columns) {
-        for y in 0..height as usize {
-            let line = y * width as usize..(y + 1) * width as usize;
-            part.iter().for_each(|picture| pixels.extend_from_slice(&picture[line.clone()]));
-            // A row that is not full ends with empty places.
-            pixels.resize(pixels.len() + (columns - part.len()) * width as usize, [255; 3]);
-        }
-    }
-    Picture { width: width * columns as u32, height: height * rows as u32, pixels }
 }

@@ -15,6 +15,7 @@ pub(crate) mod legend;
 pub(crate) mod lightmap;
 mod overlay;
 pub(crate) mod picture;
+pub(crate) mod side_by_side;
 pub(crate) mod soft;
 mod surface;
 pub(crate) mod table;
