@@ -163,7 +163,8 @@ fn outline(object: &Object) -> Vec<DVec3> {
     }
 }
 
-fn corners(bounds: &Aabb) -> [DVec3; 8] {
+/// The corners of a box.
+pub(crate) fn corners(bounds: &Aabb) -> [DVec3; 8] {
     let ends = [bounds.min, bounds.max];
     std::array::from_fn(|i| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z))
 }

@@ -24,6 +24,7 @@ use super::{
     frame::{Frame, U},
     window::Window,
 };
+use crate::view::corners;
 
 /// A function that is affine in the pixel: x·X + y·Y + constant, off by at most `error` all over the picture.
 #[derive(Clone, Copy, Debug)]
@@ -262,9 +263,7 @@ pub(super) fn footprint_of_box(frame: &Frame, picture: &Window, bounds: &Aabb) -
     if bounds.is_empty() {
         return None;
     }
-    let ends = [bounds.min, bounds.max];
-    let corner = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z);
-    let points: [DVec3; 8] = std::array::from_fn(|i| frame.point(corner(i)));
+    let points = corners(bounds).map(|corner| frame.point(corner));
     let (window, nearest) = window_of(frame, picture, &points, 0.0)?;
     Some(Footprint { object: 0, face: 0, window, nearest, plane: None })
 }

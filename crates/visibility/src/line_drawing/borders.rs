@@ -11,13 +11,13 @@ use crate::two_pass::{FaceShadow, ShadowPolygons, TwoPassDefect};
 /// As far from its face's border as this share of the face's size, an edge lies on it: beyond the grid of shadow polygons, and far below a pixel.
 const ON_BORDER: f64 = 1.0 / (1 << 20) as f64;
 
-/// The outlines under one light, on the objects that are drawn.
+/// The outlines under one light, on some bodies (ascending).
 ///
 /// # Errors
 /// [`TwoPassDefect`] for a scene with texture-cut meshes.
 pub(super) fn draw(
     scene: &Scene,
-    hiders: &Hiders,
+    (hiders, hatched): (&Hiders, &[usize]),
     projector: &Projector,
     light: &LightSource,
 ) -> Result<Vec<Stroke>, TwoPassDefect> {
@@ -26,7 +26,7 @@ pub(super) fn draw(
         let facets = hiders.bodies[face.object].1;
         let [seen, lit] = [projector.eye(), light].map(|from| facets.turn(face.face, from));
         // Shadows lie on the side that is turned to the light.
-        if seen != lit || seen == Sign::Zero || face.shadow.is_empty() || !hiders.is_drawn(face.object) {
+        if seen != lit || seen == Sign::Zero || face.shadow.is_empty() || hatched.binary_search(&face.object).is_err() {
             return Vec::new();
         }
         edges(face, facets).into_iter().flat_map(|ends| visible(hiders, projector, face, ends)).collect()

@@ -27,13 +27,18 @@ impl Hatch {
     }
 }
 
-/// The hatches of all faces for one light.
-pub(super) fn draw(hiders: &Hiders, projector: &Projector, light: &LightSource, hatch: &Hatch) -> Vec<Stroke> {
+/// The hatches of all faces of some bodies (ascending) for one light.
+pub(super) fn draw(
+    (hiders, hatched): (&Hiders, &[usize]),
+    projector: &Projector,
+    light: &LightSource,
+    hatch: &Hatch,
+) -> Vec<Stroke> {
     let of = |item: usize| {
         let (body, face) = hiders.face(item as u32);
         let (object, facets) = hiders.bodies[body];
         let seen = facets.turn(face as usize, projector.eye());
-        if seen == Sign::Zero || !hiders.is_drawn(body) {
+        if seen == Sign::Zero || hatched.binary_search(&body).is_err() {
             return Vec::new();
         }
         // The side that is seen is lit if the light is on the same side.

@@ -36,10 +36,6 @@ impl<'a> Hiders<'a> {
         Self { bodies, starts, tree: BoxTree::build(&boxes), boxes, eye: *eye, drawn }
     }
 
-    pub(super) fn is_drawn(&self, body: usize) -> bool {
-        self.drawn.binary_search(&body).is_ok()
-    }
-
     /// A face by its number in the tree: its place among the bodies, and its own number.
     pub(super) fn face(&self, item: u32) -> (usize, u32) {
         let body = self.starts.partition_point(|&start| start <= item) - 1;

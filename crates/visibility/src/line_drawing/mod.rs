@@ -9,7 +9,8 @@
 //! **What is drawn.** Borders, outlines (one face turned to the eye, one away), creases, and the segments along which faces cross.
 //! Shadows are hatched: strokes on the faces that are seen, where a face hides them from a light (the light is an eye, too), with the outlines of shadow polygons
 //! ([`crate::two_pass`]) round them. Of curved bodies a polyhedron is drawn that is off by a quarter of a pixel (`curved`): its outline, its rims, and what it
-//! hides and shadows. General quadrics are left out; [`Drawing::left_out`] counts them. In a scene with cells only what the eye or a light reaches is looked at.
+//! hides and shadows. General quadrics are left out; [`Drawing::left_out`] counts them. In a scene with cells only what the eye or a light reaches is looked at, and a light hatches
+//! only objects that it may reach: those of other rooms would be hatched all over.
 //!
 //! **What is exact.** On which side of each plane the ends of an edge lie: signs of input corners, so an edge is not hidden by the faces that
 //! it borders, nor by what it touches. Where an edge is cut is rounded, and so are the ends of crossings and hatches, which are drawn
@@ -128,9 +129,13 @@ pub fn draw_lines(scene: &Scene, view: &View, options: &LineOptions) -> Result<D
         no_outlines: None,
     };
     for (number, light) in options.lights.iter().enumerate() {
+        let hatched = flat.reached(scene, light, &hiders.drawn);
+        if hatched.is_empty() {
+            continue;
+        }
         let hatch = hatching::Hatch::of_light(number, options.hatch_spacing);
-        drawing.strokes.extend(hatching::draw(&hiders, &projector, light, &hatch));
-        match borders::draw(&flat.scene, &hiders, &projector, light) {
+        drawing.strokes.extend(hatching::draw((&hiders, &hatched), &projector, light, &hatch));
+        match borders::draw(&flat.scene, (&hiders, &hatched), &projector, light) {
             Ok(strokes) => drawing.strokes.extend(strokes),
             Err(defect) => drawing.no_outlines = Some(defect),
         }
@@ -143,9 +148,22 @@ pub fn draw_lines(scene: &Scene, view: &View, options: &LineOptions) -> Result<D
 /// The objects that a drawing is made from, all with flat faces.
 struct FlatScene {
     scene: Scene,
+    /// Their indices in the scene, ascending.
+    sources: Vec<usize>,
     /// Of curved ones the piece of each face.
     pieces: Vec<Option<Vec<u32>>>,
     left_out: usize,
+}
+
+impl FlatScene {
+    /// Those of some places whose objects a light may reach; all in a scene without cells.
+    fn reached(&self, scene: &Scene, light: &LightSource, places: &[usize]) -> Vec<usize> {
+        if scene.cells.is_empty() {
+            return places.to_vec();
+        }
+        let reached: Vec<usize> = reach_of_light(scene, light).indices().collect();
+        places.iter().copied().filter(|&place| reached.binary_search(&self.sources[place]).is_ok()).collect()
+    }
 }
 
 /// What the eye or a light reaches, and the places of what the eye may see. Hidden lines are wanted of everything.
@@ -164,10 +182,11 @@ fn flat_scene(scene: &Scene, view: &View, options: &LineOptions, projector: &Pro
     let made = |&source: &usize| Some((source, curved::flattened(&scene.objects[source], projector)?));
     let made: Vec<Option<(usize, Flattened)>> = wanted.par_iter().map(made).collect();
     let left_out = made.iter().filter(|object| object.is_none()).count();
-    let mut flat = FlatScene { scene: Scene::default(), pieces: Vec::new(), left_out };
+    let mut flat = FlatScene { scene: Scene::default(), sources: Vec::new(), pieces: Vec::new(), left_out };
     let mut drawn = Vec::new();
     for (place, (source, Flattened { object, pieces })) in made.into_iter().flatten().enumerate() {
         flat.scene.objects.push(object);
+        flat.sources.push(source);
         flat.pieces.push(pieces);
         if seen.binary_search(&source).is_ok() {
             drawn.push(place);

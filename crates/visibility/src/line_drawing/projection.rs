@@ -4,7 +4,11 @@ use glam::DVec3;
 use umbriel_geometry::{Aabb, LightSource};
 use umbriel_scene::Projection;
 
-use crate::{View, hidden_surface::ShotDefect, view::Basis};
+use crate::{
+    View,
+    hidden_surface::ShotDefect,
+    view::{Basis, corners},
+};
 
 /// Where points are drawn.
 pub(super) struct Projector {
@@ -75,10 +79,8 @@ impl Projector {
         if self.is_parallel {
             return 1.0 / self.pixels;
         }
-        let ends = [bounds.min, bounds.max];
-        let corner = |i: usize| DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z);
-        let depth = |i: usize| self.basis.local(corner(i) - self.origin).z;
-        (0..8).map(depth).fold(f64::INFINITY, f64::min).max(0.0) / self.pixels
+        let depths = corners(bounds).map(|corner| self.basis.local(corner - self.origin).z);
+        depths.into_iter().fold(f64::INFINITY, f64::min).max(0.0) / self.pixels
     }
 
     /// A coordinate of the picture, along a unit vector (right, up), from its middle in pixels: as a numerator and a denominator that are affine in the point. The denominator is

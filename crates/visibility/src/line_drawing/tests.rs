@@ -1,8 +1,8 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
-use umbriel_scene::{Camera, Object, Projection, Scene, Shape, Sides};
+use umbriel_geometry::{Analytic, Brep, Cuboid, LightSource, Mesh, Placement, Rectangle};
+use umbriel_scene::{Camera, CellGraph, Object, Projection, Region, Scene, SceneCell, Shape, Sides};
 
 use super::*;
 
@@ -279,6 +279,30 @@ fn two_boards_shadows_have_outlines_inside_the_floor_only() {
     let outline = length(&drawing.expect("a drawing"), Ink::ShadowOutline);
     // From x = 4 to 8, the floor's border: three edges of 4 m.
     assert!((outline - 120.0).abs() < 1e-3, "{outline}");
+}
+
+#[test]
+fn lights_hatch_what_they_reach_through_portals() {
+    // A floor in one room, seen from above, and a lamp below its height in the next: its upper side is in shadow.
+    let floor = Shape::Rectangle(Rectangle { size: [3.0, 3.0] });
+    let mut scene = scene(vec![(floor, DVec3::new(2.0, 0.5, 2.0))]);
+    let lamp = LightSource::point([6.0, 0.25, 2.0]).expect("a lamp");
+    let options = LineOptions { lights: vec![lamp], ..LineOptions::default() };
+    let hatched = |scene: &Scene| {
+        let drawing = draw_lines(scene, &view(DVec3::Y), &options).expect("a drawing");
+        assert!((length(&drawing, Ink::Visible) - 120.0).abs() < 1e-9);
+        length(&drawing, Ink::Shadow)
+    };
+    assert!(hatched(&scene) > 100.0);
+    // Rooms with no door between them.
+    let room = |name: &str, west: f64| {
+        let corner = |i: usize| DVec3::new([west, west + 4.0][i & 1], [0.0, 3.0][i >> 1 & 1], [0.0, 4.0][i >> 2 & 1]);
+        let region = Region::Convex(Brep::hull((0..8).map(corner)).expect("a box"));
+        SceneCell { name: name.into(), region, slack: 0.0 }
+    };
+    let cells = vec![room("west", 0.0), room("east", 4.0)];
+    scene.cells = CellGraph::new(cells, Vec::new(), &scene.objects).expect("rooms");
+    assert_eq!(hatched(&scene), 0.0);
 }
 
 /// A ball, said in general.

@@ -14,7 +14,7 @@ use glam::DVec3;
 use umbriel_geometry::{Aabb, Approx, Decide, Dyadic, LightSource, Sign, predicates};
 use umbriel_scene::Projection;
 
-use crate::view::View;
+use crate::view::{View, corners};
 
 /// What an edge of a frustum goes through.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,11 +133,7 @@ impl Frustum {
         if self.planes.is_empty() {
             return false;
         }
-        let ends = [bounds.min, bounds.max];
-        let corners: [[Approx; 3]; 8] = std::array::from_fn(|i| {
-            let corner = DVec3::new(ends[i & 1].x, ends[i >> 1 & 1].y, ends[i >> 2 & 1].z);
-            scaled_image(&self.eye, Corner::World(corner))
-        });
+        let corners: [[Approx; 3]; 8] = corners(bounds).map(|corner| scaled_image(&self.eye, Corner::World(corner)));
         let is_beyond =
             |plane: &SidePlane| corners.iter().all(|corner| dot(&plane.normal, corner).sign() == Some(Sign::Negative));
         self.planes.iter().any(is_beyond)
