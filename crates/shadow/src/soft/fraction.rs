@@ -10,13 +10,14 @@
 //!   overlap each other in front of the light.
 //! - **Bounds.** Other curved bodies, and mixtures: the light is cut into [`STRATA`]² squares. One is free if no body comes near it, hidden
 //!   if one convex body meets the ways to its four corners (then it meets all in between), else in doubt and decided at its middle. The
-//!   squares in doubt are the stated bound; where all are free or all hidden and no face has cut the light, the answer is 1 or 0 exactly.
+//!   squares in doubt bound the answer, and so do the polyhedra that a body lies between ([`super::between`]): what both leave is the stated bound. Where all are free or all hidden and no face has cut the light, the answer is 1 or 0 exactly.
 
 use glam::{DVec2, DVec3};
 use umbriel_geometry::{Analytic, Dyadic, ExactPoint, Facets, PlacedAnalytic, blocking::Probe};
 use umbriel_scene::{Extent, Light};
 
 use super::{
+    between::seen_between,
     caps::{Cap, angle, common_area},
     occluders::{HullShaft, InShaft, in_shaft},
     polygon::{ERROR_PER_CUT, Pieces, Polygon},
@@ -42,6 +43,16 @@ pub struct Fraction {
 impl Fraction {
     const NONE: Self = Self { value: 0.0, max_error: 0.0 };
     const ALL: Self = Self { value: 1.0, max_error: 0.0 };
+
+    /// Brought between two bounds, which hold the truth as well.
+    fn within(self, [least, most]: [f64; 2]) -> Self {
+        let (low, high) = ((self.value - self.max_error).max(least), (self.value + self.max_error).min(most));
+        if low > high {
+            return self;
+        }
+        let value = self.value.clamp(low, high);
+        Self { value, max_error: (value - low).max(high - value) + f64::EPSILON }
+    }
 }
 
 /// Where a light is looked at from.
@@ -207,7 +218,8 @@ impl Queries<'_> {
             return Fraction { value, max_error: by_cuts };
         }
         let rounding = by_cuts + f64::from(STRATA * STRATA) * 8.0 * ERROR_PER_CUT;
-        Fraction { value: value.clamp(0.0, 1.0), max_error: doubt + rounding }
+        let sampled = Fraction { value: value.clamp(0.0, 1.0), max_error: doubt + rounding };
+        sampled.within(seen_between(self, bodies, window, left, receiver.doubtful_body))
     }
 
     /// Whether one convex body meets the ways to all points of a square of the light: it does if it meets those to the corners of a square

@@ -5,6 +5,7 @@
 //! [`image`] holds the ways of pictures, without bounds.
 
 mod bake;
+mod between;
 mod caps;
 mod cell;
 mod cover;
