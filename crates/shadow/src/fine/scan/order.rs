@@ -138,8 +138,13 @@ impl Chunk {
                 let (corners, count) = corners(facets, images, number);
                 let (rect, pieces) = match sight(facets, number, &corners[..count], view) {
                     Sight::Nothing => continue,
-                    Sight::Whole if sources[*source as usize].is_spare(number, &corners, view) => continue,
-                    Sight::Whole => (Rect::of(&corners[..count]), count - 2),
+                    Sight::Whole => {
+                        let rect = Rect::of(&corners[..count]);
+                        if !view.concerns(&rect) || sources[*source as usize].is_spare(number, &corners, view) {
+                            continue;
+                        }
+                        (rect, count - 2)
+                    }
                     Sight::Clipped(polygon) => {
                         let seen = (Rect::of(&polygon), polygon.len() - 2);
                         clipped.push((face, polygon));

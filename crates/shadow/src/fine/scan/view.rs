@@ -220,9 +220,22 @@ impl View {
         (0..2).all(|k| f64::from(rect.min[k]) >= -self.half[k] && f64::from(rect.max[k]) <= self.half[k])
     }
 
-    /// Whether a box of images comes near the window.
+    /// Whether a box of images comes so near the window that the view decides samples in it.
     pub(super) fn meets(&self, rect: &Rect) -> bool {
-        let half = self.half.map(|half| half + 8.0 * self.error + 2.0);
+        self.is_within(rect, 8.0 * self.error + 2.0)
+    }
+
+    /// Whether a face with this box of images may have samples that the view decides, or block one of these: they lie up to 8 errors and 2
+    /// quanta beside the window, and boxes of occluders over them up to 2 errors and 4 quanta beside that.
+    #[inline(always)]
+    pub(super) fn concerns(&self, rect: &Rect) -> bool {
+        self.is_within(rect, 16.0 * self.error + 8.0)
+    }
+
+    /// Whether a box of images meets the window when that is so much wider on all sides.
+    #[inline(always)]
+    fn is_within(&self, rect: &Rect, wider: f64) -> bool {
+        let half = self.half.map(|half| half + wider);
         (0..2).all(|k| f64::from(rect.max[k]) >= -half[k] && f64::from(rect.min[k]) <= half[k])
     }
 
