@@ -79,7 +79,8 @@ fn draw_panel(body: &mut String, rows: &[&Row], [x, y]: [f64; 2], [sides, nanos]
             let _ = writeln!(
                 body,
                 "<text x=\"{cx:.1}\" y=\"{:.1}\" font-size=\"6\" fill=\"{colour}\">{}</text>",
-                cy - 4.0,
+                // Those of maps are the lowest: below.
+                if method == Method::Maps { cy + 9.0 } else { cy - 4.0 },
                 label(row, method)
             );
         }

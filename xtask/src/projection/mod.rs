@@ -39,7 +39,7 @@ pub(crate) struct Options {
     /// Measure instead what a projection costs to renew after a part of the model moved
     #[arg(long, conflicts_with = "judge")]
     moving: bool,
-    /// Rows written by --json before: table, chart and claims count them too
+    /// Rows written by --json before: table, chart and claims count them too; unless models are named, nothing else is measured
     #[arg(long, value_name = "FILE", value_delimiter = ',')]
     with: Vec<PathBuf>,
     /// Write the figures as a table in Markdown
@@ -77,8 +77,9 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         let text = fs::read_to_string(file).with_context(|| format!("cannot read {}", file.display()))?;
         rows.extend(serde_json::from_str::<Vec<Row>>(&text).with_context(|| format!("{}", file.display()))?);
     }
+    let is_measured = options.with.is_empty() || !options.model.is_empty();
     println!("{}", report::heading());
-    for name in asked(&options.model) {
+    for name in asked(&options.model).take_while(|_| is_measured) {
         let Some(model) = model(name)? else { continue };
         let (bvh, build) = timed(|| TriangleBvh::build(Arc::clone(&model.mesh)));
         let bvh = (bvh, build.cpu);
@@ -91,6 +92,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         }
         store(options, &rows)?;
     }
+    store(options, &rows)?;
     print!("{}", report::claims(&rows));
     Ok(())
 }
