@@ -236,11 +236,11 @@ impl<'a> Receiver<'a> {
             }
             kept.bodies.push(body);
             let (least, most) = hidden_by(self.queries, body, cell, &views, self.light, &self.hull);
+            bounds.estimate -= 0.5 * (least + most);
             // What a body that is not convex hides from itself is known from the polyhedron inside only.
             let most = if body == self.object { 1.0 } else { most };
             bounds.lower = (bounds.lower - most).max(0.0);
             bounds.upper = bounds.upper.min(1.0 - least).max(0.0);
-            bounds.estimate -= 0.5 * (least + most);
         }
         bounds.estimate = bounds.estimate.clamp(bounds.lower, bounds.upper);
         (bounds, kept)
