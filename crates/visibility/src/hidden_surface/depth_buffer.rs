@@ -8,7 +8,11 @@
 //! Guarantee: two depths are compared as they are only where they differ by more than both their bounds; else the judge decides. Cost:
 //! O(faces + covered pixels), memory O(tile) a thread. Curved bodies are asked pixel by pixel in their boxes.
 
-use super::{HiddenSurface, NOTHING, Shot, Statistics, Window, fill::Run, footprint::Plane};
+use super::{
+    HiddenSurface, Shot, Statistics, Window,
+    fill::{self, Run},
+    footprint::Plane,
+};
 
 /// Depth buffer by tiles.
 #[derive(Clone, Copy, Debug)]
@@ -155,11 +159,8 @@ impl<'a> Tile<'a> {
         }
         let width = self.window.width() as usize;
         let line = place * width..(place + 1) * width;
-        // A pixel without a face, or of unknown nearness, leaves the row open.
-        let open =
-            |(held, face): (&f64, &u32)| if *face == NOTHING || held.is_nan() { f64::NEG_INFINITY } else { *held };
-        let pixels = self.nearness[line.clone()].iter().zip(&self.pixels[line]);
-        let floor = pixels.map(open).fold(f64::INFINITY, f64::min) - self.widest;
+        // A pixel without a face is infinitely far; one of unknown nearness leaves the row open, too.
+        let floor = fill::least(&self.nearness[line]) - self.widest;
         self.floors[place] = Some(floor);
         floor
     }

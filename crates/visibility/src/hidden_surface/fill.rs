@@ -1,7 +1,7 @@
 //! A run of a row in the depth buffer: blocks of eight depths at a time.
 //!
 //! The nearness of a face is affine in the column, and columns are multiples of ½, so x₀ + k is exact and every lane computes what a loop with x + 1 would: the
-//! same bits at every SIMD level. A block in which all depths are apart is stored as a whole; the others, and what is left of a run, go pixel by pixel.
+//! same bits at every SIMD level; so does the least depth of a row. A block in which all depths are apart is stored as a whole; the others, and what is left of a run, go pixel by pixel.
 //! Cost: a compare and two blends for eight pixels; runs shorter than a block are not dispatched.
 
 use umbriel_geometry::simd::{Kernel, Simd, dispatch};
@@ -100,6 +100,33 @@ fn fill_block(
     Some(written)
 }
 
+/// The least depth of a row; −∞ where one is not known.
+pub(super) fn least(nearness: &[f64]) -> f64 {
+    dispatch(Least { nearness })
+}
+
+struct Least<'a> {
+    nearness: &'a [f64],
+}
+
+impl Kernel for Least<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> f64 {
+        let known = |value: f64| if value.is_nan() { f64::NEG_INFINITY } else { value };
+        let (blocks, rest) = self.nearness.as_chunks::<BLOCK>();
+        let mut least = [f64::INFINITY; BLOCK];
+        for block in blocks {
+            for (least, &value) in least.iter_mut().zip(block) {
+                let value = known(value);
+                *least = if value < *least { value } else { *least };
+            }
+        }
+        least.into_iter().chain(rest.iter().map(|&value| known(value))).fold(f64::INFINITY, f64::min)
+    }
+}
+
 /// One pixel; returns whether it was written, as a number.
 #[inline(always)]
 fn fill_one(value: f64, (apart, face): (f64, u32), (held, shown): (&mut f64, &mut u32), doubt: impl FnOnce()) -> u64 {
@@ -119,6 +146,22 @@ mod tests {
     use umbriel_geometry::simd::{Level, dispatch_at};
 
     use super::*;
+
+    #[test]
+    fn the_least_depth_of_a_row_is_minus_infinity_where_one_is_not_known() {
+        for length in 0..40 {
+            let row: Vec<f64> = (0..length).map(|k| 1.0 + f64::from((k * 7 + 3) % 13)).collect();
+            let plain = row.iter().copied().fold(f64::INFINITY, f64::min);
+            for level in Level::ALL {
+                assert_eq!(dispatch_at(level, Least { nearness: &row }), plain);
+                for unknown in 0..row.len() {
+                    let mut row = row.clone();
+                    row[unknown] = f64::NAN;
+                    assert_eq!(dispatch_at(level, Least { nearness: &row }), f64::NEG_INFINITY);
+                }
+            }
+        }
+    }
 
     #[test]
     fn every_level_draws_what_single_pixels_would() {
