@@ -60,9 +60,10 @@ impl<'a> Receiver<'a> {
         self.corners.iter().map(|&corner| self.flat(corner)).collect()
     }
 
-    /// How much area may be off along a contour: by the grid of 2^-28 of the extent that the overlay rounds to, and by floats that a projection stretches.
+    /// How much area may be off along a contour: by the grid of 2^-28 of the rectangle's extent that the overlay rounds to, and by floats that a projection stretches.
     pub(super) fn slack(&self, contour: &[[f64; 2]], stretch: f64) -> f64 {
-        let extent = self.bounds.size().max_element();
+        let [low, high] = self.rectangle;
+        let extent = (high[0] - low[0]).max(high[1] - low[1]);
         let reach = self.bounds.max.abs().max(self.bounds.min.abs()).max_element();
         let off = extent * GRID + 256.0 * f64::EPSILON * (reach + extent) * stretch;
         let edges = contour.iter().zip(contour.iter().cycle().skip(1));
@@ -151,5 +152,5 @@ fn around(outline: &[[f64; 2]]) -> [[f64; 2]; 2] {
     [low.map(|least| least - wider), high.map(|greatest| greatest + wider)]
 }
 
-/// The overlay's integers have 32 bits with a sign, and leave some free: 2^-28 of the extent is no finer than their grid.
+/// The overlay's integers have 32 bits with a sign, and leave some free: 2^-28 of the extent of what is overlaid is no finer than their grid.
 const GRID: f64 = 1.0 / (1 << 28) as f64;
