@@ -329,3 +329,15 @@ fn packets_over_a_fine_surface_agree_with_single_segments() {
         assert!(hits > all / 10 && hits < all * 9 / 10, "{hits} of {all}");
     }
 }
+
+#[test]
+fn a_ray_that_leaves_along_a_face_does_not_meet_it_where_it_begins() {
+    // From a corner of a wall, away from the wall but in its plane up to rounding: the other half has no weights to speak of.
+    let (origin, along) =
+        (DVec3::new(240.0, 0.0, 272.0), DVec3::new(84.4263183701209, 130.77806391038533, 25.11415799617521));
+    let wall = [[82.0, 0.0, 225.0], [240.0, 165.0, 272.0], [82.0, 165.0, 225.0]].map(DVec3::from_array);
+    for turn in 0..3 {
+        let corners = [0, 1, 2].map(|k| wall[(k + turn) % 3]);
+        assert_eq!(soup(vec![corners]).nearest_hit(origin, along, f64::INFINITY), None);
+    }
+}

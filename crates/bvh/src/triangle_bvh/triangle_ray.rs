@@ -89,8 +89,9 @@ impl Shear {
         }
         let sum = weights.x + weights.y + weights.z;
         let t = weights.dot(DVec3::new(a.z, b.z, c.z)) / sum;
-        // Zero over zero for an edge-on triangle is neither.
-        (t > 0.0).then(|| Hit { triangle, t: t.min(span.1).max(span.0), u: weights.y / sum, v: weights.z / sum })
+        // Zero over zero for an edge-on triangle is neither. Where its weights are rounding alone, the ray may leave the box where it begins.
+        let kept = t.min(span.1).max(span.0);
+        (t > 0.0 && kept > 0.0).then(|| Hit { triangle, t: kept, u: weights.y / sum, v: weights.z / sum })
     }
 }
 
