@@ -85,6 +85,6 @@ mod tests {
         assert!(dark(20..36) > 20 && dark(36..52) > 20, "two lines of words");
         // Too small for words: nothing but the pictures.
         let small = join([40, 5], &pictures(2, 200));
-        assert_eq!((small.width, small.height, small.pixels[200], small.pixels[40]), (80, 5, [0; 3], [1; 3]));
+        assert_eq!((small.width, small.height, small.pixels[160], small.pixels[40]), (80, 5, [0; 3], [1; 3]));
     }
 }
