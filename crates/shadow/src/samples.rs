@@ -70,6 +70,7 @@ impl<'a> Samples<'a> {
             .map_init(Uses::default, |uses, object| {
                 let Body::Flat(facets) = bodies.get(object) else { return None };
                 let receives = place[object].map(|_| (self.layout(object, facets), &lit_faces[object] as &IsLit));
+                // Each object is one job, and lights go one after another: no job waits for what its own thread is making.
                 let solids = self.stage.solids[object].get_or_init(|| Solids::of(facets, uses));
                 Some(Sampled { object: object as u32, facets, solids, receives, bounds: bodies.boxes[object] })
             })

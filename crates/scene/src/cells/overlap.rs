@@ -2,7 +2,7 @@
 //!
 //! Two convex cells are apart if all of one lies in the plane of a face of the other, or outside it, or within
 //! a rounding of it. Bodies that only a plane through an edge of each keeps apart are told as well; rooms that meet at walls are never among them.
-//! Two portals between the same cells are convex polygons of one plane, and some edge's line keeps them apart or none does.
+//! Two portals between the same cells that lie in one plane are convex polygons there, and some edge's line keeps them apart or none does.
 
 use std::collections::BTreeMap;
 
@@ -15,6 +15,9 @@ use super::{
     rounded::{apart, boxed, ulp},
 };
 
+/// So many pairs of portals are compared at most: a file may hold any number of them side by side.
+const LOOKS: usize = 1 << 22;
+
 /// Two entries that share space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
@@ -26,12 +29,15 @@ pub struct Overlap {
 
 impl CellGraph {
     /// The pairs of convex cells that overlap, then those of portals between the same cells, in the order of their entries; `most` pairs, and no more are
-    /// looked for. Cost: O((c + p) log (c + p)) for c cells that lie side by side along some axis and p portals, and a look at all faces of cells whose boxes
-    /// share inside.
+    /// looked for. Cost: O((c + p) log (c + p)) for c cells that lie side by side along some axis and p portals of which few lie beside each other along the
+    /// longest axis, and a look at all faces of cells whose boxes share inside. At most [`LOOKS`] pairs of portals are compared.
     pub fn overlaps(&self, most: usize) -> Vec<Overlap> {
         let mut found = Vec::new();
         for (number, cell) in self.cells.iter().enumerate() {
             let Region::Convex(body) = &cell.region else { continue };
+            if found.len() >= most {
+                return found;
+            }
             let mut others = Vec::new();
             self.index.for_each_near(&self.cells, &body.bounds(), |other, other_body| {
                 if other > number && found.len() + others.len() < most {
@@ -54,20 +60,36 @@ impl CellGraph {
     }
 
     fn add_portals(&self, found: &mut Vec<Overlap>, most: usize) {
-        let mut between: BTreeMap<[usize; 2], Vec<usize>> = BTreeMap::new();
+        let mut between: BTreeMap<[usize; 2], Vec<(usize, Aabb)>> = BTreeMap::new();
         for (number, portal) in self.portals.iter().enumerate() {
             let [one, two] = portal.cells;
-            let before = between.entry([one.min(two), one.max(two)]).or_default();
-            for &other in &*before {
-                let first = &self.portals[other];
-                if found.len() < most && share_area(first, portal) {
-                    let [a, b] = [first, portal].map(|portal| Aabb::of(portal.corners.iter().copied()));
-                    let near = (a.min.max(b.min) + a.max.min(b.max)) * 0.5;
-                    found.push(Overlap { entries: [other, number].map(CellEntry::Portal), near });
+            let bounds = Aabb::of(portal.corners.iter().copied());
+            between.entry([one.min(two), one.max(two)]).or_default().push((number, bounds));
+        }
+        let mut looks = LOOKS;
+        let mut pairs: Vec<([usize; 2], DVec3)> = Vec::new();
+        for mut portals in between.into_values() {
+            let axis = portals.iter().fold(Aabb::EMPTY, |all, (_, own)| all.union(*own)).size().max_position();
+            portals.sort_by(|(_, a), (_, b)| a.min[axis].total_cmp(&b.min[axis]));
+            for (place, (number, bounds)) in portals.iter().enumerate() {
+                let slack = self.portals[*number].slack.max(ulp([bounds.min, bounds.max].into_iter()));
+                let wide = bounds.widened(DVec3::splat(slack));
+                let beside = portals[place + 1..].iter().take_while(|(_, other)| other.min[axis] <= wide.max[axis]);
+                for (other, other_bounds) in beside.take(looks) {
+                    looks -= 1;
+                    let is_shared = other_bounds.meets(&wide)
+                        && found.len() + pairs.len() < most
+                        && share_area(&self.portals[*number], &self.portals[*other]);
+                    if is_shared {
+                        let near = (bounds.min.max(other_bounds.min) + bounds.max.min(other_bounds.max)) * 0.5;
+                        pairs.push(([*number.min(other), *number.max(other)], near));
+                    }
                 }
             }
-            before.push(number);
         }
+        pairs.sort_by_key(|&(numbers, _)| numbers);
+        let overlap = |(numbers, near): ([usize; 2], DVec3)| Overlap { entries: numbers.map(CellEntry::Portal), near };
+        found.extend(pairs.into_iter().map(overlap));
     }
 }
 

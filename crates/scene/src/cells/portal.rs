@@ -177,9 +177,14 @@ impl Portal {
     }
 }
 
-/// Whether two portals of one plane share some of their area: no line of an edge has one of them wholly on its outer side. Exact in the plane of two
-/// coordinates.
+/// Whether two portals lie in one plane, as far as rounding lets tell, and share some of their area there: no line of an edge has one of them wholly on its outer
+/// side. Exact in the plane of two coordinates.
 pub(super) fn share_area(one: &Portal, two: &Portal) -> bool {
+    let slack = ulp(one.corners.iter().chain(&two.corners).copied()).max(one.slack).max(two.slack);
+    let [a, b, c] = [0, 1, 2].map(|k| boxed(one.corners[k], slack));
+    if two.corners.iter().any(|&corner| apart(&a, &b, &c, &boxed(corner, slack)).is_some()) {
+        return false;
+    }
     let axis = widest_axis(&one.corners);
     let is_kept_out = |inner: &Portal, other: &Portal| {
         let corners = &inner.corners;

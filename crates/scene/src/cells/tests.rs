@@ -221,3 +221,20 @@ fn overlaps_of_cells_and_portals_are_found() {
     assert_eq!(found, [cells, portals]);
     assert_eq!(graph(vec![turned(0.0, 0.0); 5], Vec::new()).overlaps(3).len(), 3);
 }
+
+#[test]
+fn windows_in_walls_that_face_each_other_do_not_overlap() {
+    let window = |name: &str, corners: [[f64; 3]; 4]| {
+        let corners = corners.map(DVec3::from_array).to_vec();
+        Portal { name: name.into(), cells: [0, 1], corners, slack: 0.0 }
+    };
+    let along = |name: &str, z: f64| window(name, [[1.0, 1.0, z], [2.0, 1.0, z], [2.0, 2.0, z], [1.0, 2.0, z]]);
+    // The fourth one touches the first at a corner of the room, in another wall.
+    let beside = window("east", [[4.0, 1.0, 0.0], [4.0, 2.0, 0.0], [4.0, 2.0, 1.0], [4.0, 1.0, 1.0]]);
+    let wide = window("wide", [[1.5, 1.0, 0.0], [4.0, 1.0, 0.0], [4.0, 2.0, 0.0], [1.5, 2.0, 0.0]]);
+    let portals = vec![along("south", 0.0), along("north", 4.0), beside, wide];
+    let graph =
+        CellGraph::new(vec![room("room", [0.0; 3], [4.0, 3.0, 4.0]), outdoors()], portals, &[]).expect("a room");
+    let near = DVec3::new(1.75, 1.5, 0.0);
+    assert_eq!(graph.overlaps(9), [Overlap { entries: [0, 3].map(CellEntry::Portal), near }]);
+}

@@ -1,7 +1,8 @@
 //! What curved bodies hide of an area light from a point, by the polyhedra that they lie between.
 //!
 //! The image of a polyhedron that is wholly between the point and the light lies in the hull of its corners' images, and is that hull if the polyhedron is
-//! convex. So a convex body hides all of the inner hull, and no body hides more than the outer one (NUMERICS.md, "Soft shadows"). O(corners · log corners) a body.
+//! convex. So a convex body hides all of the inner hull, and no body hides more than the outer one (NUMERICS.md, "Soft shadows"). O(corners · log corners) a body for
+//! its hull, which is then taken from all pieces that the bodies before it left: with n bodies that cut each other up, O(n²) and more.
 
 use glam::{DVec2, DVec3};
 

@@ -8,15 +8,16 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DVec2, DVec3};
 use umbriel_geometry::{
-    Approx, Facets, PlacedAnalytic, Sign,
+    Approx, Facets, LightSource, PlacedAnalytic, Point, Sign,
     analytic::{Chart, LocalPoint, Surface},
+    predicates::{self, Target},
 };
 use umbriel_scene::{Extent, Light};
 
 use super::{
     caps::{cap_area, common_area},
     cell::Cell,
-    fraction::{corners, normal_of},
+    fraction::normal_of,
     occluders::LightHull,
     polygon::{Pieces, Polygon},
     window::{Shape, Window},
@@ -100,20 +101,31 @@ fn front(facets: &Facets) -> Sign {
     if facets.is_mirrored() { Sign::Negative } else { Sign::Positive }
 }
 
-/// Whether all of the light is certainly before a face, and whether all of it is behind.
+/// Whether all of the light is certainly before a face, and whether all of it is behind: by the filter of exact predicates, with the roundings of placed
+/// corners and of the light's own points in its bound.
 fn sides_of_light(facets: &Facets, face: usize, light: &LightHull) -> [bool; 2] {
-    let normal = normal_of(facets, face);
-    let whole: Vec<DVec3> = corners(facets, face).collect();
-    let (values, size): (Vec<f64>, f64) = match light {
-        LightHull::Points(points) => {
-            let size = points.iter().chain(&whole).map(|point| point.abs().max_element()).fold(0.0, f64::max);
-            (points.iter().map(|&point| normal.dot(point - whole[0])).collect(), size)
-        }
-        LightHull::Directions(directions) => (directions.iter().map(|&direction| normal.dot(direction)).collect(), 1.0),
+    let numbers = facets.facet(face).corners();
+    let [a, b, c] = [0, 1, numbers.len() - 1].map(|k| facets.point(numbers[k]));
+    let of_point = |&position: &DVec3| {
+        // A point of a hull is a sum of three numbers.
+        let slack = DVec3::splat(4.0 * f64::EPSILON * position.abs().max_element());
+        predicates::side_filter(&a, &b, &c, Target::Point(&Point { position, slack, exact: None })).sign()
     };
-    // The normal's two roundings a coordinate, the difference's and the product's.
-    let slack = 16.0 * f64::EPSILON * normal.abs().element_sum() * size;
-    [values.iter().all(|&value| value > slack), values.iter().all(|&value| value < -slack)]
+    let of_direction = |&direction: &DVec3| {
+        let sun = LightSource::sun((-direction).to_array()).ok()?;
+        let Approx { value, error } = predicates::side_filter(&a, &b, &c, Target::Light(&sun));
+        // So many roundings may have turned the direction: they count by the terms of the normal.
+        let [u, v] = [b, c].map(|corner| (corner.position - a.position).abs());
+        let terms = u.y * v.z + u.z * v.y + u.z * v.x + u.x * v.z + u.x * v.y + u.y * v.x;
+        let turned = 16.0 * f64::EPSILON * terms * direction.abs().max_element();
+        Approx { value, error: error + turned }.sign()
+    };
+    let sides: Vec<Option<Sign>> = match light {
+        LightHull::Points(points) => points.iter().map(of_point).collect(),
+        LightHull::Directions(directions) => directions.iter().map(of_direction).collect(),
+    };
+    let front = front(facets);
+    [front, front.flipped()].map(|side| sides.iter().all(|&of| of == Some(side)))
 }
 
 /// On which side of a face's plane, in exact predicates, all of the light lies; `None` if it may be on both.
