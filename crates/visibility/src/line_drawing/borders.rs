@@ -6,7 +6,7 @@ use umbriel_geometry::{Facets, LightSource, Point, Sign};
 use umbriel_scene::Scene;
 
 use super::{Ink, Line, Stroke, gaps, hidden::Hiders, projection::Projector};
-use crate::two_pass::{FaceShadow, ShadowPolygons, TwoPassDefect};
+use crate::two_pass::{FaceShadow, ShadowPolygons, TwoPassDefect, area_of};
 
 /// As far from its face's border as this share of the face's size, an edge lies on it: beyond the grid of shadow polygons, and far below a pixel.
 const ON_BORDER: f64 = 1.0 / (1 << 20) as f64;
@@ -34,7 +34,7 @@ pub(super) fn draw(
     Ok(shadows.faces.par_iter().flat_map_iter(of).collect())
 }
 
-/// The edges of a face's shadow polygons inside the face.
+/// The edges of a face's shadow polygons inside the face. A contour with less area than the polygons may be off by is the seam of two covers.
 fn edges(face: &FaceShadow, facets: &Facets) -> Vec<[DVec3; 2]> {
     let numbers = facets.facet(face.face).corners();
     let corner = |k: usize| facets.positions()[numbers[k % numbers.len()] as usize];
@@ -47,7 +47,7 @@ fn edges(face: &FaceShadow, facets: &Facets) -> Vec<[DVec3; 2]> {
             [a, b].iter().all(|point| along.perp_dot(*point - from).abs() <= ON_BORDER * size)
         })
     };
-    let contours = face.shadow.iter().flatten();
+    let contours = face.shadow.iter().flatten().filter(|contour| area_of(contour).abs() > face.error);
     let all = contours.flat_map(|contour| contour.iter().zip(contour.iter().cycle().skip(1)));
     let inner = all.filter(|&(&a, &b)| !is_on_border(a.into(), b.into()));
     inner.map(|(&a, &b)| [face.point(a), face.point(b)]).collect()
