@@ -30,7 +30,7 @@ pub struct Overlap {
 impl CellGraph {
     /// The pairs of convex cells that overlap, then those of portals between the same cells, in the order of their entries; `most` pairs, and no more are
     /// looked for. Cost: O((c + p) log (c + p)) for c cells that lie side by side along some axis and p portals of which few lie beside each other along the
-    /// longest axis, and a look at all faces of cells whose boxes share inside. At most [`LOOKS`] pairs of portals are compared.
+    /// longest axis, and a look at all faces of cells whose boxes share inside. At most four million pairs of portals are compared.
     pub fn overlaps(&self, most: usize) -> Vec<Overlap> {
         let mut found = Vec::new();
         for (number, cell) in self.cells.iter().enumerate() {

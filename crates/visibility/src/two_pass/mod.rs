@@ -226,7 +226,7 @@ fn is_beside(outline: &[[f64; 2]], polygon: &[[f64; 2]]) -> bool {
 }
 
 /// The area within a contour, positive where it runs counter-clockwise.
-pub(crate) fn area_of(contour: &[[f64; 2]]) -> f64 {
+fn area_of(contour: &[[f64; 2]]) -> f64 {
     let first = contour.first().map_or(DVec2::ZERO, |&first| first.into());
     let twice: f64 =
         contour.windows(2).map(|edge| (DVec2::from(edge[0]) - first).perp_dot(DVec2::from(edge[1]) - first)).sum();
