@@ -4,11 +4,10 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 use umbriel_bvh::Ray;
-use umbriel_geometry::Aabb;
 use umbriel_scene::{Scene, Shape};
 
 use super::LightSpace;
-use crate::RayCaster;
+use crate::{RayCaster, view::corners};
 
 /// The curved bodies of a scene, ready to be drawn into maps.
 #[derive(Debug)]
@@ -33,7 +32,7 @@ impl CurvedBodies {
             .filter(|(_, object)| matches!(object.shape, Shape::Analytic(_)))
             .map(|(number, _)| number)
             .collect();
-        let corners = curved.iter().map(|&number| corners_of(&scene.objects[number].bounds())).collect();
+        let corners = curved.iter().map(|&number| corners(&scene.objects[number].bounds())).collect();
         Self { caster: RayCaster::of_objects(scene, &curved), corners }
     }
 
@@ -75,9 +74,4 @@ impl CurvedBodies {
             depths[column] = depths[column].min(hit.distance as f32);
         }
     }
-}
-
-fn corners_of(bounds: &Aabb) -> [DVec3; 8] {
-    let place = |corner: usize, axis: usize| if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-    std::array::from_fn(|corner| DVec3::new(place(corner, 0), place(corner, 1), place(corner, 2)))
 }

@@ -6,7 +6,7 @@ use umbriel_geometry::{Facets, LightSource, Point, Sign};
 use umbriel_scene::Scene;
 
 use super::{Ink, Line, Stroke, gaps, hidden::Hiders, projection::Projector};
-use crate::two_pass::{FaceShadow, ShadowPolygons, TwoPassDefect};
+use crate::two_pass::{FaceShadow, ShadowPolygons, TwoPassDefect, crosses};
 
 /// As far from its face's border as this share of the face's size, an edge lies on it: beyond the grid of shadow polygons, and far below a pixel.
 const ON_BORDER: f64 = 1.0 / (1 << 20) as f64;
@@ -88,11 +88,8 @@ impl<'a> Rows<'a> {
 
     /// Whether a point lies within the region, by crossings of its row.
     fn hold(&self, point: DVec2) -> bool {
-        let crosses = |&&number: &&u32| {
-            let [a, b] = self.edges[number as usize];
-            (a.y > point.y) != (b.y > point.y) && point.x < a.x + (b.x - a.x) * ((point.y - a.y) / (b.y - a.y))
-        };
-        self.rows[self.row(point.y)].iter().filter(crosses).count() % 2 == 1
+        let is_crossed = |&&number: &&u32| crosses(self.edges[number as usize], point);
+        self.rows[self.row(point.y)].iter().filter(is_crossed).count() % 2 == 1
     }
 }
 

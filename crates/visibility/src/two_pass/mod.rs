@@ -237,11 +237,12 @@ fn area_of(contour: &[[f64; 2]]) -> f64 {
 fn holds(region: &Region, point: DVec2) -> bool {
     let crossings = |contour: &Vec<[f64; 2]>| {
         let edges = contour.iter().zip(contour.iter().cycle().skip(1));
-        let crosses = |(a, b): (&[f64; 2], &[f64; 2])| {
-            let (a, b) = (DVec2::from(*a), DVec2::from(*b));
-            (a.y > point.y) != (b.y > point.y) && point.x < a.x + (point.y - a.y) * (b.x - a.x) / (b.y - a.y)
-        };
-        edges.filter(|&edge| crosses(edge)).count()
+        edges.filter(|&(&a, &b)| crosses([a.into(), b.into()], point)).count()
     };
     region.iter().map(crossings).sum::<usize>() % 2 == 1
+}
+
+/// Whether an edge crosses the way from a point to the right.
+pub(crate) fn crosses([a, b]: [DVec2; 2], point: DVec2) -> bool {
+    (a.y > point.y) != (b.y > point.y) && point.x < a.x + (point.y - a.y) * (b.x - a.x) / (b.y - a.y)
 }
