@@ -19,7 +19,7 @@ use std::{
 };
 
 use umbriel_bvh::{BoxTree, Shaft, TriangleBvh};
-use umbriel_geometry::{Aabb, Facet, LightSource, Mesh, Ring, blocking::Probe};
+use umbriel_geometry::{Aabb, LightSource, Mesh, Ring, blocking::Probe};
 use umbriel_octree::{Projection, ProjectionOptions, ProjectionReport, Renewal, Viewpoint};
 use umbriel_visibility::Acceleration;
 
@@ -96,13 +96,9 @@ impl Clutter {
     fn of(bodies: &Bodies) -> Self {
         let flat = || (0..bodies.scene.objects.len()).filter_map(|object| Some((object, facets_of(bodies, object)?)));
         let bounds = flat().fold(Aabb::EMPTY, |all, (object, _)| all.union(bodies.boxes[object]));
-        let halves = |facet: Facet| match facet {
-            Facet::Triangle(corners) => [Some(corners), None],
-            Facet::Parallelogram([a, b, c, d]) => [Some([a, b, c]), Some([a, c, d])],
-        };
         let corners = flat().flat_map(|(_, facets)| {
-            let triangles = facets.iter().flat_map(halves).flatten();
-            triangles.map(|corners| corners.map(|corner| facets.positions()[corner as usize]))
+            let triangles = triangles_of(facets).into_iter();
+            triangles.map(|(corners, _)| corners.map(|corner| facets.positions()[corner as usize]))
         });
         let (triangles, items) = ProjectionOptions::expected_items_of(corners, &bounds);
         Self { triangles, items }

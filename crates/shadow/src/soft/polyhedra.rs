@@ -230,12 +230,17 @@ mod tests {
         })
     }
 
-    #[test]
-    fn bodies_are_between() {
+    /// Turned, and stretched differently along each axis.
+    fn stretched() -> Placement {
         let turn = DQuat::from_xyzw(0.2, -0.4, 0.1, 0.9).normalize();
         let map =
             DAffine3::from_scale_rotation_translation(DVec3::new(1.0, 0.5, 2.0), turn, DVec3::new(5.0, -3.0, 2.0));
-        let placement = Placement::new(map).expect("regular");
+        Placement::new(map).expect("regular")
+    }
+
+    #[test]
+    fn bodies_are_between() {
+        let placement = stretched();
         for body in BODIES {
             let between = Polyhedra::of(&body, &placement).unwrap_or_else(|| panic!("{body:?}"));
             let placed = PlacedAnalytic::new(body, placement).expect("a body");
@@ -270,10 +275,7 @@ mod tests {
 
     #[test]
     fn a_hyperboloid_is_between() {
-        let turn = DQuat::from_xyzw(0.2, -0.4, 0.1, 0.9).normalize();
-        let map =
-            DAffine3::from_scale_rotation_translation(DVec3::new(1.0, 0.5, 2.0), turn, DVec3::new(5.0, -3.0, 2.0));
-        let placement = Placement::new(map).expect("regular");
+        let placement = stretched();
         for [waist_radius, end_radius, height] in [[0.5, 1.0, 2.0], [0.1, 1.0, 0.5], [0.9, 1.0, 4.0]] {
             let body = Analytic::Hyperboloid { waist_radius, end_radius, height };
             let between = Polyhedra::of(&body, &placement).unwrap_or_else(|| panic!("{body:?}"));
