@@ -116,12 +116,7 @@ fn courses() -> Result<Vec<Course>> {
             file: root().join("fixtures/bodies.toml"),
             more: &["--light", "sun"],
         },
-        Course {
-            name: "city",
-            about: "a part of Delft",
-            file: data("delft-city/delft.obj"),
-            more: &["--up", "z", "--sun", "135,40"],
-        },
+        Course { name: "city", about: "a part of Delft", file: data("delft-city/delft.obj"), more: sun },
         Course {
             name: "foliage",
             about: "20,000 leaves over a plane",

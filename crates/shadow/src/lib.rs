@@ -46,7 +46,7 @@ pub use hours::{
     HourBounds, HourCell, HourCells, HoursError, HoursReport, LightSummary, ObjectHours, SampledHours, TimedLight,
     bake_hours, hours,
 };
-pub use loose::{Points, PointsError};
+pub use loose::{FacePoint, Points, PointsError};
 pub use portals::reached_receivers;
 pub use progress::{Cancelled, Progress, Silent};
 pub use query::{Answer, Place, Precision, Queries, QueryDefect};

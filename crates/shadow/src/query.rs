@@ -14,6 +14,7 @@ use crate::{
     bodies::{Bodies, Body},
     exact::{Own, face_blocks, flat_face_is_turned_to, patch_probe, turned_to},
     fine::flat::flat_probe,
+    loose::FacePoint,
     receivers::flat_corners,
     search::{Flats, Lookup},
     slack::{SlackBox, SurfacePoint},
@@ -148,17 +149,7 @@ impl<'a> Queries<'a> {
         [u, v]: [f64; 2],
         light: &LightSource,
     ) -> Result<bool, QueryDefect> {
-        let body = self.bodies.scene.objects.get(object).ok_or(QueryDefect::NoObject)?;
-        if face >= body.face_count() {
-            return Err(QueryDefect::NoFace);
-        }
-        let square = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
-        let is_triangle = matches!(body.shape, Shape::Mesh(_) | Shape::Convex(_));
-        // u ≤ 1 − v, decided exactly.
-        let beyond = is_triangle && (Dyadic::new(1.0) - Dyadic::new(v) - Dyadic::new(u)).sign() == Sign::Negative;
-        if !square || beyond {
-            return Err(QueryDefect::OutsideFace);
-        }
+        self.check_square(FacePoint { object, face, u, v })?;
         Ok(match self.bodies.get(object) {
             Body::Flat(facets) => {
                 let probe = flat_probe(&flat_corners(facets, face, 0), u, v);
@@ -169,6 +160,19 @@ impl<'a> Queries<'a> {
                 self.curved_point_is_lit(object, body.charts()[face].surface, &probe, light)
             }
         })
+    }
+
+    /// Whether there is such a face, and (u, v) lies in its square, or in its triangle.
+    pub(crate) fn check_square(&self, FacePoint { object, face, u, v }: FacePoint) -> Result<(), QueryDefect> {
+        let body = self.bodies.scene.objects.get(object).ok_or(QueryDefect::NoObject)?;
+        if face >= body.face_count() {
+            return Err(QueryDefect::NoFace);
+        }
+        let is_in_square = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
+        let is_triangle = matches!(body.shape, Shape::Mesh(_) | Shape::Convex(_));
+        // u ≤ 1 − v, decided exactly.
+        let is_beyond = || (Dyadic::new(1.0) - Dyadic::new(v) - Dyadic::new(u)).sign() == Sign::Negative;
+        if !is_in_square || is_triangle && is_beyond() { Err(QueryDefect::OutsideFace) } else { Ok(()) }
     }
 
     fn flat_point_is_lit(&self, object: usize, face: usize, probe: &Probe, light: &LightSource) -> bool {

@@ -46,9 +46,9 @@ pub enum Search {
 /// How many points will be asked about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expected {
-    /// Points of faces, and points asked one by one.
+    /// Points asked one by one.
     Places(u64),
-    /// Points by coordinates, asked together ([`Queries::lit_many`]).
+    /// Points asked together ([`Queries::lit_many`]).
     Loose(u64),
 }
 
@@ -125,12 +125,12 @@ pub struct SearchCosts {
 impl SearchCosts {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        places: PointCost { base: 701.4, doubling: 37.3, triangle: 841.5, item: 24.5 },
-        loose: PointCost { base: 0.0, doubling: 5.2, triangle: 633.9, item: 38.3 },
-        bvh: PointCost { base: 382.2, doubling: 10.4, triangle: 501.4, item: 0.0 },
-        loose_bvh: PointCost { base: 48.7, doubling: 17.8, triangle: 398.9, item: 0.0 },
-        octree: PointCost { base: 443.1, doubling: 50.9, triangle: 3195.2, item: 1513.0 },
-        projection: PointCost { base: 0.0, doubling: 36.0, triangle: 2543.1, item: 614.6 },
+        places: PointCost { base: 0.0, doubling: 75.8, triangle: 771.1, item: 27.4 },
+        loose: PointCost { base: 0.0, doubling: 4.0, triangle: 612.4, item: 34.7 },
+        bvh: PointCost { base: 23.1, doubling: 33.6, triangle: 441.6, item: 1.5 },
+        loose_bvh: PointCost { base: 0.0, doubling: 19.0, triangle: 389.4, item: 0.0 },
+        octree: PointCost { base: 0.0, doubling: 65.8, triangle: 1899.2, item: 1732.7 },
+        projection: PointCost { base: 0.0, doubling: 31.1, triangle: 2413.3, item: 648.7 },
     };
 }
 

@@ -93,9 +93,9 @@ pub struct CostModel {
 impl CostModel {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        bvh: StepCost { ray: 20.4, node: 35.5, pack: 20.7, triangle: 50.0 },
-        octree: LookupCost { base: 400.0, share: 0.25, beyond: 60.0, item: 1800.0 },
-        projection: LookupCost { base: 130.0, share: 0.05, beyond: 70.0, item: 900.0 },
+        bvh: StepCost { ray: 0.8, node: 45.9, pack: 4.6, triangle: 65.1 },
+        octree: LookupCost { base: 316.6, share: 0.23, beyond: 46.8, item: 1835.6 },
+        projection: LookupCost { base: 117.7, share: 0.02, beyond: 56.8, item: 847.3 },
     };
 }
 
@@ -104,9 +104,6 @@ impl Default for CostModel {
         Self::MEASURED
     }
 }
-
-/// An octree is built only where it should take less than this share of the BVH's time: a model is no measurement.
-const CLEARLY: f64 = 0.8;
 
 /// What is known of the rays that may meet an object.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -150,7 +147,7 @@ impl Choice {
         }
         let [octree, projection] = others;
         let chosen = match acceleration {
-            Acceleration::Auto if octree.min(projection) > CLEARLY * bvh => Acceleration::Bvh,
+            Acceleration::Auto if octree.min(projection) >= bvh => Acceleration::Bvh,
             Acceleration::Auto if octree < projection => Acceleration::Octree,
             Acceleration::Auto => Acceleration::Projection,
             asked => asked,

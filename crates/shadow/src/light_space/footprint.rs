@@ -26,7 +26,7 @@ pub(crate) struct Footprint {
     pub(crate) edge_error: f64,
     /// Nearness over the triangle's plane. Constant, and not below that of any point of the triangle, where it is vague.
     pub(crate) plane: Affine,
-    /// The plane's value is off by no more inside the window; infinite where it is vague.
+    /// The plane's value is off by no more inside the window; infinite where it is vague: then nobody is sure to be behind it.
     pub(crate) plane_error: f64,
     /// No point of the triangle is nearer; infinite when it reaches behind a lamp.
     pub(crate) nearest: f64,
@@ -153,9 +153,6 @@ impl Footprint {
         if plane_error < f64::INFINITY {
             self.plane = plane;
             self.plane_error = 2.0 * plane_error;
-        } else {
-            // Whoever does not know the plane must not be sure to be inside.
-            self.edges[2] = [0.0; 3];
         }
     }
 }

@@ -1,7 +1,8 @@
 //! The points that the filter leaves in doubt.
 //!
 //! What is named in doubt is all that may hide the point or meet its slack box. If none of it meets the box, which f64
-//! tells nearly always, the point lies in space, and only what is named is asked exactly. Otherwise it is a single query.
+//! tells nearly always, the point lies in space, and only what is named is asked exactly. Otherwise it is a single query. A point of a
+//! flat face that is turned to the light has no box: what is named is asked.
 
 use glam::DVec3;
 use umbriel_geometry::{
@@ -13,8 +14,10 @@ use umbriel_geometry::{
 use crate::{
     bodies::Body,
     exact::{Own, face_blocks},
+    fine::flat::flat_probe,
     loose::{filter::Doubtful, pieces::Pieces},
     query::{Place, Queries},
+    receivers::flat_corners,
     slack::SlackBox,
 };
 
@@ -27,7 +30,14 @@ impl Queries<'_> {
             Place::Oriented { position, precision, .. } => {
                 (accepted(position), Some(SlackBox::new(accepted(position), precision)))
             }
-            Place::Surface { .. } => return self.ask(place, light),
+            Place::Surface { object, face, u, v } => {
+                let (Body::Flat(facets), Some(_)) = (self.bodies.get(object), &doubt.pieces) else {
+                    return self.ask(place, light);
+                };
+                let probe = flat_probe(&flat_corners(facets, face, 0), u, v);
+                let own = Own::Face { object, face };
+                return !faces.clone().any(|face| face_blocks(&self.bodies, face, &probe, own, light));
+            }
         };
         let may_touch = |slack: &SlackBox| faces.clone().any(|face| self.may_touch(face, slack));
         if doubt.pieces.is_none() || slack.as_ref().is_some_and(may_touch) {

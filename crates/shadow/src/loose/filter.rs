@@ -28,6 +28,8 @@ pub(super) struct Filter<'a, 'b, T> {
     pub(super) grids: &'a Grids<'b>,
     /// Rows that begin with x, y, z.
     pub(super) rows: &'a [T],
+    /// The pieces of each point's own face, first and last, which do not hide it; empty where points have none.
+    pub(super) own: &'a [[u32; 2]],
     /// What any coordinate of a slack box differs from the point's by at most.
     pub(super) slack: f64,
     /// Greatest magnitude of a point's coordinates.
@@ -41,7 +43,7 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Vec<Doubtful> {
-        let Self { grids, rows, slack, size, lit, buckets } = self;
+        let Self { grids, rows, own, slack, size, lit, buckets } = self;
         let offs: Vec<Off> = grids.grids.iter().map(|grid| Off::of(grid, slack, size)).collect();
         list(grids, &offs, rows, buckets);
         buckets.sort();
@@ -50,7 +52,7 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
             for (index, place) in grid.places().iter().enumerate() {
                 let (first, cells) = (place.first as usize, 1 << (2 * place.level));
                 if buckets.start(first) < buckets.start(first + cells) {
-                    Over { tile: grid.tile(index), buckets, first, off }.tell(simd, &mut told);
+                    Over { tile: grid.tile(index), buckets, first, off, own }.tell(simd, &mut told);
                 }
             }
         }
@@ -111,6 +113,8 @@ struct Over<'a> {
     /// The number of the tile's first cell.
     first: usize,
     off: &'a Off,
+    /// As in [`Filter`].
+    own: &'a [[u32; 2]],
 }
 
 impl Over<'_> {
@@ -177,9 +181,12 @@ impl Over<'_> {
             while concerned != 0 {
                 let lane = concerned.trailing_zeros();
                 concerned &= concerned - 1;
-                match group.test(simd, &self.point(&seen[lane as usize % 8])) {
+                match group.test(simd, entry.vague, &self.point(&seen[lane as usize % 8])) {
                     Said::Blocked => hits |= 1 << lane,
-                    Said::Doubt(lanes) => doubts |= u32::from(lanes != 0) << lane,
+                    Said::Doubt(lanes) => {
+                        let is_left = self.others(entry.group, lanes, &seen[lane as usize % 8]).next().is_some();
+                        doubts |= u32::from(is_left) << lane;
+                    }
                 }
             }
         } else {
@@ -187,7 +194,8 @@ impl Over<'_> {
             while lanes != 0 && concerned & !hits != 0 {
                 let lane = lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
-                let (hit, doubt) = group.test_points(simd, lane, points);
+                let (hit, doubt) = group.test_points(simd, lane, entry.vague, points);
+                let doubt = if doubt == 0 { 0 } else { doubt & !self.owners(entry.group, lane, seen) };
                 (hits, doubts) = (hits | hit, doubts | doubt);
             }
         }
@@ -200,12 +208,34 @@ impl Over<'_> {
         let point = self.point(seen);
         let mut pieces = Vec::new();
         for entry in entries {
-            if let Said::Doubt(lanes) = self.tile.groups[entry.group as usize].test(simd, &point) {
-                let of_group = &self.tile.pieces[entry.group as usize];
-                pieces.extend((0..8).filter(|lane| lanes >> lane & 1 == 1).map(|lane| of_group[lane]));
+            if let Said::Doubt(lanes) = self.tile.groups[entry.group as usize].test(simd, entry.vague, &point) {
+                pieces.extend(self.others(entry.group, lanes, seen));
             }
         }
         pieces
+    }
+
+    /// The pieces in these lanes of a group but for those of the point's own face.
+    #[inline(always)]
+    fn others(&self, group: u32, lanes: u32, seen: &Seen) -> impl Iterator<Item = u32> {
+        let pieces = &self.tile.pieces[group as usize];
+        let own = self.own.get(seen.index as usize).copied();
+        let in_doubt = (0..8).filter(move |lane| lanes >> lane & 1 == 1).map(move |lane| pieces[lane]);
+        in_doubt.filter(move |piece| own.is_none_or(|[first, last]| *piece < first || *piece > last))
+    }
+
+    /// Which points lie on the face that a lane of a group is of.
+    #[inline(always)]
+    fn owners(&self, group: u32, lane: usize, seen: &[Seen]) -> u32 {
+        if self.own.is_empty() {
+            return 0;
+        }
+        let piece = self.tile.pieces[group as usize][lane];
+        let is_own = |seen: &Seen| {
+            let [first, last] = self.own[seen.index as usize];
+            first <= piece && piece <= last
+        };
+        seen.iter().enumerate().fold(0, |owners, (point, seen)| owners | u32::from(is_own(seen)) << point)
     }
 
     #[inline(always)]

@@ -60,10 +60,10 @@ pub(super) struct Grids<'a> {
 }
 
 impl<'a> Grids<'a> {
-    /// Finds the tiles of all pieces in all views. `None` when 31 bits cannot number the cells.
-    pub(super) fn of(pieces: &'a Pieces<'a>, light: &LightSource) -> Option<Self> {
+    /// Finds the tiles of all pieces in all views, for so many points. `None` when 31 bits cannot number the cells.
+    pub(super) fn of(pieces: &'a Pieces<'a>, light: &LightSource, points: usize) -> Option<Self> {
         let views = View::all(light, &pieces.bounds);
-        let mut grids: Vec<Grid> = views.into_iter().map(|view| Grid::of(pieces, view)).collect();
+        let mut grids: Vec<Grid> = views.into_iter().map(|view| Grid::of(pieces, view, points)).collect();
         let mut cells = 0u32;
         for place in grids.iter_mut().flat_map(|grid| &mut grid.places) {
             place.first = cells;
@@ -88,7 +88,7 @@ struct Placed {
 
 impl<'a> Grid<'a> {
     /// Finds the tiles of all pieces.
-    pub(super) fn of(pieces: &'a Pieces<'a>, view: View) -> Self {
+    fn of(pieces: &'a Pieces<'a>, view: View, points: usize) -> Self {
         let error = view.error(greatest(&pieces.bounds));
         let seen = see_all(pieces, &view, error);
         let bounds =
@@ -121,7 +121,7 @@ impl<'a> Grid<'a> {
             places: Vec::new(),
             tiles: Vec::new(),
         };
-        grid.list(&seen);
+        grid.list(&seen, points as f64 / f64::from(pieces.len().max(1)));
         grid
     }
 
@@ -164,7 +164,7 @@ impl<'a> Grid<'a> {
     }
 
     /// Which pieces each tile has, by counting.
-    fn list(&mut self, seen: &[Placed]) {
+    fn list(&mut self, seen: &[Placed], points_a_piece: f64) {
         let count = self.size[0] * self.size[1];
         let mut starts = vec![0u32; count + 1];
         self.for_each_tile(seen, |_, tile| starts[tile + 1] += 1);
@@ -176,7 +176,8 @@ impl<'a> Grid<'a> {
             listed[next[tile] as usize] = piece;
             next[tile] += 1;
         });
-        let place = |ends: &[u32]| TilePlace { first: 0, level: level_for((ends[1] - ends[0]) as usize) };
+        let place =
+            |ends: &[u32]| TilePlace { first: 0, level: level_for((ends[1] - ends[0]) as usize, points_a_piece) };
         self.places = starts.windows(2).map(place).collect();
         (self.starts, self.listed) = (starts, listed);
         self.tiles = (0..count).map(|_| OnceLock::new()).collect();

@@ -76,6 +76,42 @@ pub(super) struct Square {
     pub(super) half: f32,
 }
 
+/// Where a group's triangles are, how near each comes, and whose planes are not known.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    /// Of each lane: least s and t, greatest s and t, rounded outward.
+    bounds: [[f32; 8]; 4],
+    nearest: [f32; 8],
+    pub(super) vague: u8,
+}
+
+impl Extent {
+    pub(super) const EMPTY: Self = Self {
+        bounds: [[f32::INFINITY; 8], [f32::INFINITY; 8], [f32::NEG_INFINITY; 8], [f32::NEG_INFINITY; 8]],
+        nearest: [f32::NEG_INFINITY; 8],
+        vague: 0,
+    };
+
+    #[inline]
+    pub(super) fn add(&mut self, lane: usize, footprint: &Footprint, is_plane: bool) {
+        for (k, (bound, to)) in footprint.bounds.iter().zip(&mut self.bounds).enumerate() {
+            // Differences from a place in the tile round by less than what cells are widened by.
+            let bound = *bound as f32;
+            to[lane] = if k < 2 { bound.next_down() } else { bound.next_up() };
+        }
+        self.nearest[lane] = (footprint.nearest as f32).next_up();
+        self.vague |= u8::from(!is_plane) << lane;
+    }
+
+    /// A rectangle that holds all.
+    pub(super) fn bounds(&self) -> [f32; 4] {
+        let [u0, v0, u1, v1] = &self.bounds;
+        let least = |lanes: &[f32; 8]| lanes.iter().copied().fold(f32::INFINITY, f32::min);
+        let most = |lanes: &[f32; 8]| lanes.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        [least(u0), least(v0), most(u1), most(v1)]
+    }
+}
+
 /// What a group is to a square.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Over {
@@ -91,25 +127,26 @@ impl Group {
     /// A group without triangles.
     pub(super) const EMPTY: Self = Self { edges: [[[0.0; 8], [0.0; 8], [-4.0; 8]]; 3], plane: [[0.0; 8]; 3] };
 
-    /// Puts a triangle into a lane. What is too far off is made vague: `unit` is 1 for a sun, 0 for a lamp.
+    /// Puts a triangle into a lane. What is too far off is made vague: `unit` is 1 for a sun, 0 for a lamp. Whether the plane is known; where it
+    /// is not, a bound takes its place, and the triangle hides nothing for certain.
     #[inline]
-    pub(super) fn set(&mut self, lane: usize, footprint: &Footprint, unit: f32) {
+    pub(super) fn set(&mut self, lane: usize, footprint: &Footprint, unit: f32) -> bool {
         let [p, q, r] = footprint.plane;
         let sizes = p.abs() + q.abs() + r.abs() + f64::from(unit);
         let is_plane = footprint.plane_error <= sizes * f64::from(NEARNESS_MARGIN) * 0.25;
         let is_sharp = footprint.edge_error <= f64::from(EDGE_MARGIN) * 0.5;
-        for (number, (edge, to)) in footprint.edges.iter().zip(&mut self.edges).enumerate() {
-            let is_known = is_sharp && (is_plane || number < 2);
-            let [a, b, c] = if is_known { *edge } else { [0.0; 3] };
+        for (edge, to) in footprint.edges.iter().zip(&mut self.edges) {
+            let [a, b, c] = if is_sharp { *edge } else { [0.0; 3] };
             [to[0][lane], to[1][lane], to[2][lane]] = [a as f32, b as f32, c.min(EDGE_LIMIT) as f32];
         }
         let [p, q, r] = if is_plane { [p, q, r] } else { [0.0, 0.0, footprint.nearest] };
         [self.plane[0][lane], self.plane[1][lane], self.plane[2][lane]] = [p as f32, q as f32, r as f32];
+        is_plane
     }
 
-    /// Tests all eight.
+    /// Tests all eight, of which those in `vague` hide nothing for certain.
     #[inline(always)]
-    pub(super) fn test<S: Simd>(&self, simd: S, point: &TilePoint) -> Said {
+    pub(super) fn test<S: Simd>(&self, simd: S, vague: u8, point: &TilePoint) -> Said {
         let (s, t) = (simd.splat8(point.s), simd.splat8(point.t));
         let inside = affine(simd, &self.edges[0], s, t).min(affine(simd, &self.edges[1], s, t)).min(affine(
             simd,
@@ -123,12 +160,12 @@ impl Group {
         let slack = slope * simd.splat8(point.place + NEARNESS_MARGIN) + simd.splat8(point.height);
         let is_blocked = inside.gt(simd.splat8(margin)) & ahead.gt(slack);
         let is_clear = inside.lt(simd.splat8(-margin)) | ahead.lt(-slack);
-        if is_blocked.any() { Said::Blocked } else { Said::Doubt((!is_clear).bits()) }
+        if is_blocked.bits() & !u32::from(vague) != 0 { Said::Blocked } else { Said::Doubt((!is_clear).bits()) }
     }
 
-    /// Tests one triangle against eight points: which are blocked, and which are in doubt.
+    /// Tests one triangle against eight points: which are blocked, and which are in doubt. A `vague` one hides nothing for certain.
     #[inline(always)]
-    pub(super) fn test_points<S: Simd>(&self, simd: S, lane: usize, points: &Eight<S>) -> (u32, u32) {
+    pub(super) fn test_points<S: Simd>(&self, simd: S, lane: usize, vague: u8, points: &Eight<S>) -> (u32, u32) {
         let Eight { s, t, nearness, place, height } = *points;
         let inside = affine_lane(simd, &self.edges[0], lane, s, t)
             .min(affine_lane(simd, &self.edges[1], lane, s, t))
@@ -139,12 +176,14 @@ impl Group {
         let slack = simd.splat8(slope) * (place + simd.splat8(NEARNESS_MARGIN)) + height;
         let is_blocked = inside.gt(margin) & ahead.gt(slack);
         let is_clear = inside.lt(-margin) | ahead.lt(-slack);
-        (is_blocked.bits(), (!(is_blocked | is_clear)).bits())
+        let (blocked, clear) = (is_blocked.bits(), is_clear.bits());
+        let blocked = if vague >> lane & 1 == 0 { blocked } else { 0 };
+        (blocked, 0xff & !(blocked | clear))
     }
 
-    /// Which of the eight may meet a square, and how near. `nearest` bounds each lane's nearness.
+    /// Which of the eight may meet a square, and how near.
     #[inline(always)]
-    pub(super) fn over<S: Simd>(&self, simd: S, square: &Square, nearest: &[f32; 8], unit: f32) -> Option<Over> {
+    pub(super) fn over<S: Simd>(&self, simd: S, square: &Square, extent: &Extent, unit: f32) -> Option<Over> {
         let (s, t, half) = (simd.splat8(square.middle[0]), simd.splat8(square.middle[1]), simd.splat8(square.half));
         let inside = affine(simd, &self.edges[0], s, t).min(affine(simd, &self.edges[1], s, t)).min(affine(
             simd,
@@ -153,7 +192,11 @@ impl Group {
             t,
         ));
         let margin = simd.splat8(EDGE_MARGIN);
-        let meets = !inside.lt(-(half + margin));
+        let beside = |low: &[f32; 8], high: &[f32; 8], middle: F8<S>| {
+            (simd.load(high) - middle).lt(-half) | (simd.load(low) - middle).gt(half)
+        };
+        let [low_s, low_t, high_s, high_t] = &extent.bounds;
+        let meets = !(inside.lt(-(half + margin)) | beside(low_s, high_s, s) | beside(low_t, high_t, t));
         if !meets.any() {
             return None;
         }
@@ -162,10 +205,17 @@ impl Group {
         let band = (here.abs() + slope + simd.splat8(unit)) * simd.splat8(NEARNESS_MARGIN);
         let reach = slope * half + band;
         let never = simd.splat8(f32::NEG_INFINITY);
-        let near = (here + reach).min(simd.load(nearest)).select(meets, never).to_array();
+        let near = (here + reach).min(simd.load(&extent.nearest)).select(meets, never).to_array();
         let covers = inside.gt(half + margin);
-        let covered =
-            if covers.any() { greatest((here - reach).select(covers, never).to_array()) } else { f32::NEG_INFINITY };
+        let covered = if covers.bits() & !u32::from(extent.vague) != 0 {
+            let mut below = (here - reach).select(covers, never).to_array();
+            for (lane, below) in below.iter_mut().enumerate() {
+                *below = if extent.vague >> lane & 1 == 0 { *below } else { f32::NEG_INFINITY };
+            }
+            greatest(below)
+        } else {
+            f32::NEG_INFINITY
+        };
         Some(Over { nearest: greatest(near), covered, lanes: meets.bits() as u8 })
     }
 }

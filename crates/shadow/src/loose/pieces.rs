@@ -62,6 +62,16 @@ impl<'a> Pieces<'a> {
         self.count
     }
 
+    /// The first and the last piece of a face; `None` where the object has no pieces.
+    pub(super) fn of_face(&self, object: usize, face: usize) -> Option<[u32; 2]> {
+        // Objects are numbered in the order of the scene.
+        let place = self.objects.binary_search_by_key(&object, |numbered| numbered.object).ok()?;
+        let numbered = &self.objects[place];
+        let halves = u32::from(numbered.is_halved);
+        let first = numbered.first + ((face as u32) << halves);
+        Some([first, first + halves])
+    }
+
     /// Object and face of a piece.
     pub(super) fn face(&self, piece: u32) -> (usize, usize) {
         let numbered = &self.objects[self.place_of(piece)];

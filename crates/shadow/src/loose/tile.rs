@@ -9,7 +9,7 @@ use umbriel_geometry::simd::{Kernel, Simd, dispatch};
 
 use crate::{
     light_space::Footprint,
-    loose::group::{Group, Square},
+    loose::group::{Extent, Group, Square},
 };
 
 /// Cells hold what meets them when they are this much wider on each side, units of half a cell. So a point within
@@ -21,8 +21,11 @@ pub(super) const PLACE_LIMIT: f32 = 1.0 / 128.0;
 pub(super) const HEIGHT_LIMIT: f32 = 1.0 / (1u32 << 17) as f32;
 /// At most 2^8 cells along a tile's side.
 const MAX_LEVEL: u32 = 8;
-/// Cells a triangle; more cells make shorter lists and more of them.
+/// Cells a triangle where points are few; more cells make shorter lists and more of them.
 const CELLS_A_TRIANGLE: f64 = 0.25;
+/// Points a triangle that pay for one more times as many cells, and how many times at most.
+const POINTS_A_TRIANGLE: f64 = 16.0;
+const MOST_TIMES: f64 = 32.0;
 
 /// A tile's cells.
 #[derive(Debug)]
@@ -55,6 +58,8 @@ pub(super) struct Entry {
     pub(super) group: u32,
     /// Which of them meet the cell, a bit each.
     pub(super) lanes: u8,
+    /// Which of the group's hide nothing for certain.
+    pub(super) vague: u8,
 }
 
 impl Tile {
@@ -71,9 +76,9 @@ impl Tile {
             let (mut group, mut pieces, mut extent) = (Group::EMPTY, [0; 8], Extent::EMPTY);
             for (lane, &word) in eight.iter().enumerate() {
                 let number = word as u32 as usize;
-                group.set(lane, &footprints[number], unit);
+                let is_plane = group.set(lane, &footprints[number], unit);
                 pieces[lane] = numbers[number];
-                extent.add(lane, &footprints[number]);
+                extent.add(lane, &footprints[number], is_plane);
             }
             tile.groups.push(group);
             tile.pieces.push(pieces);
@@ -107,7 +112,7 @@ impl Tile {
         let starts = || next.iter().copied();
         let ends = covered.iter().copied().chain([f32::NEG_INFINITY]);
         self.cells = starts().zip(ends).map(|(first, covered)| Cell { first, covered }).collect();
-        self.entries = vec![Entry { nearest: 0.0, group: 0, lanes: 0 }; next[covered.len()] as usize];
+        self.entries = vec![Entry { nearest: 0.0, group: 0, lanes: 0, vague: 0 }; next[covered.len()] as usize];
         for found in found.iter().filter(is_seen) {
             let place = &mut next[found.cell as usize];
             self.entries[*place as usize] = found.entry;
@@ -117,26 +122,6 @@ impl Tile {
             self.entries[ends[0].first as usize..ends[1].first as usize]
                 .sort_unstable_by(|a, b| b.nearest.total_cmp(&a.nearest));
         }
-    }
-}
-
-/// Where a group's triangles are, and how near each comes.
-struct Extent {
-    bounds: [f64; 4],
-    nearest: [f32; 8],
-}
-
-impl Extent {
-    const EMPTY: Self = Self {
-        bounds: [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
-        nearest: [f32::NEG_INFINITY; 8],
-    };
-
-    #[inline]
-    fn add(&mut self, lane: usize, footprint: &Footprint) {
-        let ([a, b, c, d], [u0, v0, u1, v1]) = (self.bounds, footprint.bounds);
-        self.bounds = [a.min(u0), b.min(v0), c.max(u1), d.max(v1)];
-        self.nearest[lane] = (footprint.nearest as f32).next_up();
     }
 }
 
@@ -164,14 +149,15 @@ impl Kernel for Spread<'_> {
         let mut covered = vec![f32::NEG_INFINITY; 1 << (2 * level)];
         let mut found = Vec::with_capacity(self.groups.len() * 16);
         for (number, (group, extent)) in self.groups.iter().zip(self.extents).enumerate() {
-            let [u0, v0, u1, v1] = extent.bounds;
+            let [u0, v0, u1, v1] = extent.bounds().map(f64::from);
             for row in cell_index(v0, -WIDENED, level)..=cell_index(v1, WIDENED, level) {
                 for column in cell_index(u0, -WIDENED, level)..=cell_index(u1, WIDENED, level) {
                     let middle = [(2 * column + 1) as f32 * half - 1.0, (2 * row + 1) as f32 * half - 1.0];
                     let square = Square { middle, half: half * (1.0 + WIDENED) };
-                    let Some(over) = group.over(simd, &square, &extent.nearest, self.unit) else { continue };
+                    let Some(over) = group.over(simd, &square, extent, self.unit) else { continue };
                     let cell = row << level | column;
-                    let entry = Entry { nearest: over.nearest, group: number as u32, lanes: over.lanes };
+                    let entry =
+                        Entry { nearest: over.nearest, group: number as u32, lanes: over.lanes, vague: extent.vague };
                     found.push(Found { cell, entry });
                     let covered = &mut covered[cell as usize];
                     *covered = if over.covered > *covered { over.covered } else { *covered };
@@ -202,9 +188,10 @@ pub(super) fn cell_along(place: f32, scale: f32) -> u32 {
     (middle + WHOLE).to_bits() & 0xffff
 }
 
-/// About a triangle's size a cell.
-pub(super) fn level_for(count: usize) -> u32 {
-    let wanted = (count as f64 * CELLS_A_TRIANGLE).max(1.0);
+/// About a triangle's size a cell, and smaller where many points will be asked for each triangle.
+pub(super) fn level_for(count: usize, points_a_triangle: f64) -> u32 {
+    let times = (points_a_triangle / POINTS_A_TRIANGLE).clamp(1.0, MOST_TIMES);
+    let wanted = (count as f64 * CELLS_A_TRIANGLE * times).max(1.0);
     ((wanted.log2() * 0.5).round() as u32).min(MAX_LEVEL)
 }
 

@@ -19,8 +19,8 @@ use umbriel_visibility::Acceleration;
 
 use self::lookup::{CellLookup, SampleLookup};
 use crate::{
-    Cancelled, Cell, Detail, Expected, Place, Progress, Queries, Report, Request, SamplePoint, Sampling, SearchCosts,
-    Verdict, bake,
+    Cancelled, Cell, Detail, Expected, FacePoint, Points, Progress, Queries, Report, Request, SamplePoint, Sampling,
+    SearchCosts, Verdict, bake,
     bodies::Bodies,
     for_each_sample,
     rivals::{PointRays, Polygons, Rival, RivalPoint, RivalRefusal},
@@ -183,7 +183,7 @@ pub fn measure_and_state(
         Setting::Bake(detail) => measure_bake(course, *detail, progress)?,
         Setting::Samples(count) => measure_samples(course, *count, progress)?,
         Setting::RaySamples(count) => measure_rays(course, *count)?,
-        Setting::Points => measure_points(course),
+        Setting::Points => measure_points(course, progress)?,
         Setting::Rival(rival) => {
             let answer = rival.answer(course.polygons, course.source(), course.judge.points())?;
             let stated = answer.lit.iter().map(|&is_lit| verdict(is_lit)).collect();
@@ -281,20 +281,23 @@ fn measure_rays(course: &Course, count: u64) -> Result<Measured, MeasureDefect> 
     Ok(Measured { first, second, rays: answer.rays, pieces: answer.pieces, bytes, stated })
 }
 
-/// The search that the model of costs takes for so many points is made ready, and counts.
-fn measure_points(course: &Course) -> Measured {
+/// The search that the model of costs takes for so many points is made ready, and counts. Places are known beforehand, as rivals' points are.
+fn measure_points(course: &Course, progress: &dyn Progress) -> Result<Measured, Cancelled> {
     let (samples, light) = (course.judge.samples(), course.source());
+    let point = |&SamplePoint { object, face, u, v, .. }: &SamplePoint| FacePoint { object, face, u, v };
+    // A place that a picture found may lie, by rounding, just outside its face: it is dark, as the judge has it.
+    let places: Vec<bool> = Queries::new(course.scene).are_accepted(samples.iter().map(point)).collect();
+    let accepted = samples.iter().zip(&places).filter(|(_, is_accepted)| **is_accepted);
+    let points: Vec<FacePoint> = accepted.map(|(sample, _)| point(sample)).collect();
     let begun = Instant::now();
     let mut queries = Queries::new(course.scene);
-    queries.prepare(light, Expected::Places(samples.len() as u64), Acceleration::Auto, &SearchCosts::MEASURED);
+    queries.prepare(light, Expected::Loose(points.len() as u64), Acceleration::Auto, &SearchCosts::MEASURED);
     let first = begun.elapsed().as_secs_f64();
-    let lit = |&SamplePoint { object, face, u, v, .. }: &SamplePoint| {
-        verdict(queries.lit(&Place::Surface { object, face, u, v }, light).is_ok_and(|answer| answer.lit))
-    };
-    let stated: Vec<Verdict> = samples.par_iter().map(lit).collect();
+    let mut lit = queries.lit_many(Points::OnFaces(&points), light, progress).map_err(|_| Cancelled)?.into_iter();
     let second = begun.elapsed().as_secs_f64() - first;
+    let stated = places.into_iter().map(|is_accepted| verdict(is_accepted && lit.next().unwrap_or_default())).collect();
     let (rays, bytes) = (samples.len() as u64, samples.len().div_ceil(8) as u64);
-    Measured { first, second, rays, pieces: 0, bytes, stated }
+    Ok(Measured { first, second, rays, pieces: 0, bytes, stated })
 }
 
 fn sample_lookup(course: &Course, request: &Request) -> Option<SampleLookup> {

@@ -9,14 +9,13 @@ use std::{
 };
 
 use rayon::prelude::*;
-use umbriel_geometry::LightSource;
 use umbriel_io::{
     npy::{NpyError, NpyPoints, read_npy_points, write_npy_bytes},
     write::{PointRow, PointTable, PointsError, Staged, read_points, write_rows},
 };
 use umbriel_scene::{FindingKind, Light, Scene};
 use umbriel_shadow::{
-    Cancelled, Expected, Fraction, Place, Points, PointsError as NoAnswer, Precision, Progress, Queries, QueryDefect,
+    Cancelled, Expected, FacePoint, Fraction, Place, Points, PointsError as NoAnswer, Progress, Queries, QueryDefect,
     SearchCosts,
 };
 
@@ -76,7 +75,12 @@ fn prepared<'a>(args: &QueryArgs, scene: &'a Scene, lights: &[usize], places: &P
     let mut queries = Queries::new(scene);
     for light in lights.iter().map(|&light| &scene.lights[light]).filter(|light| light.extent.is_point()) {
         let asked = args.acceleration.of_rays();
-        let choice = queries.prepare(&light.source, places.expected(), asked, &SearchCosts::MEASURED);
+        let choice = queries.prepare(
+            &light.source,
+            Expected::Loose(places.points().len() as u64),
+            asked,
+            &SearchCosts::MEASURED,
+        );
         if !args.scene.quiet {
             acceleration::tell_light(&light.name, &choice);
         }
@@ -176,10 +180,10 @@ impl Asked {
     /// The points as queries take them.
     fn places(&self, scene: &Scene) -> Result<Places<'_>, Refusal> {
         Ok(match self {
-            Self::Array(NpyPoints::PositionsSingle(rows)) => Places::Loose(Points::FreeSingle(rows)),
-            Self::Array(NpyPoints::PositionsDouble(rows)) => Places::Loose(Points::FreeDouble(rows)),
-            Self::Array(NpyPoints::NormalsSingle(rows)) => Places::Loose(Points::OrientedSingle(rows)),
-            Self::Array(NpyPoints::NormalsDouble(rows)) => Places::Loose(Points::OrientedDouble(rows)),
+            Self::Array(NpyPoints::PositionsSingle(rows)) => Places::Given(Points::FreeSingle(rows)),
+            Self::Array(NpyPoints::PositionsDouble(rows)) => Places::Given(Points::FreeDouble(rows)),
+            Self::Array(NpyPoints::NormalsSingle(rows)) => Places::Given(Points::OrientedSingle(rows)),
+            Self::Array(NpyPoints::NormalsDouble(rows)) => Places::Given(Points::OrientedDouble(rows)),
             Self::Table(table) => Places::of_table(table, scene)?,
         })
     }
@@ -210,10 +214,10 @@ impl Refusal {
 
 /// Where the points are.
 enum Places<'a> {
-    Loose(Points<'a>),
+    Given(Points<'a>),
     Free(Vec<[f64; 3]>),
     Oriented(Vec<[f64; 6]>),
-    OnFaces(Vec<Place>),
+    OnFaces(Vec<FacePoint>),
 }
 
 impl Places<'_> {
@@ -236,7 +240,7 @@ impl Places<'_> {
                         let message = format!("face {face}: \"{name}\" has faces 0 to {}", faces.saturating_sub(1));
                         return Err(Refusal { line, message });
                     }
-                    on_faces.push(Place::Surface { object, face: *face, u: *u, v: *v });
+                    on_faces.push(FacePoint { object, face: *face, u: *u, v: *v });
                 }
             }
         }
@@ -247,39 +251,20 @@ impl Places<'_> {
         })
     }
 
-    /// The points that are given by coordinates.
-    fn loose(&self) -> Option<Points<'_>> {
+    /// All of them.
+    fn points(&self) -> Points<'_> {
         match self {
-            Self::Loose(points) => Some(*points),
-            Self::Free(rows) => Some(Points::FreeDouble(rows)),
-            Self::Oriented(rows) => Some(Points::OrientedDouble(rows)),
-            Self::OnFaces(_) => None,
-        }
-    }
-
-    /// How many points will be asked about.
-    fn expected(&self) -> Expected {
-        match (self, self.loose()) {
-            (_, Some(points)) => Expected::Loose(points.len() as u64),
-            (Self::OnFaces(places), None) => Expected::Places(places.len() as u64),
-            _ => Expected::Places(0),
-        }
-    }
-
-    /// One answer a point.
-    fn lit(&self, queries: &Queries, light: &LightSource, bar: &Bar) -> Result<Vec<bool>, NoAnswer> {
-        match self {
-            Self::OnFaces(places) => lit_on_faces(queries, places, light, bar),
-            Self::Loose(points) => queries.lit_many(*points, light, bar),
-            Self::Free(rows) => queries.lit_many(Points::FreeDouble(rows), light, bar),
-            Self::Oriented(rows) => queries.lit_many(Points::OrientedDouble(rows), light, bar),
+            Self::Given(points) => *points,
+            Self::Free(rows) => Points::FreeDouble(rows),
+            Self::Oriented(rows) => Points::OrientedDouble(rows),
+            Self::OnFaces(points) => Points::OnFaces(points),
         }
     }
 
     /// The answers for a light: lit or not, or for an area light shares.
     fn column(&self, queries: &Queries, light: &Light, bar: &Bar) -> Result<Column, NoAnswer> {
         if light.extent.is_point() {
-            return self.lit(queries, &light.source, bar).map(Column::Lit);
+            return queries.lit_many(self.points(), &light.source, bar).map(Column::Lit);
         }
         let share = |place: &Place| queries.visible_fraction(place, light);
         answer_each(&self.listed(), share, bar).map(Column::Shares)
@@ -287,33 +272,14 @@ impl Places<'_> {
 
     /// The points one by one.
     fn listed(&self) -> Vec<Place> {
-        let free = |position| Place::Free { position };
-        let oriented = |[x, y, z, nx, ny, nz]: [f64; 6], precision| Place::Oriented {
-            position: [x, y, z],
-            normal: [nx, ny, nz],
-            precision,
-        };
-        let Some(points) = self.loose() else {
-            return if let Self::OnFaces(places) = self { places.clone() } else { Vec::new() };
-        };
-        match points {
-            Points::FreeSingle(rows) => rows.iter().map(|row| free(row.map(f64::from))).collect(),
-            Points::FreeDouble(rows) => rows.iter().map(|&row| free(row)).collect(),
-            Points::OrientedSingle(rows) => {
-                rows.iter().map(|row| oriented(row.map(f64::from), Precision::Single)).collect()
-            }
-            Points::OrientedDouble(rows) => rows.iter().map(|&row| oriented(row, Precision::Double)).collect(),
-        }
+        let points = self.points();
+        (0..points.len()).map(|index| points.place(index)).collect()
     }
 
     fn count_in_space(&self, queries: &Queries, bar: &Bar) -> Result<usize, NoAnswer> {
-        let in_space = self.loose().map(|points| queries.in_space_many(points, bar)).transpose()?;
-        Ok(in_space.map_or(0, |in_space| in_space.into_iter().filter(|&is_in_space| is_in_space).count()))
+        let in_space = queries.in_space_many(self.points(), bar)?;
+        Ok(in_space.into_iter().filter(|&is_in_space| is_in_space).count())
     }
-}
-
-fn lit_on_faces(queries: &Queries, places: &[Place], light: &LightSource, bar: &Bar) -> Result<Vec<bool>, NoAnswer> {
-    answer_each(places, |place| queries.lit(place, light).map(|answer| answer.lit), bar)
 }
 
 /// Answers points one by one, on all threads.
