@@ -45,14 +45,12 @@ impl<'a, R: Ring> Probe<'a, R> {
 
     /// The point A + u·(B − A) + v·(D − A) of a planar face with the corners A, B and D, its first, second and last one.
     pub fn on_face(corners: [Point<'a>; 3], u: f64, v: f64) -> Self {
-        let [a, b, d] = corners.map(|corner| corner.coordinates());
-        let bounds: [Approx; 3] =
-            std::array::from_fn(|k| a[k] + (b[k] - a[k]) * Approx::exact(u) + (d[k] - a[k]) * Approx::exact(v));
-        let bounds = Point {
-            position: bounds.map(|bound| bound.value).into(),
-            slack: bounds.map(|bound| bound.error).into(),
-            exact: None,
-        };
+        let [a, b, d] = corners;
+        let (along_u, along_v) = (b.minus(&a), d.minus(&a));
+        let offset: [Approx; 3] =
+            std::array::from_fn(|k| a.known_rest(k) + (along_u[k] * Approx::exact(u) + along_v[k] * Approx::exact(v)));
+        let [offset, slack] = [offset.map(|c| c.value), offset.map(|c| c.error)].map(DVec3::from_array);
+        let bounds = Point::beside(a.position, offset, slack);
         let exact = move || {
             let [a, b, d] = corners.map(|corner| corner.to_exact::<R>().xyz);
             let along = |from: &R, to: &R, share: f64| R::from_f64(share) * (to.clone() - from.clone());

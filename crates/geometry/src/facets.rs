@@ -84,6 +84,7 @@ pub fn length_squared(v: DVec3) -> f64 {
 #[derive(Clone, Debug)]
 struct Inexact {
     slack: DVec3,
+    rest: DVec3,
     exact: ExactPoint,
 }
 
@@ -233,8 +234,10 @@ impl Facets {
     pub fn point(&self, point: u32) -> Point<'_> {
         let position = self.positions()[point as usize];
         match self.inexact.get(point as usize) {
-            Some(inexact) => Point { position, slack: inexact.slack, exact: Some(&inexact.exact) },
-            None => Point { position, slack: DVec3::ZERO, exact: None },
+            Some(Inexact { slack, rest, exact }) => {
+                Point { exact: Some(exact), rest: *rest, ..Point::within(position, *slack) }
+            }
+            None => Point::exact(position),
         }
     }
 
@@ -450,7 +453,8 @@ fn numbered_as_given(body: &Brep, points: &[DVec3], mirrored: bool) -> (Vec<DVec
 impl Inexact {
     fn new(placement: &Placement, local: DVec3) -> Self {
         let exact = placement.exact(local);
-        Self { slack: exact.bounded().slack, exact }
+        let Point { slack, rest, .. } = exact.bounded();
+        Self { slack, rest, exact }
     }
 }
 

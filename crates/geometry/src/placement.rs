@@ -150,7 +150,7 @@ pub(crate) fn rounded_image(map: &DAffine3, local: DVec3) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|axis| {
         let row = row(map, axis);
         let sum = DoubleDouble::of(&row, local.to_array());
-        sum.rounded().unwrap_or_else(|| exact_coordinate::<Dyadic>(&row, local).to_nearest()) + 0.0
+        decide(sum.rounded(), || exact_coordinate::<Dyadic>(&row, local).to_nearest()) + 0.0
     }))
 }
 

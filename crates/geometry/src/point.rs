@@ -2,12 +2,7 @@
 
 use glam::DVec3;
 
-use crate::{
-    approx::Approx,
-    dyadic::Dyadic,
-    light::LightSource,
-    ring::{Ring, Sign},
-};
+use crate::{approx::Approx, dyadic::Dyadic, expansion::two_sum, light::LightSource, ring::Ring};
 
 /// A homogeneous point with exact coordinates: (x, y, z)/w, w > 0; w = 0 only for a direction (a sun).
 #[derive(Clone, Debug)]
@@ -33,13 +28,11 @@ impl<R: Ring> ExactPoint<R> {
 impl ExactPoint<Dyadic> {
     /// The point for predicates, floats and all; its weight must be one.
     pub fn bounded(&self) -> Point<'_> {
-        let nearest = self.xyz.each_ref().map(Dyadic::to_nearest);
-        let slack = std::array::from_fn(|k| {
-            let is_exact = (self.xyz[k].clone() - Dyadic::new(nearest[k])).sign() == Sign::Zero;
-            // Correctly rounded: at most half an ulp off; a whole one is a safe bound.
-            if is_exact { 0.0 } else { nearest[k].abs().next_up() - nearest[k].abs() }
-        });
-        Point { position: nearest.into(), slack: DVec3::from_array(slack), exact: Some(self) }
+        let position = self.xyz.each_ref().map(Dyadic::to_nearest);
+        let rest = std::array::from_fn(|k| (self.xyz[k].clone() - Dyadic::new(position[k])).to_nearest());
+        // The rest is rounded once.
+        let (position, rest) = (DVec3::from_array(position), DVec3::from_array(rest));
+        Point { exact: Some(self), rest, ..Point::within(position, rest.abs() * (1.0 + 2.0 * f64::EPSILON)) }
     }
 
     /// The same point over a larger ring.
@@ -50,12 +43,16 @@ impl ExactPoint<Dyadic> {
 
 /// A point for the predicates: a float position, how far each coordinate may be off, and the exact point when the
 /// position is not it.
+///
+/// Far from the origin floats are coarse. What a position leaves out may be known nevertheless: that is its rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Point<'a> {
     /// World coordinates, metres.
     pub position: DVec3,
     /// Bound on |exact − position|, per coordinate.
     pub slack: DVec3,
+    /// What is known of exact − position, no greater than the slack: position + rest is off by less than slack − |rest|.
+    pub rest: DVec3,
     /// The exact point; `None` means that `position` is exact.
     pub exact: Option<&'a ExactPoint>,
 }
@@ -63,7 +60,21 @@ pub struct Point<'a> {
 impl Point<'static> {
     /// A point whose float coordinates are exact.
     pub fn exact(position: DVec3) -> Self {
-        Self { position, slack: DVec3::ZERO, exact: None }
+        Self::within(position, DVec3::ZERO)
+    }
+
+    /// A point that is off by no more than `slack` along each axis.
+    pub fn within(position: DVec3, slack: DVec3) -> Self {
+        Self { position, slack, rest: DVec3::ZERO, exact: None }
+    }
+
+    /// The point `origin` + `offset`, the offset off by no more than `slack` along each axis.
+    pub(crate) fn beside(origin: DVec3, offset: DVec3, slack: DVec3) -> Self {
+        let sums: [[f64; 2]; 3] = std::array::from_fn(|k| two_sum(origin[k], offset[k]));
+        let [position, rest] = [0, 1].map(|part| DVec3::from_array(sums.map(|sum| sum[part])));
+        // The sum is exact; only that of the bounds is rounded.
+        let slack = (rest.abs() + slack) * (1.0 + 2.0 * f64::EPSILON);
+        Self { position, slack, rest, exact: None }
     }
 }
 
@@ -74,6 +85,24 @@ impl Point<'_> {
             Some(exact) => exact.lifted(),
             None => ExactPoint::from_position(self.position),
         }
+    }
+
+    /// The way to this point from another one, as the filters see it.
+    pub fn minus(&self, other: &Point) -> [Approx; 3] {
+        if self.rest == DVec3::ZERO && other.rest == DVec3::ZERO {
+            let (a, b) = (self.coordinates(), other.coordinates());
+            return std::array::from_fn(|k| a[k] - b[k]);
+        }
+        std::array::from_fn(|k| {
+            let way = Approx::exact(self.position[k]) - Approx::exact(other.position[k]);
+            way + (self.known_rest(k) - other.known_rest(k))
+        })
+    }
+
+    /// What a coordinate leaves out. The difference of the bounds is off by half an ulp of the slack.
+    pub(crate) fn known_rest(&self, axis: usize) -> Approx {
+        let (rest, slack) = (self.rest[axis], self.slack[axis]);
+        Approx { value: rest, error: (slack - rest.abs()).max(0.0) + slack * f64::EPSILON }
     }
 
     /// The coordinates as the filters see them.

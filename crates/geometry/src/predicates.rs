@@ -129,7 +129,7 @@ pub fn side_filter(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
     if a.slack + b.slack + c.slack + slack == DVec3::ZERO {
         return rows_filter(a.position - c.position, b.position - c.position, position - c.position * w);
     }
-    determinant(&[minus(a, c), minus(b, c), row_of(x, c)])
+    determinant(&[a.minus(c), b.minus(c), row_of(x, c)])
 }
 
 /// Shewchuk's bound for the determinant of three rows, each a difference of floats (or a float): the error is at most
@@ -192,16 +192,11 @@ pub fn coincide(a: &Point, b: &Point) -> bool {
     are_floats || matches!((a.exact, b.exact), (Some(a), Some(b)) if std::ptr::eq(a, b))
 }
 
-fn minus(a: &Point, c: &Point) -> [Approx; 3] {
-    let (a, c) = (a.coordinates(), c.coordinates());
-    std::array::from_fn(|i| a[i] - c[i])
-}
-
 fn row_of(x: Target, c: &Point) -> [Approx; 3] {
     match x {
-        Target::Point(p) => minus(p, c),
+        Target::Point(p) => p.minus(c),
         Target::Light(l) if l.is_sun() => exact_vector(l.xyz()),
-        Target::Light(l) => minus(&Point::exact(l.xyz()), c),
+        Target::Light(l) => Point::exact(l.xyz()).minus(c),
     }
 }
 

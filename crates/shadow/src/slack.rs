@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 use umbriel_geometry::{
-    Aabb, Approx, Dyadic, ExactPoint, Facets, LightSource, PlacedAnalytic, Point, Ring, Sign, Surd,
+    Aabb, Dyadic, ExactPoint, Facets, LightSource, PlacedAnalytic, Point, Ring, Sign, Surd,
     analytic::{Part, Surface, Trim},
     blocking::Probe,
     predicates::exact_side,
@@ -64,7 +64,7 @@ impl SlackBox {
 
     /// The box as a filter sees any point inside it.
     pub(crate) fn whole(&self) -> Point<'static> {
-        Point { position: self.position, slack: self.half, exact: None }
+        Point::within(self.position, self.half)
     }
 
     /// The point of the face's plane straight above or below the middle along some axis, if it lies in the face and in
@@ -151,7 +151,7 @@ impl SlackBox {
     /// Whether the bounds leave room for a surface to pass the box.
     fn may_meet(&self, body: &PlacedAnalytic, surface: Surface) -> bool {
         let forms = body.forms();
-        let x = forms.pull_back(&self.whole().coordinates(), &Approx::exact(1.0));
+        let x = forms.pull_back_point(&self.whole());
         let value = match surface {
             Surface::Quadric(index) => forms.quadric(index, &x, &x),
             Surface::Plane(index) => forms.plane(index, &x),

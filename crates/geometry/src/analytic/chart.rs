@@ -257,15 +257,7 @@ fn greatest_stretch(placement: &Placement) -> f64 {
 pub(crate) fn world(placement: &Placement, local: DVec3, slack: DVec3) -> Point<'static> {
     let map = placement.map();
     let sizes = map.matrix3.abs();
-    let (turned, carried) = (sizes * local.abs(), sizes * slack);
-    let slack = |axis: usize| {
-        if turned[axis] == 0.0 {
-            carried[axis]
-        } else {
-            (turned[axis] + map.translation[axis].abs()) * PADDING + carried[axis]
-        }
-    };
-    Point { position: map.transform_point3(local), slack: DVec3::new(slack(0), slack(1), slack(2)), exact: None }
+    Point::beside(map.translation, map.matrix3 * local, sizes * local.abs() * PADDING + sizes * slack)
 }
 
 impl CellHull {

@@ -32,10 +32,9 @@ impl PlacedAnalytic {
         origin: DVec3,
         direction: DVec3,
     ) -> Option<Option<Crossing<T>>> {
-        let number = |vector: DVec3| vector.to_array().map(T::number);
         let ray = Segment {
-            start: forms.pull_back(&number(origin), &T::number(1.0)),
-            along: forms.pull_back(&number(direction), &T::number(0.0)),
+            start: forms.pull_back_position(origin),
+            along: forms.pull_back_direction(&direction.to_array().map(T::number)),
         };
         let mut first: Option<Crossing<T>> = None;
         for part in self.parts() {

@@ -6,7 +6,9 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::{decide::Decide, dyadic::Dyadic, ring::Ring};
+use glam::DVec3;
+
+use crate::{approx::Approx, decide::Decide, dyadic::Dyadic, light::LightSource, point::Point, ring::Ring};
 
 /// Homogeneous local coordinates: x, y, z in units of the body's size, and a weight.
 pub type LocalPoint<T> = [T; 4];
@@ -105,9 +107,36 @@ where
     where
         T: Decide,
     {
-        let d: [T; 3] = std::array::from_fn(|i| xyz[i].clone() - w.clone() * self.translation[i].clone());
-        let row = |i: usize| T::sum_of_three([0, 1, 2].map(|k| self.adjugate[i][k].clone() * d[k].clone()));
-        [row(0), row(1), row(2), self.weight.clone() * w.clone()]
+        let way = std::array::from_fn(|i| xyz[i].clone() - w.clone() * self.translation[i].clone());
+        let [x, y, z] = self.turn_back(&way);
+        [x, y, z, self.weight.clone() * w.clone()]
+    }
+
+    /// [`Forms::pull_back`] of a position: what it and the translation have in common is taken away first, so that nothing is lost far
+    /// from the origin.
+    pub fn pull_back_position(&self, position: DVec3) -> LocalPoint<T>
+    where
+        T: Decide,
+    {
+        let way = std::array::from_fn(|i| T::number(position[i]) - self.translation[i].clone());
+        let [x, y, z] = self.turn_back(&way);
+        [x, y, z, self.weight.clone()]
+    }
+
+    /// [`Forms::pull_back`] of a direction.
+    pub fn pull_back_direction(&self, direction: &[T; 3]) -> LocalPoint<T>
+    where
+        T: Decide,
+    {
+        let [x, y, z] = self.turn_back(direction);
+        [x, y, z, T::number(0.0)]
+    }
+
+    fn turn_back(&self, way: &[T; 3]) -> [T; 3]
+    where
+        T: Decide,
+    {
+        [0, 1, 2].map(|i| T::sum_of_three([0, 1, 2].map(|k| self.adjugate[i][k].clone() * way[k].clone())))
     }
 
     /// The quadrics, negative inside.
@@ -141,6 +170,24 @@ where
             weight: convert(&self.weight),
             quadrics: self.quadrics.iter().map(|form| form.map(&convert)).collect(),
             planes: self.planes.iter().map(|h| std::array::from_fn(|k| convert(&h[k]))).collect(),
+        }
+    }
+}
+
+impl Forms<Approx> {
+    /// [`Forms::pull_back`] of a point with its bounds; what its position leaves out counts.
+    pub fn pull_back_point(&self, x: &Point) -> LocalPoint<Approx> {
+        let translation = self.translation.map(|coordinate| coordinate.value);
+        let [x, y, z] = self.turn_back(&x.minus(&Point::exact(translation.into())));
+        [x, y, z, self.weight]
+    }
+
+    /// [`Forms::pull_back`] of a light.
+    pub fn pull_back_light(&self, light: &LightSource) -> LocalPoint<Approx> {
+        if light.is_sun() {
+            self.pull_back_direction(&light.xyz().to_array().map(Approx::exact))
+        } else {
+            self.pull_back_position(light.xyz())
         }
     }
 }

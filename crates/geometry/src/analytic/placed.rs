@@ -113,7 +113,7 @@ impl PlacedAnalytic {
         if is_sun {
             return Sign::Positive;
         }
-        let local = self.forms.pull_back(&x.coordinates(), &Approx::exact(1.0));
+        let local = self.forms.pull_back_point(x);
         decide(self.side_of(&self.forms, &local), || {
             let (forms, exact) = (self.exact_forms(), x.to_exact::<Dyadic>());
             self.side_of(forms, &forms.pull_back(&exact.xyz, &exact.w)).unwrap_or(Sign::Zero)
@@ -152,13 +152,10 @@ impl PlacedAnalytic {
     /// names the surface that it is known to lie on.
     pub fn blocks<R: Ring>(&self, x: &Probe<R>, own: Option<Surface>, light: &LightSource) -> bool {
         let way = if light.is_sun() { Way::ToSun } else { Way::ToPoint };
-        let (source, weight) = (light.xyz().to_array().map(Approx::exact), Approx::exact(light.w()));
-        let start = (&x.bounds.coordinates(), &Approx::exact(1.0));
-        let segment = Segment::new(&self.forms, start, (&source, &weight));
+        let segment = Segment::bounded(&self.forms, &x.bounds, light);
         decide(self.is_met(&self.forms, &segment, own, way), || {
-            let source = ExactPoint::<R>::from_light(light);
             let forms = self.exact_forms().lifted::<R>();
-            let segment = Segment::new(&forms, (&x.exact().xyz, &x.exact().w), (&source.xyz, &source.w));
+            let segment = Segment::exact(&forms, x.exact(), &ExactPoint::from_light(light));
             self.is_met(&forms, &segment, own, way).unwrap_or(false)
         })
     }
@@ -187,9 +184,7 @@ impl PlacedAnalytic {
 
     /// On which side of the tangent plane at `x`, a point of `surface`, the light lies: positive outside.
     pub fn facing<R: Ring>(&self, surface: Surface, x: &Probe<R>, light: &LightSource) -> Sign {
-        let (one, weight) = (Approx::exact(1.0), Approx::exact(light.w()));
-        let local_light = self.forms.pull_back(&light.xyz().to_array().map(Approx::exact), &weight);
-        let local_x = self.forms.pull_back(&x.bounds.coordinates(), &one);
+        let (local_light, local_x) = (self.forms.pull_back_light(light), self.forms.pull_back_point(&x.bounds));
         decide(facing_value(&self.forms, surface, &local_x, &local_light).sign(), || {
             let (forms, x, light) = (self.exact_forms().lifted::<R>(), x.exact(), ExactPoint::<R>::from_light(light));
             let (local_x, local_light) = (forms.pull_back(&x.xyz, &x.w), forms.pull_back(&light.xyz, &light.w));
@@ -247,10 +242,19 @@ pub(super) struct Segment<T> {
     pub(super) along: LocalPoint<T>,
 }
 
+impl Segment<Approx> {
+    fn bounded(forms: &Forms<Approx>, x: &Point, light: &LightSource) -> Self {
+        let way =
+            if light.is_sun() { light.xyz().to_array().map(Approx::exact) } else { Point::exact(light.xyz()).minus(x) };
+        Self { start: forms.pull_back_point(x), along: forms.pull_back_direction(&way) }
+    }
+}
+
 impl<T: Decide> Segment<T> {
-    fn new(forms: &Forms<T>, x: (&[T; 3], &T), light: (&[T; 3], &T)) -> Self {
-        let way: [T; 3] = std::array::from_fn(|i| light.0[i].clone() * x.1.clone() - x.0[i].clone() * light.1.clone());
-        Self { start: forms.pull_back(x.0, x.1), along: forms.pull_back(&way, &T::number(0.0)) }
+    fn exact(forms: &Forms<T>, x: &ExactPoint<T>, light: &ExactPoint<T>) -> Self {
+        let way: [T; 3] =
+            std::array::from_fn(|i| light.xyz[i].clone() * x.w.clone() - x.xyz[i].clone() * light.w.clone());
+        Self { start: forms.pull_back(&x.xyz, &x.w), along: forms.pull_back_direction(&way) }
     }
 
     pub(super) fn along_surface(&self, forms: &Forms<T>, surface: Surface) -> Polynomial<T> {

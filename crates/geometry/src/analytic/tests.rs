@@ -49,14 +49,17 @@ fn points_of_charts_lie_exactly_on_the_surface_and_in_the_bounds() {
                 let bounded = chart.bounded_point(placed.placement(), u, v);
                 assert!(bounds.contains(bounded.position), "{body:?}, face {face} at ({u}, {v})");
                 for axis in 0..3 {
-                    let low = Surd::from_f64(bounded.position[axis] - bounded.slack[axis]) * x.w.clone();
-                    let high = Surd::from_f64(bounded.position[axis] + bounded.slack[axis]) * x.w.clone();
-                    assert_ne!((x.xyz[axis].clone() - low).sign(), Sign::Negative, "{body:?} {face} ({u}, {v}) {axis}");
-                    assert_ne!(
-                        (high - x.xyz[axis].clone()).sign(),
-                        Sign::Negative,
-                        "{body:?} {face} ({u}, {v}) {axis}"
-                    );
+                    let number = |value: f64| Surd::from_f64(value) * x.w.clone();
+                    let (slack, rest) = (bounded.slack[axis], bounded.rest[axis]);
+                    let off = x.xyz[axis].clone() - number(bounded.position[axis]);
+                    let beyond = off.clone() - number(rest);
+                    let left = number(slack) - number(rest.abs());
+                    for (off, most) in [(off, number(slack)), (beyond, left)] {
+                        for off in [off.clone(), -off] {
+                            let room = (most.clone() - off).sign();
+                            assert_ne!(room, Sign::Negative, "{body:?} {face} ({u}, {v}) {axis}");
+                        }
+                    }
                 }
             }
         }

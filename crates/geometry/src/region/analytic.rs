@@ -100,14 +100,14 @@ fn form<T: Decide>(forms: &Forms<T>, part: &Part, frame: &Frame<T>) -> Quadratic
 /// A box in local coordinates. Bodies are finite, so a box that reaches to infinity meets what the greatest finite one
 /// meets.
 fn frame<T: Decide>(forms: &Forms<T>, cell: &Aabb) -> Frame<T> {
-    let finite = |corner: DVec3| corner.clamp(DVec3::splat(f64::MIN), DVec3::splat(f64::MAX)).to_array().map(T::number);
+    let finite = |corner: DVec3| corner.clamp(DVec3::splat(f64::MIN), DVec3::splat(f64::MAX));
     let (min, max) = (finite(cell.min), finite(cell.max));
     let column = |axis: usize, size: T| {
         let [x, y, z] = forms.adjugate.each_ref().map(|row| row[axis].clone() * size.clone());
         [x, y, z, T::number(0.0)]
     };
-    let edges = std::array::from_fn(|axis| column(axis, max[axis].clone() - min[axis].clone()));
-    Frame { corner: forms.pull_back(&min, &T::number(1.0)), edges }
+    let edges = std::array::from_fn(|axis| column(axis, T::number(max[axis]) - T::number(min[axis])));
+    Frame { corner: forms.pull_back_position(min), edges }
 }
 
 #[cfg(test)]

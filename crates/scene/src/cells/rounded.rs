@@ -11,7 +11,7 @@ use umbriel_geometry::{
 
 /// A point with the box that it stands for.
 pub(super) fn boxed(position: DVec3, slack: f64) -> Point<'static> {
-    Point { slack: DVec3::splat(slack), ..Point::exact(position) }
+    Point::within(position, DVec3::splat(slack))
 }
 
 /// What a turn about the origin may round a coordinate by: an ulp of the greatest one of some points.

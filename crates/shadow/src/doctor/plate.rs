@@ -45,7 +45,7 @@ impl Corner {
     fn point(&self) -> Point<'_> {
         let position = self.position;
         match self.inexact.as_deref() {
-            Some((slack, exact)) => Point { position, slack: *slack, exact: Some(exact) },
+            Some((slack, exact)) => Point { exact: Some(exact), ..Point::within(position, *slack) },
             None => Point::exact(position),
         }
     }

@@ -78,10 +78,8 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     /// The forms at the receiver's corners. `light_side` is where the light lies, exactly.
     pub(crate) fn new(object: u32, body: &'a PlacedAnalytic, light_side: Sign, receiver: &Receiver<N>) -> Self {
         let forms = body.forms();
-        let one = Approx::exact(1.0);
-        let light = receiver.light;
-        let at_light = forms.pull_back(&light.xyz().to_array().map(Approx::exact), &Approx::exact(light.w()));
-        let at: [LocalPoint<Approx>; N] = receiver.points.map(|point| forms.pull_back(&point.coordinates(), &one));
+        let at_light = forms.pull_back_light(receiver.light);
+        let at: [LocalPoint<Approx>; N] = receiver.points.map(|point| forms.pull_back_point(&point));
         let quadrics = forms.quadrics().iter().map(|form| QuadricValues {
             pairs: symmetric(|k, l| form.value(&at[k], &at[l])),
             polar: at.map(|point| form.value(&point, &at_light)),
@@ -357,7 +355,7 @@ impl<const N: usize> Values<N> {
 fn is_in_contact<const N: usize>(body: &PlacedAnalytic, plane: usize, receiver: &Receiver<N>) -> bool {
     let Some(points) = &receiver.plane else { return false };
     let may_vanish = |point: &Point| {
-        let local = body.forms().pull_back(&point.coordinates(), &Approx::exact(1.0));
+        let local = body.forms().pull_back_point(point);
         body.forms().plane(plane, &local).sign().is_none_or(|sign| sign == Sign::Zero)
     };
     let vanishes = |point: &Point| {

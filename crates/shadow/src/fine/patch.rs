@@ -117,8 +117,7 @@ impl Patch<'_> {
 
     fn facing(&self, points: &[Point; HULL]) -> Facing {
         let (forms, source) = (self.body.forms(), self.occluders.light);
-        let light = forms.pull_back(&source.xyz().to_array().map(Approx::exact), &Approx::exact(source.w()));
-        let local = points.map(|point| forms.pull_back(&point.coordinates(), &Approx::exact(1.0)));
+        let (light, local) = (forms.pull_back_light(source), points.map(|point| forms.pull_back_point(&point)));
         let outward = match (self.chart().surface, &self.plane) {
             (Surface::Quadric(quadric), _) => {
                 let polar = local.map(|x| forms.quadric(quadric, &x, &light));

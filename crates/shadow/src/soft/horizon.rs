@@ -109,7 +109,7 @@ fn sides_of_light(facets: &Facets, face: usize, light: &LightHull) -> [bool; 2] 
     let of_point = |&position: &DVec3| {
         // A point of a hull is a sum of three numbers.
         let slack = DVec3::splat(4.0 * f64::EPSILON * position.abs().max_element());
-        predicates::side_filter(&a, &b, &c, Target::Point(&Point { position, slack, exact: None })).sign()
+        predicates::side_filter(&a, &b, &c, Target::Point(&Point::within(position, slack))).sign()
     };
     let of_direction = |&direction: &DVec3| {
         let sun = LightSource::sun((-direction).to_array()).ok()?;
@@ -200,13 +200,13 @@ impl CurvedSide<'_> {
             return Above::All;
         }
         let corners: Vec<LocalPoint<Approx>> =
-            cell.corners.iter().map(|&corner| self.local(corner, cell.slack, 1.0)).collect();
+            cell.corners.iter().map(|&corner| self.local(corner, cell.slack)).collect();
         if let Extent::Sphere { radius } = light.extent {
             return self.above_ball(&corners, cell, light.source.xyz(), radius);
         }
         let [u, v, w] = match light.extent {
-            Extent::Rectangle { u, v } => [self.exact(u, 0.0), self.exact(v, 0.0), self.exact(light.source.xyz(), 1.0)],
-            _ => [window.axes.x_axis, window.axes.y_axis, window.axes.z_axis].map(|axis| self.exact(axis, 0.0)),
+            Extent::Rectangle { u, v } => [self.direction(u), self.direction(v), self.local(light.source.xyz(), 0.0)],
+            _ => [window.axes.x_axis, window.axes.y_axis, window.axes.z_axis].map(|axis| self.direction(axis)),
         };
         let over = |x: &LocalPoint<Approx>| [&w, &u, &v].map(|l| self.height(x, l));
         let planes: Vec<HeightOverPlane> = corners.iter().map(over).collect();
@@ -235,11 +235,11 @@ impl CurvedSide<'_> {
     }
 
     fn above_ball(&self, corners: &[LocalPoint<Approx>], cell: &Cell, centre: DVec3, radius: f64) -> Above {
-        let at = self.exact(centre, 1.0);
+        let at = self.local(centre, 0.0);
         let heights: Vec<Approx> = corners.iter().map(|x| self.height(x, &at)).collect();
-        let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| self.exact(axis, 0.0));
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| self.direction(axis));
         let normal = |x: &LocalPoint<Approx>| axes.map(|axis| self.height(x, &axis));
-        let middle = normal(&self.local(cell.middle, cell.slack, 1.0));
+        let middle = normal(&self.local(cell.middle, cell.slack));
         let normals: Vec<[Approx; 3]> = corners.iter().map(normal).collect();
         let upper = |v: [Approx; 3]| DVec3::from_array(v.map(|x| x.value.abs() + x.error)).length();
         let lower = |v: [Approx; 3]| DVec3::from_array(v.map(|x| (x.value.abs() - x.error).max(0.0))).length();
@@ -263,14 +263,14 @@ impl CurvedSide<'_> {
         }
     }
 
-    fn exact(&self, point: DVec3, w: f64) -> LocalPoint<Approx> {
-        self.local(point, 0.0, w)
+    /// Local coordinates of a direction.
+    fn direction(&self, direction: DVec3) -> LocalPoint<Approx> {
+        self.body.forms().pull_back_direction(&direction.to_array().map(Approx::exact))
     }
 
-    /// Local coordinates of a homogeneous point that may be off by `slack` along every axis.
-    fn local(&self, point: DVec3, slack: f64, w: f64) -> LocalPoint<Approx> {
-        let coordinates = point.to_array().map(|value| Approx { value, error: slack });
-        self.body.forms().pull_back(&coordinates, &Approx::exact(w))
+    /// Local coordinates of a point that may be off by `slack` along every axis.
+    fn local(&self, position: DVec3, slack: f64) -> LocalPoint<Approx> {
+        self.body.forms().pull_back_point(&Point::within(position, DVec3::splat(slack)))
     }
 }
 

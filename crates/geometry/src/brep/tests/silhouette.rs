@@ -31,7 +31,7 @@ proptest! {
             let x = facets.point(corner);
             let blocked = (0..body.face_count()).any(|face| {
                 let corners: Vec<Point> = body.face(face).map(|vertex| body.vertex(vertex)).collect();
-                let bounds = Point { position: x.position, slack: x.slack, exact: None };
+                let bounds = Point::within(x.position, x.slack);
                 polygon_blocks(&corners, &Probe::<crate::Dyadic>::new(bounds, || x.to_exact()), &light)
             });
             prop_assert_eq!(silhouette.blocks(&x), blocked);

@@ -1,13 +1,13 @@
 //! Scale and place: the same scene tiny, huge and far away.
 
-use glam::DVec3;
-use umbriel_geometry::LightSource;
+use glam::{DAffine3, DQuat, DVec3};
+use umbriel_geometry::{Analytic, LightSource};
 use umbriel_scene::{Object, Scene};
 use umbriel_shadow::ObjectReport;
 
 use super::{judge, lamp, sampled, sun};
 use crate::oracle::fixtures::{
-    at, cuboid, elsewhere, l_prism, object, rectangle, scene, sphere, tetrahedron, with_sides,
+    analytic, at, cuboid, elsewhere, l_prism, object, rectangle, scene, sphere, tetrahedron, with_sides,
 };
 use crate::proving::Case;
 
@@ -19,6 +19,25 @@ fn flat_objects() -> Vec<Object> {
         object("prism", l_prism(), at(-2.0, 0.0, -1.0)),
         object("tetrahedron", tetrahedron(), at(0.5, 2.25, -2.0)),
         with_sides("sheet", rectangle(1.0, 2.0), at(-1.0, 3.0, 1.0), umbriel_scene::Sides::Two),
+    ]
+}
+
+/// Curved bodies, upright and tilted, and boxes whose corners are no floats.
+fn other_objects() -> Vec<Object> {
+    let tilted = |x: f64, y: f64, z: f64| {
+        let turn = DQuat::from_xyzw(0.1, 0.7, 0.2, 0.3).normalize();
+        DAffine3::from_rotation_translation(turn, DVec3::new(x, y, z))
+    };
+    let frustum = Analytic::Frustum { bottom_radius: 0.5, top_radius: 0.25, height: 0.5 };
+    vec![
+        object("floor", rectangle(8.0, 8.0), at(0.0, 0.0, 0.0)),
+        object("ball", sphere(0.75), at(-0.5, 1.0, 2.0)),
+        object("cylinder", analytic(Analytic::Cylinder { radius: 0.5, height: 1.5 }), at(2.5, 0.75, 1.5)),
+        object("cone", analytic(Analytic::Cone { radius: 0.75, height: 1.25 }), at(-2.5, 1.25, -0.5)),
+        object("tilted capsule", analytic(Analytic::Capsule { radius: 0.25, height: 0.75 }), tilted(0.5, 1.5, -1.5)),
+        object("tilted frustum", analytic(frustum), tilted(-2.0, 2.5, 2.25)),
+        object("tilted box", cuboid(1.0, 0.5, 1.5), tilted(2.0, 2.0, -2.0)),
+        object("tilted sheet", rectangle(1.0, 2.0), tilted(-1.5, 1.5, -2.5)),
     ]
 }
 
@@ -67,15 +86,16 @@ fn powers_of_two_change_no_decision() {
 /// Where the moved coordinates are exact, nothing has changed.
 #[test]
 fn an_exact_shift_changes_no_decision() {
-    let objects = flat_objects();
-    let plain = scene(objects.clone());
-    for size in [2f64.powi(10), 2f64.powi(30), 2f64.powi(43)] {
-        // Eight units at a distance of 2^43 is the scene's size at 10^12 times its size.
-        let offset = DVec3::new(size, -size * 0.5, size * 0.75);
-        let far = elsewhere(&objects, 1.0, offset);
-        for light in lights() {
-            let differing = differing(&plain, light, &far, moved(&light, 1.0, offset));
-            assert!(differing.is_empty(), "{size} away under {light:?}: objects {differing:?}");
+    for objects in [flat_objects(), other_objects()] {
+        let plain = scene(objects.clone());
+        for size in [2f64.powi(10), 2f64.powi(30), 2f64.powi(43)] {
+            // Eight units at a distance of 2^43 is the scene's size at 10^12 times its size.
+            let offset = DVec3::new(size, -size * 0.5, size * 0.75);
+            let far = elsewhere(&objects, 1.0, offset);
+            for light in lights() {
+                let differing = differing(&plain, light, &far, moved(&light, 1.0, offset));
+                assert!(differing.is_empty(), "{size} away under {light:?}: objects {differing:?}");
+            }
         }
     }
 }
