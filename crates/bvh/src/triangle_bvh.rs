@@ -26,7 +26,11 @@ mod triangle_ray;
 use std::sync::Arc;
 
 use glam::DVec3;
-use umbriel_geometry::{LightSource, Mesh, simd};
+use umbriel_geometry::{
+    LightSource, Mesh,
+    decisions::{Level, count},
+    simd,
+};
 
 use self::{
     any_hit::{AnyHit, Stack},
@@ -172,10 +176,16 @@ impl Towards<'_> {
     /// `decide` tells whether a triangle blocks its segment. It is asked about triangles in doubt only, until it says yes, in
     /// no particular order; those that the point lies on are always in doubt.
     #[inline]
-    pub fn any_hit_where(&mut self, origin: DVec3, slack: f64, decide: impl FnMut(u32) -> bool) -> bool {
+    pub fn any_hit_where(&mut self, origin: DVec3, slack: f64, mut decide: impl FnMut(u32) -> bool) -> bool {
         let parts = &self.bvh.parts;
         let way = Way::towards(&self.light, origin, slack);
+        let mut is_settled = true;
+        let decide = |triangle| {
+            is_settled = false;
+            decide(triangle)
+        };
         self.last = simd::dispatch(&mut AnyHit { parts, way: &way, first: self.last, stack: &mut self.stack, decide });
+        count(Level::Single, u64::from(is_settled));
         self.last.is_some()
     }
 }

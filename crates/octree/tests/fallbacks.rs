@@ -1,7 +1,8 @@
-//! Rays whose order of cells floats cannot tell: the comparison goes on in big numbers. NUMERICS.md, section 4.
+//! Rays whose order of cells floats cannot tell: the comparison goes on in big numbers. Points whose cell rounded distances cannot
+//! tell: what the roundings took away decides. NUMERICS.md, section 4.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, decisions::Decisions};
+use umbriel_geometry::{Aabb, Dyadic, Ring, Sign, decisions::Decisions};
 use umbriel_octree::{Cube, Octant, Partition, Ray};
 
 #[test]
@@ -22,4 +23,27 @@ fn a_ray_through_an_edge_between_cells_is_told_exactly() {
     let (clear, decisions) = crossed(middle - DVec3::new(0.25, 1.75, 1.0));
     assert_eq!(clear, 3);
     assert_eq!(decisions.exact, 0, "{decisions:?}");
+}
+
+#[test]
+fn a_point_beside_a_plane_that_is_no_float_is_in_its_own_cell() {
+    let cube = Cube::around(&Aabb { min: DVec3::splat(0.1), max: DVec3::splat(0.8) }).expect("a cube");
+    let (min, edge) = (0.1, cube.edge());
+    let cells = f64::from(1u32 << Octant::MAX_LEVEL);
+    let (mut rests_decided, mut below) = (0, 0);
+    for plane in (1..1 << Octant::MAX_LEVEL).step_by(997) {
+        let share = f64::from(plane) / cells;
+        let near = min + edge * share;
+        for x in [near.next_down(), near, near.next_up()] {
+            let cell = cube.octant_at(DVec3::new(x, 0.5, 0.5), Octant::MAX_LEVEL).expect("a point of the cube");
+            let [x_exact, min_exact, edge_exact] = [x, min, edge].map(Dyadic::new);
+            let from_plane = x_exact - min_exact - edge_exact * Dyadic::new(share);
+            let is_below = from_plane.sign() == Sign::Negative;
+            assert_eq!(cell.coordinates()[0], plane - u32::from(is_below), "{x} beside plane {plane}");
+            // The rounded numbers are equal: only their rests differ.
+            rests_decided += usize::from(x - min == edge * share && from_plane.sign() != Sign::Zero);
+            below += usize::from(is_below);
+        }
+    }
+    assert!(rests_decided > 100 && below > 1000, "{rests_decided} by rests, {below} below");
 }

@@ -44,6 +44,7 @@ impl Kernel for AnyHits<'_> {
     fn run<S: Simd>(self, simd: S) {
         let light = LocalLight::new(&self.segments.bvh.parts.frame, &self.segments.light);
         let (mut last, mut last_single, mut stack) = (None, None, [(0, 0); MAX_DEPTH]);
+        let mut settled = 0;
         for first in (0..self.origins.len()).step_by(PACKET) {
             let count = PACKET.min(self.origins.len() - first);
             let (mut origins, mut indices) = ([self.origins[self.index(first)]; PACKET], [0; PACKET]);
@@ -52,20 +53,25 @@ impl Kernel for AnyHits<'_> {
                 *origin = self.origins[*index];
             }
             let valid = u32::MAX >> (32 - count);
+            // Segments of which something was in doubt.
+            let mut asked = 0;
             let (mut hits, mut open) = (0, valid);
             if let Some(light) = &light {
-                (hits, open) = self.segments.packet(simd, light, &origins, valid, &mut last);
+                (hits, open) = self.segments.packet(simd, light, &origins, valid, &mut last, &mut asked);
             }
             while open != 0 {
                 let lane = open.trailing_zeros() as usize % PACKET;
                 open &= open - 1;
-                last_single = self.segments.single(simd, origins[lane], last_single, &mut stack);
+                let ask = || asked |= 1 << lane;
+                last_single = self.segments.single(simd, origins[lane], last_single, &mut stack, ask);
                 hits |= u32::from(last_single.is_some()) << lane;
             }
             for (lane, &index) in indices.iter().enumerate().take(count) {
                 self.blocked[index] = hits >> lane & 1 == 1;
             }
+            settled += u64::from((valid & !asked).count_ones());
         }
+        count(Level::Single, settled);
     }
 }
 
@@ -77,7 +83,8 @@ impl AnyHits<'_> {
 }
 
 impl Segments<'_> {
-    /// Of the valid segments those that are blocked, and those that have to go on one by one.
+    /// Of the valid segments those that are blocked, and those that have to go on one by one; those of which something was in doubt
+    /// are added to `asked`.
     #[inline(always)]
     fn packet<S: Simd>(
         &self,
@@ -86,11 +93,13 @@ impl Segments<'_> {
         origins: &[DVec3; PACKET],
         valid: u32,
         last: &mut Option<u32>,
+        asked: &mut u32,
     ) -> (u32, u32) {
         let parts = &self.bvh.parts;
         let Some(packet) = Packet::new(simd, &parts.frame, light, origins) else { return (0, valid) };
         let mut walk = Walk { parts, light, packet: &packet, open: valid };
-        let is_unfinished = walk.walk(simd, last, |segment, pack| self.resolve(simd, origins[segment], pack));
+        let is_unfinished = walk
+            .walk(simd, last, |segment, pack| self.resolve(simd, origins[segment], pack, || *asked |= 1 << segment));
         (valid & !walk.open, if is_unfinished { walk.open } else { 0 })
     }
 
@@ -111,19 +120,33 @@ impl Segments<'_> {
         Way::towards(&self.light, origin, 0.0)
     }
 
-    /// Whether a triangle of the pack blocks the segment from `origin`.
+    /// Whether a triangle of the pack blocks the segment from `origin`; `ask` hears of each one in doubt.
     #[inline(always)]
-    fn resolve<S: Simd>(&self, simd: S, origin: DVec3, pack: &Pack) -> bool {
+    fn resolve<S: Simd>(&self, simd: S, origin: DVec3, pack: &Pack, mut ask: impl FnMut()) -> bool {
         let parts = &self.bvh.parts;
         let Some(ray) = LocalRay::new(&parts.frame, &self.way(origin), parts.corner_error) else { return false };
         let verdicts = pack_test::test(simd, pack, &ray);
-        verdicts.hits != 0 || verdicts.any_doubt(pack, |triangle| self.exact(origin, triangle))
+        let decide = |triangle| {
+            ask();
+            self.exact(origin, triangle)
+        };
+        verdicts.hits != 0 || verdicts.any_doubt(pack, decide)
     }
 
     /// The segment on its own: the pack that blocks it.
     #[inline(always)]
-    fn single<S: Simd>(&self, simd: S, origin: DVec3, first: Option<u32>, stack: &mut Stack) -> Option<u32> {
-        let decide = |triangle| self.exact(origin, triangle);
+    fn single<S: Simd>(
+        &self,
+        simd: S,
+        origin: DVec3,
+        first: Option<u32>,
+        stack: &mut Stack,
+        mut ask: impl FnMut(),
+    ) -> Option<u32> {
+        let decide = |triangle| {
+            ask();
+            self.exact(origin, triangle)
+        };
         (&mut AnyHit { parts: &self.bvh.parts, way: &self.way(origin), first, stack, decide }).run(simd)
     }
 }

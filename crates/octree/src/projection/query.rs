@@ -10,6 +10,7 @@ use umbriel_bvh::{Hit, TriangleRay};
 use umbriel_geometry::{
     Dyadic, Point,
     blocking::{Probe as PointProbe, polygon_blocks},
+    decisions::{Level, count},
     simd::{Kernel, Simd, dispatch},
 };
 
@@ -372,9 +373,16 @@ impl ProjectedSegments<'_> {
             return (0..projection.mesh.triangles().len() as u32).any(decide);
         }
         let probe = Probe::new(sight.direction, projection.frame.kind.nearness(sight.depth, sight.depth_error));
+        let mut is_settled = true;
+        let mut decide = |triangle| {
+            is_settled = false;
+            decide(triangle)
+        };
         let mut look = Blocked { probe, depth: sight.depth, decide: &mut decide, open: None, is_blocked: false };
         let walk = Walk { projection, sight: &sight, way: self.way, look: &mut look, pack: self.last };
         self.last = dispatch(walk).or(self.last);
-        look.is_blocked
+        let is_blocked = look.is_blocked;
+        count(Level::Single, u64::from(is_settled));
+        is_blocked
     }
 }

@@ -10,7 +10,7 @@ use umbriel_geometry::simd::{I8, Int, Kernel, Mask, Simd};
 use super::{
     faces::{Face, Rect},
     pack::Pack,
-    patch::Patch,
+    patch::{EDGE, Patch},
     sampler::Sampler,
     spans::{Bounds, Functions},
     tree::{Node, Step, WIDTH},
@@ -37,6 +37,8 @@ pub(super) struct Storage {
     nodes: Vec<Node>,
     path: Vec<Step>,
     doubts: Vec<Doubt>,
+    /// The samples of the patches' rows that are in doubt.
+    asked: Vec<u32>,
     /// Patches that walk the tree together, and the box round them.
     parts: Vec<(usize, usize, Rect)>,
 }
@@ -103,17 +105,20 @@ pub(super) struct Batch<'a, 'b> {
 }
 
 impl Kernel for Batch<'_, '_> {
-    type Output = ();
+    /// How many samples were in doubt.
+    type Output = u64;
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) {
+    fn run<S: Simd>(mut self, simd: S) -> u64 {
         let mut parts = std::mem::take(&mut self.storage.parts);
         parts.clear();
         self.part(0, self.patches.len(), &mut parts);
+        let mut asked = 0;
         for (first, end, whole) in &parts {
-            self.together(simd, (*first, *end), whole);
+            asked += self.together(simd, (*first, *end), whole);
         }
         self.storage.parts = parts;
+        asked
     }
 }
 
@@ -132,7 +137,7 @@ impl Batch<'_, '_> {
     }
 
     #[inline(always)]
-    fn together<S: Simd>(&mut self, simd: S, (first, end): (usize, usize), whole: &Rect) {
+    fn together<S: Simd>(&mut self, simd: S, (first, end): (usize, usize), whole: &Rect) -> u64 {
         let sampler = self.sampler;
         let farthest = self.patches[first..end].iter().fold(f32::NEG_INFINITY, |most, patch| most.max(patch.farthest));
         let farthest = farthest + sampler.errors.depth_slack(farthest);
@@ -158,7 +163,7 @@ impl Batch<'_, '_> {
         }
         self.storage.path = path;
         self.round(simd, first, end);
-        self.settle(first, end);
+        self.settle(first, end)
     }
 
     /// The patches against the packs found so far, which are then given up.
@@ -175,8 +180,8 @@ impl Batch<'_, '_> {
         self.storage.clear();
     }
 
-    /// Decides what is in doubt, and what is asked of faces whose shadow nothing bounds.
-    fn settle(&mut self, first: usize, end: usize) {
+    /// Decides what is in doubt, and what is asked of faces whose shadow nothing bounds; how many samples that were.
+    fn settle(&mut self, first: usize, end: usize) -> u64 {
         let unbounded = &self.sampler.unbounded;
         if !unbounded.is_empty() {
             for number in first..end {
@@ -187,9 +192,15 @@ impl Batch<'_, '_> {
                 }
             }
         }
-        for doubt in &self.storage.doubts {
+        let Storage { doubts, asked, .. } = &mut *self.storage;
+        asked.clear();
+        if !doubts.is_empty() {
+            asked.resize((end - first) * EDGE as usize, 0_u32);
+        }
+        for doubt in doubts {
             let patch = &mut self.patches[doubt.patch as usize];
             let mut columns = doubt.columns & patch.open[doubt.row as usize] as u32;
+            asked[(doubt.patch as usize - first) * EDGE as usize + doubt.row as usize] |= columns;
             while columns != 0 {
                 let column = columns.trailing_zeros();
                 columns &= columns - 1;
@@ -199,6 +210,7 @@ impl Batch<'_, '_> {
                 }
             }
         }
+        asked.iter().map(|columns| u64::from(columns.count_ones())).sum()
     }
 }
 

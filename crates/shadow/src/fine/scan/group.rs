@@ -91,9 +91,9 @@ impl Kernel for Block<'_, '_> {
         if patches.is_empty() {
             return;
         }
-        let samples = patches.iter().map(|patch| u64::from(patch.count_open())).sum();
-        count(Level::Single, samples);
-        Batch { sampler: self.sampler, storage, patches }.run(simd);
+        let samples: u64 = patches.iter().map(|patch| u64::from(patch.count_open())).sum();
+        let asked = Batch { sampler: self.sampler, storage, patches }.run(simd);
+        count(Level::Single, samples - asked);
         for patch in patches.iter() {
             write(self.sampler, patch);
         }
