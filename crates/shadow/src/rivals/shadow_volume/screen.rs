@@ -30,6 +30,8 @@ pub(super) struct Screen {
     turn: DMat3,
     low: DVec2,
     bin: DVec2,
+    /// One over the size of a bin.
+    bins_a_unit: DVec2,
     bins: [usize; 2],
     /// Where the points of each bin begin; rows after rows.
     starts: Vec<u32>,
@@ -82,7 +84,8 @@ impl Screen {
         let seen = |&number: &u32| {
             let point = &points[number as usize];
             let at = turn * (point.position - eye);
-            Seen { at: at.truncate() / at.z, nearness: 1.0 / at.z, number }
+            let nearness = 1.0 / at.z;
+            Seen { at: at.truncate() * nearness, nearness, number }
         };
         let seen: Vec<Seen> = asked.par_iter().map(seen).filter(|seen| seen.nearness > 0.0).collect();
         let (low, high) = seen
@@ -93,8 +96,18 @@ impl Screen {
         let across = (count * size.x / size.y).sqrt().clamp(1.0, 8192.0) as usize;
         let bins = [across, (count as usize / across).clamp(1, 8192)];
         let bin = DVec2::new(size.x / bins[0] as f64, size.y / bins[1] as f64);
-        let mut screen =
-            Self { eye, turn, low, bin, bins, starts: Vec::new(), points: Columns::default(), numbers: Vec::new() };
+        let bins_a_unit = 1.0 / bin;
+        let mut screen = Self {
+            eye,
+            turn,
+            low,
+            bin,
+            bins_a_unit,
+            bins,
+            starts: Vec::new(),
+            points: Columns::default(),
+            numbers: Vec::new(),
+        };
         if !seen.is_empty() {
             screen.sort(&seen, points);
         }
@@ -105,35 +118,30 @@ impl Screen {
     fn sort(&mut self, seen: &[Seen], points: &[RivalPoint]) {
         let place = |seen: &Seen| {
             let [column, row] = self.bin_of(seen.at);
-            row * self.bins[0] + column
+            (row * self.bins[0] + column) as u32
         };
+        let keys: Vec<u32> = seen.iter().map(place).collect();
         let mut starts = vec![0u32; self.bins[0] * self.bins[1] + 1];
-        seen.iter().for_each(|point| starts[place(point) + 1] += 1);
+        keys.iter().for_each(|&key| starts[key as usize + 1] += 1);
         (1..starts.len()).for_each(|bin| starts[bin] += starts[bin - 1]);
         let mut next = starts.clone();
-        let mut order = vec![0u32; seen.len()];
-        for (number, point) in (0..).zip(seen) {
-            let slot = &mut next[place(point)];
-            order[*slot as usize] = number;
-            *slot += 1;
-        }
-        let sorted = || order.iter().map(|&number| &seen[number as usize]);
-        let owner = |seen: &Seen| {
+        let count = seen.len();
+        self.points =
+            Columns { x: vec![0.0; count], y: vec![0.0; count], nearness: vec![0.0; count], owner: vec![0; count] };
+        self.numbers = vec![0; count];
+        for (&key, seen) in keys.iter().zip(seen) {
+            let slot = next[key as usize] as usize;
+            next[key as usize] += 1;
             let RivalPoint { object, face, .. } = points[seen.number as usize];
-            Columns::owner_of(object, face)
-        };
-        self.points = Columns {
-            x: sorted().map(|seen| seen.at.x).collect(),
-            y: sorted().map(|seen| seen.at.y).collect(),
-            nearness: sorted().map(|seen| seen.nearness).collect(),
-            owner: sorted().map(owner).collect(),
-        };
-        self.numbers = sorted().map(|seen| seen.number).collect();
+            (self.points.x[slot], self.points.y[slot]) = (seen.at.x, seen.at.y);
+            (self.points.nearness[slot], self.points.owner[slot]) = (seen.nearness, Columns::owner_of(object, face));
+            self.numbers[slot] = seen.number;
+        }
         self.starts = starts;
     }
 
     fn bin_of(&self, at: DVec2) -> [usize; 2] {
-        let place = (at - self.low) / self.bin;
+        let place = (at - self.low) * self.bins_a_unit;
         [0, 1].map(|axis| (place[axis].max(0.0) as usize).min(self.bins[axis] - 1))
     }
 
