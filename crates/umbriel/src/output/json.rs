@@ -61,6 +61,8 @@ struct ObjectResult<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     detail: Option<DetailUsed>,
     area: f64,
+    /// By how much the true area may differ; nothing where that is not known.
+    area_error: Option<f64>,
     undecided: f64,
     lit_area: Bounds,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -367,6 +369,7 @@ impl<'a> ObjectResult<'a> {
             name: &scene.objects[object.object].name,
             detail: None,
             area: object.area,
+            area_error: object.area_error.is_finite().then_some(object.area_error),
             undecided: object.undecided(),
             lit_area: object.lit.into(),
             samples: object.samples.map(|count| count.samples),

@@ -54,12 +54,14 @@ fn the_truth_lies_in_the_bounds() {
     let bake = json(&Workspace::noon(), "bake noon.toml --json - --boundary-depth 6");
     // The ball's shadow is the unit disk; half of the ball faces the sun.
     let pi = std::f64::consts::PI;
-    for (object, truth) in [(0, 64.0 - pi), (1, 2.0 * pi)] {
+    for (object, whole, truth) in [(0, 64.0, 64.0 - pi), (1, 4.0 * pi, 2.0 * pi)] {
         let area = |name: &str| number(&bake, &format!("/lights/0/objects/{object}/{name}"));
         let (lower, upper) = (area("lit_area/lower"), area("lit_area/upper"));
         assert!(lower <= truth && truth <= upper, "{truth} is not in {lower}..{upper}");
         assert!((lower..=upper).contains(&area("lit_area/estimate")));
         assert_eq!(area("undecided"), upper - lower);
+        let error = area("area_error");
+        assert!((area("area") - whole).abs() <= error && error < 1e-12 * whole, "{} within {error}", area("area"));
     }
 }
 
