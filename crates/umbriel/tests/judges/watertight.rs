@@ -167,7 +167,7 @@ fn no_segment_leaves_a_closed_mesh() {
         meshes.iter().map(|closed| (TriangleBvh::build(Arc::clone(&closed.mesh)), closed.scene())).unzip();
     let queries: Vec<Queries> = scenes.iter().map(Queries::new).collect();
     let mut leaks = Vec::new();
-    for number in case_numbers(300_000) {
+    for number in case_numbers(1_000_000) {
         let mut random = Random::new(number);
         let k = turn(number, meshes.len());
         let closed = &meshes[k];
