@@ -1,7 +1,6 @@
-//! Times and memory of this process.
+//! Times of this process.
 
 use std::{
-    fs,
     hint::black_box,
     time::{Duration, Instant},
 };
@@ -51,28 +50,4 @@ fn processor_time() -> Option<Duration> {
 #[cfg(not(unix))]
 fn processor_time() -> Option<Duration> {
     None
-}
-
-/// The most memory in use since this was made, over what was in use then. Bytes; Linux only.
-pub(super) struct MemoryPeak {
-    before: Option<u64>,
-}
-
-impl MemoryPeak {
-    pub(super) fn start() -> Self {
-        // Sets the peak back to what is in use now.
-        let is_reset = fs::write("/proc/self/clear_refs", "5").is_ok();
-        Self { before: is_reset.then(|| status_bytes("VmRSS:")).flatten() }
-    }
-
-    pub(super) fn bytes(&self) -> Option<u64> {
-        Some(status_bytes("VmHWM:")?.saturating_sub(self.before?))
-    }
-}
-
-fn status_bytes(key: &str) -> Option<u64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix(key))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024 * kibibytes)
 }

@@ -3,11 +3,11 @@
 use std::process::Command;
 
 use anyhow::{Result, anyhow};
+use umbriel_io::MemoryPeak;
 use umbriel_scene::Scene;
 use umbriel_shadow::{Place, Points, Queries, Request, SamplePoint, Silent, bake};
 
 use super::{
-    clock::MemoryPeak,
     duel::{Duel, FirstLook, Own, Peer, ask_once, bake_once, request},
     embree::{Embree, Order, Setup, scratch},
     judge::{Verdicts, judge},

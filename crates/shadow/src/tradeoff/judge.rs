@@ -46,10 +46,13 @@ pub struct Judge {
 impl Judge {
     /// About `count` points, spread by area over all objects, and the exact answer to each. Some microseconds a point.
     pub fn new(scene: &Scene, polygons: &Polygons, light: &LightSource, count: u64) -> Self {
-        let request = Request { sampling: Some(Sampling::Count(count)), ..Request::everything(scene, Detail::Faces) };
-        let mut samples = Vec::new();
-        for_each_sample(scene, &request, |sample| samples.push(sample));
-        Self::of_samples(scene, polygons, light, samples)
+        Self::of_samples(scene, polygons, light, spread(scene, count))
+    }
+
+    /// The points of [`Judge::new`] alone: nobody is judged by them. Some tenths of a microsecond a point.
+    pub fn without_answers(scene: &Scene, polygons: &Polygons, count: u64) -> Self {
+        let (samples, points) = with_normals(polygons, spread(scene, count));
+        Self { samples, points, lit: Vec::new(), trees: Vec::new(), sizes: Vec::new() }
     }
 
     /// At places of one's own; those without a normal, the tips of cones, are left out.
@@ -57,8 +60,7 @@ impl Judge {
     /// # Panics
     /// If a place names an object or a face that there is not.
     pub fn of_samples(scene: &Scene, polygons: &Polygons, light: &LightSource, samples: Vec<SamplePoint>) -> Self {
-        let known = samples.into_iter().filter_map(|sample| Some((sample, polygons.point(&sample)?)));
-        let (samples, points): (Vec<SamplePoint>, Vec<RivalPoint>) = known.unzip();
+        let (samples, points) = with_normals(polygons, samples);
         let queries = Queries::new(scene);
         let is_lit = |&SamplePoint { object, face, u, v, .. }: &SamplePoint| {
             queries.lit(&Place::Surface { object, face, u, v }, light).is_ok_and(|answer| answer.lit)
@@ -99,6 +101,9 @@ impl Judge {
     }
 
     /// How far an answer to each point is from the truth.
+    ///
+    /// # Panics
+    /// If there are points and the truth about them was not asked for ([`Judge::without_answers`]).
     pub fn score(&self, stated: impl Fn(usize) -> Verdict + Sync) -> Score {
         let of_point = |number: usize| {
             let (lit, point) = (self.lit[number], &self.points[number]);
@@ -122,6 +127,19 @@ impl Judge {
         let object = point.object as usize;
         self.trees[object][usize::from(is_lit)].distance(point.position).unwrap_or(self.sizes[object])
     }
+}
+
+/// About `count` points, spread by area over all objects.
+fn spread(scene: &Scene, count: u64) -> Vec<SamplePoint> {
+    let request = Request { sampling: Some(Sampling::Count(count)), ..Request::everything(scene, Detail::Faces) };
+    let mut samples = Vec::new();
+    for_each_sample(scene, &request, |sample| samples.push(sample));
+    samples
+}
+
+/// The places that have a normal, and the points there.
+fn with_normals(polygons: &Polygons, samples: Vec<SamplePoint>) -> (Vec<SamplePoint>, Vec<RivalPoint>) {
+    samples.into_iter().filter_map(|sample| Some((sample, polygons.point(&sample)?))).unzip()
 }
 
 impl std::fmt::Debug for Judge {

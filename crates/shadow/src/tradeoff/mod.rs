@@ -199,6 +199,37 @@ pub fn measure_and_state(
     Ok((measurement, stated))
 }
 
+/// Runs a setting once and judges nothing: what memory it takes is measured by it. `begun` is called when the points that a rival is asked at are there.
+/// The judge needs no answers ([`Judge::without_answers`]).
+///
+/// # Errors
+/// [`MeasureDefect`].
+///
+/// # Panics
+/// If there is no such light.
+pub fn run(
+    course: &Course,
+    setting: &Setting,
+    progress: &dyn Progress,
+    begun: &mut dyn FnMut(),
+) -> Result<(), MeasureDefect> {
+    if let Setting::RaySamples(count) = setting {
+        let (points, _) = ray_points(course, &course.samples_request(*count));
+        begun();
+        PointRays.answer(course.polygons, course.source(), &points)?;
+        return Ok(());
+    }
+    begun();
+    match setting {
+        Setting::Bake(detail) => drop(bake(course.scene, &course.cells_request(*detail), progress)?),
+        Setting::Samples(count) => drop(bake(course.scene, &course.samples_request(*count), progress)?),
+        Setting::RaySamples(_) => {}
+        Setting::Points => drop(measure_points(course)),
+        Setting::Rival(rival) => drop(rival.answer(course.polygons, course.source(), course.judge.points())?),
+    }
+    Ok(())
+}
+
 /// What a run gave, before it is judged.
 struct Measured {
     first: f64,
@@ -217,6 +248,19 @@ impl Course<'_> {
     fn request(&self, detail: Detail, sampling: Option<Sampling>) -> Request {
         Request { sampling, lights: vec![self.light], keep_cells: true, ..Request::everything(self.scene, detail) }
     }
+
+    /// Cells, all of them as fine as those along borders.
+    fn cells_request(&self, detail: Detail) -> Request {
+        let detail = match detail {
+            Detail::Depth { boundary, .. } => Detail::Depth { interior: boundary, boundary },
+            other => other,
+        };
+        self.request(detail, None)
+    }
+
+    fn samples_request(&self, count: u64) -> Request {
+        self.request(Detail::Faces, Some(Sampling::Count(count)))
+    }
 }
 
 fn verdict(is_lit: bool) -> Verdict {
@@ -224,12 +268,9 @@ fn verdict(is_lit: bool) -> Verdict {
 }
 
 fn measure_bake(course: &Course, detail: Detail, progress: &dyn Progress) -> Result<Measured, Cancelled> {
-    let detail = match detail {
-        Detail::Depth { boundary, .. } => Detail::Depth { interior: boundary, boundary },
-        other => other,
-    };
+    let request = course.cells_request(detail);
     let begun = Instant::now();
-    let report = bake(course.scene, &course.request(detail, None), progress)?;
+    let report = bake(course.scene, &request, progress)?;
     let seconds = begun.elapsed().as_secs_f64();
     let cells: usize = report.lights[0].objects.iter().map(|object| object.cells.len()).sum();
     let lookup = CellLookup::new(course.scene.objects.len(), &report.lights[0]);
@@ -238,7 +279,7 @@ fn measure_bake(course: &Course, detail: Detail, progress: &dyn Progress) -> Res
 }
 
 fn measure_samples(course: &Course, count: u64, progress: &dyn Progress) -> Result<Measured, MeasureDefect> {
-    let request = course.request(Detail::Faces, Some(Sampling::Count(count)));
+    let request = course.samples_request(count);
     let begun = Instant::now();
     let report = bake(course.scene, &request, progress)?;
     let seconds = begun.elapsed().as_secs_f64();
@@ -259,11 +300,22 @@ fn measured(report: &Report, seconds: f64, bytes: usize, stated: Vec<Verdict>) -
 }
 
 fn measure_rays(course: &Course, count: u64) -> Result<Measured, MeasureDefect> {
-    let request = course.request(Detail::Faces, Some(Sampling::Count(count)));
+    let request = course.samples_request(count);
     let lookup = sample_lookup(course, &request).ok_or(MeasureDefect::NoAnswers)?;
+    let (points, starts) = ray_points(course, &request);
+    let answer = PointRays.answer(course.polygons, course.source(), &points)?;
+    let stated = |sample: &SamplePoint| verdict(answer.lit[starts[sample.object] + lookup.nearest(sample) as usize]);
+    let stated = course.judge.samples().par_iter().map(stated).collect();
+    let bytes = answer.bytes + answer.lit.len().div_ceil(8) as u64;
+    let (first, second) = (answer.build_seconds, answer.points_seconds);
+    Ok(Measured { first, second, rays: answer.rays, pieces: answer.pieces, bytes, stated })
+}
+
+/// The samples of a request as a rival takes them, and where each object's begin.
+fn ray_points(course: &Course, request: &Request) -> (Vec<RivalPoint>, Vec<usize>) {
     let mut points: Vec<RivalPoint> = Vec::new();
     let mut starts = vec![0; course.scene.objects.len()];
-    for_each_sample(course.scene, &request, |sample: SamplePoint| {
+    for_each_sample(course.scene, request, |sample: SamplePoint| {
         // Places without a normal, the tips of cones, are kept so that numbers stay true; they are dark.
         points.push(course.polygons.point(&sample).unwrap_or_default());
         starts[sample.object] += 1;
@@ -273,12 +325,7 @@ fn measure_rays(course: &Course, count: u64) -> Result<Measured, MeasureDefect> 
         let count = std::mem::replace(start, next);
         next += count;
     }
-    let answer = PointRays.answer(course.polygons, course.source(), &points)?;
-    let stated = |sample: &SamplePoint| verdict(answer.lit[starts[sample.object] + lookup.nearest(sample) as usize]);
-    let stated = course.judge.samples().par_iter().map(stated).collect();
-    let bytes = answer.bytes + answer.lit.len().div_ceil(8) as u64;
-    let (first, second) = (answer.build_seconds, answer.points_seconds);
-    Ok(Measured { first, second, rays: answer.rays, pieces: answer.pieces, bytes, stated })
+    (points, starts)
 }
 
 /// The search that the model of costs takes for so many points is made ready, and counts. Places are known beforehand, as rivals' points are.

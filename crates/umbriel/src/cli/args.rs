@@ -372,6 +372,9 @@ pub(crate) struct TradeoffArgs {
     /// How often each patch of a curved body is divided along its edges, for the rivals, 1 to 512
     #[arg(long, value_name = "N", default_value = "16", value_parser = clap::value_parser!(u32).range(1..=512))]
     pub(crate) divisions: u32,
+    /// Run this one setting and print the bytes that it held at most, nothing else
+    #[arg(long, value_name = "SETTING", hide = true)]
+    pub(crate) peak_of: Option<String>,
     /// Write results as JSON; - is standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,

@@ -9,7 +9,6 @@ mod failure;
 mod glob;
 mod info;
 mod lines;
-mod memory;
 mod plan;
 mod query;
 mod reach;

@@ -1,17 +1,23 @@
 //! `umbriel tradeoff`: what time and memory buy, with bounds, with samples and with the rivals, judged by exact answers.
+//!
+//! Memory is that of a process for each setting, this program again: in one process the memory that was freed is used again, so that later settings seem to
+//! take none.
 
-use std::{io::Write, path::Path, time::Duration};
+use std::{env, io::Write, path::Path, process::Command, time::Duration};
 
 use umbriel_geometry::Aabb;
-use umbriel_io::write::{Staged, WriteError, write_png};
+use umbriel_io::{
+    MemoryPeak,
+    write::{Staged, WriteError, write_png},
+};
 use umbriel_scene::Scene;
 use umbriel_shadow::{
     Detail, Silent,
     rivals::{Literal, PointRays, Polygons, ShadowMap, ShadowVolume},
-    tradeoff::{Course, Judge, MeasureDefect, Measurement, Setting, measure, recommend},
+    tradeoff::{Course, Judge, MeasureDefect, Measurement, Setting, measure, recommend, run as run_alone},
 };
 
-use super::{Failure, args::TradeoffArgs, memory::MemoryPeak, plan};
+use super::{Failure, args::TradeoffArgs, plan};
 use crate::{
     output::{
         self, Format, Target, drawing,
@@ -49,6 +55,10 @@ pub(crate) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
     let scene = &loaded.file.scene;
     plan::tell_findings(scene, args.scene.quiet);
     let polygons = Polygons::new(scene, args.divisions);
+    if let Some(name) = &args.peak_of {
+        let judge = Judge::without_answers(scene, &polygons, args.points);
+        return print_peak(&Course { scene, polygons: &polygons, light, judge: &judge }, name, args);
+    }
     let judge = Judge::new(scene, &polygons, &scene.lights[light].source, args.points);
     interrupt.check()?;
     let course = Course { scene, polygons: &polygons, light, judge: &judge };
@@ -126,19 +136,40 @@ fn climb(
     Ok(())
 }
 
-/// The quickest of some runs.
+/// The quickest of some runs, and the memory of another.
 fn best(course: &Course, setting: &Setting, runs: u32) -> Result<Row, MeasureDefect> {
-    let mut best: Option<Row> = None;
+    let mut best: Option<Measurement> = None;
     for _ in 0..runs.max(1) {
-        let peak = MemoryPeak::start();
         let measured = measure(course, setting, &Silent)?;
-        let peak_bytes = peak.bytes();
-        let is_better = best.as_ref().is_none_or(|best| measured.seconds() < best.measured.seconds());
-        if is_better {
-            best = Some(Row { measured, peak_bytes });
+        if best.as_ref().is_none_or(|best| measured.seconds() < best.seconds()) {
+            best = Some(measured);
         }
     }
-    best.ok_or(MeasureDefect::NoAnswers)
+    let measured = best.ok_or(MeasureDefect::NoAnswers)?;
+    Ok(Row { measured, peak_bytes: peak_of(setting) })
+}
+
+/// The most memory that one run of a setting holds beside the scene and the points, bytes: [`print_peak`] in a process of its own.
+fn peak_of(setting: &Setting) -> Option<u64> {
+    let mut own = Command::new(env::current_exe().ok()?);
+    // With glibc: what is freed goes back to the system, so that reading the scene leaves nothing behind.
+    own.env("MALLOC_MMAP_THRESHOLD_", "65536").env("MALLOC_TRIM_THRESHOLD_", "65536");
+    own.args(env::args_os().skip(1)).arg("--peak-of").arg(setting.name());
+    String::from_utf8(own.output().ok()?.stdout).ok()?.trim().parse().ok()
+}
+
+/// Runs the setting of this name and prints what memory it took, if that can be told.
+fn print_peak(course: &Course, name: &str, args: &TradeoffArgs) -> Result<(), Failure> {
+    let Some(setting) = ladders(args, course.scene).into_iter().flatten().find(|setting| setting.name() == name) else {
+        return Err(Failure::Unusable(format!("--peak-of: no setting is named {name}")));
+    };
+    let mut peak = None;
+    let run = run_alone(course, &setting, &Silent, &mut || peak = Some(MemoryPeak::start()));
+    run.map_err(|defect| Failure::Refused(format!("{name}: {defect}")))?;
+    match peak.and_then(|peak| peak.bytes()) {
+        Some(bytes) => output::print(&format!("{bytes}\n")),
+        None => Ok(()),
+    }
 }
 
 /// Which setting serves an error.

@@ -1,9 +1,10 @@
 //! `bake --json`: names and order of the fields are a contract.
 
-use std::{fs, time::Instant};
+use std::time::Instant;
 
 use serde::Serialize;
 use umbriel_geometry::decisions::Decisions;
+use umbriel_io::peak_memory_bytes;
 use umbriel_scene::{Finding, Scene, Shape};
 use umbriel_shadow::{Detail, HourBounds, LitArea, ObjectReport, Report, Request, hours};
 
@@ -376,14 +377,6 @@ impl<'a> ObjectResult<'a> {
             lit_samples: object.samples.map(|count| count.lit),
         }
     }
-}
-
-/// The most memory this process has held, where the system tells (Linux).
-fn peak_memory_bytes() -> Option<u64> {
-    let status = fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024 * kibibytes)
 }
 
 #[cfg(test)]
