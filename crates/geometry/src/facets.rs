@@ -15,7 +15,7 @@ use crate::{
     aabb::Aabb,
     approx::{Approx, sorted},
     brep::{Brep, Convex, Cuboid, HullDefect, canonical_loop},
-    edge_uses::weld,
+    joints::Joints,
     light::LightSource,
     measures::TriangleMeasure,
     mesh::Mesh,
@@ -113,8 +113,9 @@ pub struct Facets {
     inexact: Vec<Inexact>,
     faces: Faces,
     mirrored: bool,
-    /// For each point the first one at its position; nothing where no two points share one.
-    firsts: OnceLock<Option<Vec<u32>>>,
+    /// Of triangles; those of the mesh where no vertices came together.
+    joints: OnceLock<Arc<Joints>>,
+    /// Of parallelograms.
     topology: OnceLock<Topology>,
 }
 
@@ -126,7 +127,7 @@ impl Default for Facets {
 
 impl Facets {
     fn new(positions: Positions, faces: Faces, mirrored: bool) -> Self {
-        Self { positions, inexact: Vec::new(), faces, mirrored, firsts: OnceLock::new(), topology: OnceLock::new() }
+        Self { positions, inexact: Vec::new(), faces, mirrored, joints: OnceLock::new(), topology: OnceLock::new() }
     }
 
     /// The triangles of a mesh, its vertices correctly rounded after placement. Facets and points are those of the mesh.
@@ -266,11 +267,28 @@ impl Facets {
     /// # Panics
     /// If there is no such point.
     pub fn first_at(&self, point: u32) -> u32 {
-        self.firsts().map_or(point, |firsts| firsts[point as usize])
+        self.joints().first_at(point)
     }
 
-    fn firsts(&self) -> Option<&[u32]> {
-        self.firsts.get_or_init(|| self.triangles().and_then(|_| weld(self.positions()))).as_deref()
+    /// Whether the same points are equal as in the mesh, so that what points joined by their positions make (edges, surfaces) is that of the mesh. The
+    /// first call looks at all points.
+    pub fn are_joined_as_in_mesh(&self) -> bool {
+        let joints = self.joints();
+        matches!(&self.faces, Faces::OfMesh(mesh) if mesh.known_joints().is_some_and(|of_mesh| Arc::ptr_eq(joints, of_mesh)))
+    }
+
+    fn joints(&self) -> &Arc<Joints> {
+        self.joints.get_or_init(|| match (&self.faces, &self.positions) {
+            (Faces::OfMesh(mesh), Positions::OfMesh(_)) => Arc::clone(mesh.joints()),
+            (Faces::OfMesh(mesh), Positions::Placed(positions)) => {
+                let own = Joints::of(positions);
+                // Held by these facets and one object, the mesh has no other instance.
+                let is_shared = Arc::strong_count(mesh) > 2;
+                if is_shared && own.are_those_of(mesh.joints()) { Arc::clone(mesh.joints()) } else { Arc::new(own) }
+            }
+            (Faces::Triangles(_), _) => Arc::new(Joints::of(self.positions())),
+            (Faces::Parallelograms(_), _) => Arc::default(),
+        })
     }
 
     /// A facet with its corners replaced by the first points at their positions ([`Facets::first_at`]).
@@ -323,21 +341,16 @@ impl Facets {
 
     /// Components and closedness; a parallelogram counts as two triangles. The first call is O(n).
     pub fn topology(&self) -> &Topology {
-        self.topology.get_or_init(|| {
-            let firsts = self.firsts();
-            let first = |corner: u32| firsts.map_or(corner, |firsts| firsts[corner as usize]);
-            let triangles = |triangles: &[[u32; 3]]| Topology::of(triangles.iter().map(|corners| corners.map(first)));
-            match &self.faces {
-                Faces::OfMesh(mesh) => triangles(mesh.triangles()),
-                Faces::Triangles(faces) => triangles(faces),
-                Faces::Parallelograms(faces) => {
-                    let halves: Vec<_> = faces.iter().flat_map(|face| halves(face.corners)).collect();
-                    let mut topology = triangles(&halves);
-                    topology.component_of = topology.component_of.iter().copied().step_by(2).collect();
-                    topology
-                }
-            }
-        })
+        match &self.faces {
+            Faces::OfMesh(mesh) => self.joints().topology(mesh.triangles()),
+            Faces::Triangles(faces) => self.joints().topology(faces),
+            Faces::Parallelograms(faces) => self.topology.get_or_init(|| {
+                let halves: Vec<_> = faces.iter().flat_map(|face| halves(face.corners)).collect();
+                let mut topology = Topology::of(halves.iter().copied());
+                topology.component_of = topology.component_of.iter().copied().step_by(2).collect();
+                topology
+            }),
+        }
     }
 
     /// Whether the facet belongs to a closed component. The first call finds the components.

@@ -24,6 +24,7 @@ mod dyadic;
 pub mod edge_uses;
 mod expansion;
 mod facets;
+mod joints;
 mod light;
 mod measures;
 mod mesh;

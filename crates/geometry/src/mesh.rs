@@ -1,10 +1,13 @@
 //! Triangle meshes as read: positions and triangles, nothing welded, nothing dropped.
 
+use std::sync::{Arc, OnceLock};
+
 use glam::{DAffine3, DVec3};
 
 use crate::{
     aabb::Aabb,
     cut_out::{CutOutDefect, CutOutPart, CutOuts, FaceCutOut, Opacity},
+    joints::Joints,
     number::{NumberDefect, accept_point},
     placement::rounded_image,
 };
@@ -41,11 +44,20 @@ pub enum MeshDefect {
 /// A triangle mesh in its local coordinates. Counter-clockwise triangles face the viewer (right-hand rule).
 ///
 /// Every position is accepted ([`crate::accept`]) and every index is in range: nothing left to fail.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Mesh {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     cut_outs: Option<CutOuts>,
+    /// Of the two above.
+    joints: OnceLock<Arc<Joints>>,
+}
+
+impl PartialEq for Mesh {
+    fn eq(&self, other: &Self) -> bool {
+        let Self { positions, triangles, cut_outs, joints: _ } = self;
+        (positions, triangles, cut_outs) == (&other.positions, &other.triangles, &other.cut_outs)
+    }
 }
 
 impl Mesh {
@@ -67,7 +79,7 @@ impl Mesh {
                 return Err(MeshDefect::Index { triangle, index, vertices });
             }
         }
-        Ok(Self { positions, triangles, cut_outs: None })
+        Ok(Self { positions, triangles, cut_outs: None, joints: OnceLock::new() })
     }
 
     /// The same mesh with holes where `parts` say so. Cost: some looks at the map for each triangle of a part.
@@ -90,7 +102,12 @@ impl Mesh {
             accepted.map_err(|(axis, defect)| MeshDefect::Coordinate { vertex, axis, defect })
         };
         let positions = self.positions.iter().enumerate().map(image).collect::<Result<_, _>>()?;
-        Ok(Self { positions, triangles: self.triangles.clone(), cut_outs: self.cut_outs.clone() })
+        Ok(Self {
+            positions,
+            triangles: self.triangles.clone(),
+            cut_outs: self.cut_outs.clone(),
+            joints: OnceLock::new(),
+        })
     }
 
     /// Whether any triangle has holes.
@@ -120,6 +137,16 @@ impl Mesh {
     /// Triangles, three indices into [`Mesh::positions`] each.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// Which vertices are equal, found when first asked for.
+    pub(crate) fn joints(&self) -> &Arc<Joints> {
+        self.joints.get_or_init(|| Arc::new(Joints::of(&self.positions)))
+    }
+
+    /// Which vertices are equal, if that was asked for.
+    pub(crate) fn known_joints(&self) -> Option<&Arc<Joints>> {
+        self.joints.get()
     }
 
     /// The bounding box of the vertices that triangles use, local coordinates.

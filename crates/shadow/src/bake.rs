@@ -20,7 +20,7 @@ use crate::{
     fine::{lattice::Spacing, scan::Layout},
     portals,
     progress::{Cancelled, Progress},
-    receivers::{FaceSums, Receivers},
+    receivers::{FaceSums, Job, Receivers},
     report::{LightReport, ObjectReport, Report, Time, Work},
     request::{Detail, Request},
     samples::Samples,
@@ -71,9 +71,9 @@ pub(crate) struct Stage<'a> {
     /// How far apart samples are.
     pub(crate) spacing: Option<Spacing>,
     /// The samples of each object's flat faces, each made when it is first asked for.
-    pub(crate) layouts: Vec<OnceLock<Layout>>,
+    pub(crate) layouts: Vec<OnceLock<Box<Layout>>>,
     /// The solids of each object, each made when it is first asked for.
-    pub(crate) solids: Vec<OnceLock<Solids>>,
+    pub(crate) solids: Vec<OnceLock<Box<Solids>>>,
     pub(crate) tree: ObjectTree,
     /// When making it began, and how many seconds it took.
     begun: Instant,
@@ -193,24 +193,29 @@ pub(crate) fn reports(sums: Vec<FaceSums>, request: &Request, work: &mut Work) -
 /// Runs the jobs of the receivers that are `asked`, and adds them up per object.
 fn run(
     receivers: &Receivers,
-    asked: impl Fn(usize) -> bool,
+    asked: impl Fn(usize) -> bool + Sync,
     progress: &dyn Progress,
 ) -> Result<Vec<FaceSums>, Cancelled> {
-    let jobs = receivers.jobs(asked);
+    let all = 0..receivers.request.receivers.len();
+    let counts =
+        all.clone().filter(|&receiver| asked(receiver)).map(|receiver| receivers.jobs_of(receiver).len() as u64);
+    let count = counts.sum();
     let done = AtomicU64::new(0);
     let is_cancelled = || progress.is_cancelled();
-    let sums: Vec<FaceSums> = jobs
-        .par_iter()
-        .map(|job| {
-            let sums = receivers.run(job, &is_cancelled);
-            progress.advance("shadows", done.fetch_add(1, Ordering::Relaxed) + 1, jobs.len() as u64);
-            sums
+    let run_job = |job: Job| {
+        let sums = receivers.run(&job, &is_cancelled);
+        progress.advance("shadows", done.fetch_add(1, Ordering::Relaxed) + 1, count);
+        sums
+    };
+    // Added up receiver by receiver: the sums of all jobs together would be most of what a scene of many faces takes.
+    let whole = |receiver: usize| {
+        let jobs: Vec<Job> = if asked(receiver) { receivers.jobs_of(receiver).collect() } else { Vec::new() };
+        let sums: Vec<FaceSums> = jobs.into_par_iter().map(run_job).collect();
+        sums.into_iter().fold(FaceSums::default(), |mut total, sums| {
+            total.append(sums);
+            total
         })
-        .collect();
-    if progress.is_cancelled() {
-        return Err(Cancelled);
-    }
-    let mut totals: Vec<FaceSums> = receivers.request.receivers.iter().map(|_| FaceSums::default()).collect();
-    jobs.iter().zip(sums).for_each(|(job, sums)| totals[job.receiver].append(sums));
-    Ok(totals)
+    };
+    let totals = all.into_par_iter().map(whole).collect();
+    if progress.is_cancelled() { Err(Cancelled) } else { Ok(totals) }
 }

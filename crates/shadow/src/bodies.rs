@@ -1,12 +1,16 @@
 //! The scene's bodies as the fine step needs them, each built when it is first asked for.
 
-use std::sync::OnceLock;
+use std::{
+    collections::HashMap,
+    sync::{Arc, OnceLock},
+};
 
 use rayon::prelude::*;
-use umbriel_geometry::{Aabb, Facets, PlacedAnalytic};
+use umbriel_bvh::BoxTree;
+use umbriel_geometry::{Aabb, Approx, Facets, Mesh, PlacedAnalytic, analytic::PatchArea};
 use umbriel_scene::{Object, Scene, Shape};
 
-use crate::fine::EdgeTable;
+use crate::fine::{EdgeTable, tree_of};
 
 /// A placed body.
 #[derive(Debug)]
@@ -25,8 +29,26 @@ pub(crate) struct Bodies<'a> {
     pub(crate) boxes: Vec<Aabb>,
     /// Which objects light may reach; all if nothing is said.
     reached: Option<Vec<bool>>,
-    bodies: Vec<OnceLock<Body>>,
-    edges: Vec<OnceLock<EdgeTable>>,
+    /// Two words an object until something of it is asked for.
+    built: Vec<OnceLock<Box<Built>>>,
+    /// What instances of a mesh share, by the address of the mesh: the scene keeps it where it is. Of meshes with one instance nothing.
+    of_meshes: HashMap<usize, OfMesh>,
+}
+
+/// What is built of a mesh for all of its instances.
+#[derive(Debug, Default)]
+struct OfMesh {
+    edges: OnceLock<Arc<EdgeTable>>,
+    tree: OnceLock<Arc<BoxTree>>,
+}
+
+/// What is built of an object.
+#[derive(Debug, Default)]
+struct Built {
+    body: OnceLock<Body>,
+    edges: OnceLock<Arc<EdgeTable>>,
+    /// Of the patches of a curved body.
+    rough_areas: OnceLock<Vec<OnceLock<Approx>>>,
 }
 
 impl<'a> Bodies<'a> {
@@ -37,9 +59,8 @@ impl<'a> Bodies<'a> {
 
     /// With the world boxes at hand, one an object.
     pub(crate) fn with_boxes(scene: &'a Scene, boxes: Vec<Aabb>) -> Self {
-        let bodies = scene.objects.iter().map(|_| OnceLock::new()).collect();
-        let edges = scene.objects.iter().map(|_| OnceLock::new()).collect();
-        Self { scene, boxes, reached: None, bodies, edges }
+        let built = scene.objects.iter().map(|_| OnceLock::new()).collect();
+        Self { scene, boxes, reached: None, built, of_meshes: shared_meshes(scene) }
     }
 
     /// With what is known of the objects that light may reach, one entry an object.
@@ -54,7 +75,7 @@ impl<'a> Bodies<'a> {
 
     /// The object's body.
     pub(crate) fn get(&self, object: usize) -> &Body {
-        self.bodies[object].get_or_init(|| {
+        self.built(object).body.get_or_init(|| {
             let object = &self.scene.objects[object];
             match object.analytic() {
                 Some(body) => Body::Analytic(Box::new(body)),
@@ -63,14 +84,54 @@ impl<'a> Bodies<'a> {
         })
     }
 
+    fn built(&self, object: usize) -> &Built {
+        self.built[object].get_or_init(Box::default)
+    }
+
+    /// Number of the object's faces; of a mesh without placing it.
+    pub(crate) fn face_count(&self, object: usize) -> usize {
+        if let Shape::Mesh(mesh) = &self.scene.objects[object].shape {
+            return mesh.triangles().len();
+        }
+        match self.get(object) {
+            Body::Flat(facets) => facets.len(),
+            Body::Analytic(body) => body.charts().len(),
+        }
+    }
+
+    /// Whether an object is given by formulas.
+    pub(crate) fn is_analytic(&self, object: usize) -> bool {
+        matches!(self.scene.objects[object].shape, Shape::Analytic(_)) && matches!(self.get(object), Body::Analytic(_))
+    }
+
     /// Whether an object has holes, so that what stands in the way is not all that blocks.
     pub(crate) fn has_holes(&self, object: usize) -> bool {
         matches!(&self.scene.objects[object].shape, Shape::Mesh(mesh) if mesh.has_holes())
     }
 
-    /// Which of an object's flat faces share edges; the same for all lights.
+    /// Which of an object's flat faces share edges; the same for all lights, and for all instances of a mesh whose points are joined alike.
     pub(crate) fn edges(&self, object: usize, facets: &Facets) -> &EdgeTable {
-        self.edges[object].get_or_init(|| EdgeTable::of(facets))
+        self.built(object).edges.get_or_init(|| match &self.scene.objects[object].shape {
+            Shape::Mesh(mesh) if facets.are_joined_as_in_mesh() => match self.of_meshes.get(&address(mesh)) {
+                Some(of_mesh) => Arc::clone(of_mesh.edges.get_or_init(|| Arc::new(EdgeTable::of(facets)))),
+                None => Arc::new(EdgeTable::of(facets)),
+            },
+            _ => Arc::new(EdgeTable::of(facets)),
+        })
+    }
+
+    /// The area of a patch of a curved body within wide bounds ([`PatchArea::of_whole_roughly`]); found once for all lights.
+    pub(crate) fn rough_area(&self, object: usize, body: &PlacedAnalytic, patch: usize) -> Approx {
+        let areas =
+            self.built(object).rough_areas.get_or_init(|| body.charts().iter().map(|_| OnceLock::new()).collect());
+        *areas[patch].get_or_init(|| PatchArea::new(&body.charts()[patch], body.placement()).of_whole_roughly())
+    }
+
+    /// The mesh of an object that is one of several instances, and the tree that all of these share.
+    pub(crate) fn instance(&self, object: usize) -> Option<(&Arc<Mesh>, &Arc<BoxTree>)> {
+        let Shape::Mesh(mesh) = &self.scene.objects[object].shape else { return None };
+        let of_mesh = self.of_meshes.get(&address(mesh))?;
+        Some((mesh, of_mesh.tree.get_or_init(|| Arc::new(tree_of(mesh)))))
     }
 
     /// Whether a face can be lit on one side only.
@@ -81,4 +142,20 @@ impl<'a> Bodies<'a> {
         };
         self.scene.objects[object].is_one_sided(is_closed)
     }
+}
+
+fn address(mesh: &Arc<Mesh>) -> usize {
+    Arc::as_ptr(mesh).addr()
+}
+
+/// The meshes that several objects are instances of.
+fn shared_meshes(scene: &Scene) -> HashMap<usize, OfMesh> {
+    let mut instances: HashMap<usize, u32> = HashMap::new();
+    for object in &scene.objects {
+        if let Shape::Mesh(mesh) = &object.shape {
+            *instances.entry(address(mesh)).or_default() += 1;
+        }
+    }
+    instances.retain(|_, count| *count > 1);
+    instances.into_keys().map(|mesh| (mesh, OfMesh::default())).collect()
 }

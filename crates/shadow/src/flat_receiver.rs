@@ -80,9 +80,11 @@ impl<'a> FlatReceiver<'a> {
         }
         let (mut facets, mut others) = (0, Vec::new());
         for &object in self.objects() {
-            match self.all.bodies.get(object as usize) {
-                Body::Flat(body) if !body.has_holes() => facets += body.len(),
-                Body::Flat(_) | Body::Analytic(_) => others.push(object),
+            let (bodies, number) = (self.all.bodies, object as usize);
+            if bodies.is_analytic(number) || bodies.has_holes(number) {
+                others.push(object);
+            } else {
+                facets += bodies.face_count(number);
             }
         }
         let occluders = &self.all.occluders;

@@ -87,18 +87,17 @@ impl<'a> Receivers<'a> {
         Self { bodies, light, request, detail, own, influences, occluders, spacing: *spacing }
     }
 
-    /// All jobs of the receivers that are `asked`, in the order of receivers and faces.
-    pub(crate) fn jobs(&self, asked: impl Fn(usize) -> bool) -> Vec<Job> {
-        let mut jobs = Vec::new();
-        for (receiver, &object) in self.request.receivers.iter().enumerate().filter(|&(receiver, _)| asked(receiver)) {
-            let (faces, step) = match self.bodies.get(object) {
-                Body::Flat(facets) => (facets.len(), FACES_PER_JOB),
-                Body::Analytic(body) => (body.charts().len(), 1),
-            };
-            let starts = (0..faces).step_by(step);
-            jobs.extend(starts.map(|first| Job { receiver, faces: first..(first + step).min(faces) }));
-        }
-        jobs
+    /// All jobs, in the order of receivers and faces.
+    pub(crate) fn jobs(&self) -> Vec<Job> {
+        (0..self.request.receivers.len()).flat_map(|receiver| self.jobs_of(receiver)).collect()
+    }
+
+    /// The jobs of a receiver, in the order of its faces; the patches of a curved body one by one.
+    pub(crate) fn jobs_of(&self, receiver: usize) -> impl ExactSizeIterator<Item = Job> + use<> {
+        let object = self.request.receivers[receiver];
+        let faces = self.bodies.face_count(object);
+        let step = if self.bodies.is_analytic(object) { 1 } else { FACES_PER_JOB };
+        (0..faces).step_by(step).map(move |first| Job { receiver, faces: first..(first + step).min(faces) })
     }
 
     /// Classifies the faces of a job.

@@ -71,7 +71,7 @@ impl<'a> Samples<'a> {
                 let Body::Flat(facets) = bodies.get(object) else { return None };
                 let receives = place[object].map(|_| (self.layout(object, facets), &lit_faces[object] as &IsLit));
                 // Each object is one job, and lights go one after another: no job waits for what its own thread is making.
-                let solids = self.stage.solids[object].get_or_init(|| Solids::of(facets, uses));
+                let solids = self.stage.solids[object].get_or_init(|| Box::new(Solids::of(facets, uses)));
                 Some(Sampled { object: object as u32, facets, solids, receives, bounds: bodies.boxes[object] })
             })
             .flatten_iter()
@@ -92,7 +92,7 @@ impl<'a> Samples<'a> {
 
     fn layout(&self, object: usize, facets: &Facets) -> &'a Layout {
         let spacing = self.stage.spacing.expect("samples were asked for");
-        self.stage.layouts[object].get_or_init(|| Layout::new(facets, spacing))
+        self.stage.layouts[object].get_or_init(|| Box::new(Layout::new(facets, spacing)))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Looks at single faces: the first, which takes areas and signs only, and closer ones.
 
-use umbriel_geometry::{Approx, Facet, analytic::PatchArea};
+use umbriel_geometry::{Approx, Facet};
 use umbriel_octree::Quadrant;
 
 use super::{
@@ -79,7 +79,7 @@ impl Looks<'_> {
         let face = id.face as usize;
         match self.all.bodies.get(self.object(id)) {
             Body::Flat(facets) => facets.area(face),
-            Body::Analytic(body) => PatchArea::new(&body.charts()[face], body.placement()).of_whole_roughly(),
+            Body::Analytic(body) => self.all.bodies.rough_area(self.object(id), body, face),
         }
     }
 

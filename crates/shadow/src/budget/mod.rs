@@ -87,7 +87,7 @@ struct Refined<'a> {
 impl<'a> Refined<'a> {
     /// The areas; where samples are asked for, a look at each face that decides them.
     fn new(receivers: &'a Receivers<'a>, limit: &Limit, progress: &dyn Progress) -> Result<Self, Cancelled> {
-        let jobs = receivers.jobs(|_| true);
+        let jobs = receivers.jobs();
         let looks = Looks { all: receivers, is_sparing: limit.bytes.is_some() };
         let firsts: Vec<First> = jobs.par_iter().map(|job| looks.first(job, progress)).collect();
         let count = receivers.request.receivers.len();

@@ -9,6 +9,7 @@ mod borders;
 mod classify;
 mod field;
 pub(crate) mod flat;
+mod instance_tree;
 pub(crate) mod lattice;
 mod light_frame;
 pub(crate) mod occluders;
@@ -22,6 +23,7 @@ pub(crate) mod scan;
 pub(crate) mod tally;
 
 pub(crate) use classify::{Blocker, Blockers, Entry};
+pub(crate) use instance_tree::tree_of;
 pub(crate) use occluders::{Candidates, Occluders};
 pub(crate) use polygon_blocker::FacetId;
 pub(crate) use raster::{GiveUp, edge_table::EdgeTable};

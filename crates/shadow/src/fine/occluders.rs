@@ -4,15 +4,16 @@
 //! overlaps the receiver's and its least depth is not beyond the receiver's greatest; nothing that could block is left
 //! out, since boxes are rounded outward.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use umbriel_bvh::BoxTree;
-use umbriel_geometry::{Aabb, Facets, LightSource, Point, Sign, cut_out::Opacity};
+use umbriel_geometry::{Aabb, Facets, LightSource, Mesh, Point, Sign, cut_out::Opacity};
 
 use super::{
     analytic_blocker::AnalyticBlocker,
     borders::DirectedEdge,
     classify::Blockers,
+    instance_tree::LocalFrame,
     light_frame::LightFrame,
     polygon_blocker::{FacetId, PolygonBlocker},
     raster::silhouette::Silhouette,
@@ -40,17 +41,26 @@ pub(crate) struct Occluders<'a> {
     /// Further frames of a sun that comes equally along several axes: what one of them shows to be out of the way is, so
     /// that no axis is the first.
     ties: Vec<LightFrame>,
-    turns: Vec<OnceLock<Vec<Sign>>>,
-    silhouettes: Vec<OnceLock<Silhouette>>,
-    /// For each object the light-space box of its box in each frame that sees it; the ties last.
-    views: Vec<OnceLock<Vec<Option<Aabb>>>>,
-    indices: Vec<OnceLock<ObjectIndex>>,
+    /// Two words an object until something of it is asked for.
+    seen: Vec<OnceLock<Box<Seen>>>,
+}
+
+/// One object as the light sees it.
+#[derive(Default)]
+struct Seen {
+    turns: OnceLock<Vec<Sign>>,
+    silhouette: OnceLock<Silhouette>,
+    /// The light-space box of the object's box in each frame that sees it; the ties last.
+    views: OnceLock<Vec<Option<Aabb>>>,
+    index: OnceLock<ObjectIndex>,
 }
 
 /// One object in light space.
-struct ObjectIndex {
+enum ObjectIndex {
     /// For each frame, a tree and the facets that its items stand for (an analytic body is item 0 of its own).
-    trees: Vec<(BoxTree, Vec<u32>)>,
+    Own(Vec<(BoxTree, Vec<u32>)>),
+    /// An instance of a mesh: the tree that it shares with the others, and each frame in the coordinates of that.
+    Instance(Arc<Mesh>, Arc<BoxTree>, Vec<LocalFrame>),
 }
 
 impl<'a> Occluders<'a> {
@@ -62,17 +72,18 @@ impl<'a> Occluders<'a> {
             light,
             frames: LightFrame::all(light),
             ties: LightFrame::ties(light),
-            turns: (0..count).map(|_| OnceLock::new()).collect(),
-            silhouettes: (0..count).map(|_| OnceLock::new()).collect(),
-            views: (0..count).map(|_| OnceLock::new()).collect(),
-            indices: (0..count).map(|_| OnceLock::new()).collect(),
+            seen: (0..count).map(|_| OnceLock::new()).collect(),
         }
+    }
+
+    fn seen(&self, object: u32) -> &Seen {
+        self.seen[object as usize].get_or_init(Box::default)
     }
 
     /// Which way each facet of an object turns, seen from the light; for an analytic body, on which side of it the light
     /// lies.
     pub(crate) fn turns(&self, object: u32) -> &[Sign] {
-        self.turns[object as usize].get_or_init(|| match self.bodies.get(object as usize) {
+        self.seen(object).turns.get_or_init(|| match self.bodies.get(object as usize) {
             // By one thread: one that waited for others here could take up work that waits for this very list.
             Body::Flat(facets) => (0..facets.len()).map(|facet| facets.turn(facet, self.light)).collect(),
             Body::Analytic(body) => vec![body.light_side(self.light)],
@@ -81,7 +92,8 @@ impl<'a> Occluders<'a> {
 
     /// The border edges of an object with flat faces.
     pub(crate) fn silhouette(&self, object: u32, facets: &Facets) -> &Silhouette {
-        self.silhouettes[object as usize]
+        self.seen(object)
+            .silhouette
             .get_or_init(|| Silhouette::new(self.bodies.edges(object as usize, facets), self.turns(object)))
     }
 
@@ -110,8 +122,10 @@ impl<'a> Occluders<'a> {
 
     /// How many facets of an object are expected over a face in a frame, times [`SHARES`].
     fn expected_of(&self, object: u32, frame: usize, face: &Aabb) -> u64 {
-        let Body::Flat(facets) = self.bodies.get(object as usize) else { return 0 };
-        let views = self.views[object as usize].get_or_init(|| {
+        if self.bodies.is_analytic(object as usize) {
+            return 0;
+        }
+        let views = self.seen(object).views.get_or_init(|| {
             let corners = box_corners(&self.bodies.boxes[object as usize]);
             self.frames.iter().chain(&self.ties).map(|frame| frame.bounds(&corners)).collect()
         });
@@ -122,7 +136,11 @@ impl<'a> Occluders<'a> {
         let common = Aabb { min: min.with_z(0.0), max: max.with_z(0.0) };
         let whole = area(body);
         let share = if whole > 0.0 { area(&common) / whole } else { 1.0 };
-        if common.is_empty() { 0 } else { (share * SHARES).round() as u64 * facets.len() as u64 }
+        if common.is_empty() {
+            0
+        } else {
+            (share * SHARES).round() as u64 * self.bodies.face_count(object as usize) as u64
+        }
     }
 
     /// What among `objects` may block some point of the hull of `points`.
@@ -132,15 +150,12 @@ impl<'a> Occluders<'a> {
             let Some(mut query) = view.bounds(points) else { continue };
             query.min.z = f64::NEG_INFINITY;
             for &object in objects {
-                let (tree, items) = &self.index(object).trees[frame];
-                let is_analytic = matches!(self.bodies.get(object as usize), Body::Analytic(_));
-                tree.for_each_meeting(&query, |item| {
-                    if is_analytic {
-                        found.bodies.push(object);
-                    } else {
-                        found.facets.push(FacetId { object, facet: items[item as usize] });
+                match self.index(object) {
+                    ObjectIndex::Own(trees) => self.add_own(object, &trees[frame], &query, &mut found),
+                    ObjectIndex::Instance(mesh, tree, frames) => {
+                        self.add_instance(object, mesh, (tree, &frames[frame], view), &query, &mut found);
                     }
-                });
+                }
             }
         }
         found.facets.sort_unstable();
@@ -151,6 +166,39 @@ impl<'a> Occluders<'a> {
             self.drop_beside(frame, points, &mut found);
         }
         found
+    }
+
+    fn add_own(&self, object: u32, (tree, items): &(BoxTree, Vec<u32>), query: &Aabb, found: &mut Candidates) {
+        let is_analytic = self.bodies.is_analytic(object as usize);
+        tree.for_each_meeting(query, |item| {
+            if is_analytic {
+                found.bodies.push(object);
+            } else {
+                found.facets.push(FacetId { object, facet: items[item as usize] });
+            }
+        });
+    }
+
+    /// What a tree of its own would find.
+    fn add_instance(
+        &self,
+        object: u32,
+        mesh: &Mesh,
+        (tree, local, view): (&BoxTree, &LocalFrame, &LightFrame),
+        query: &Aabb,
+        found: &mut Candidates,
+    ) {
+        local.for_each_near(tree, query, |facet| {
+            let corners = mesh.triangles()[facet as usize].map(|corner| mesh.positions()[corner as usize]);
+            let meets = local.meets(corners, query).unwrap_or_else(|| {
+                let Body::Flat(facets) = self.bodies.get(object as usize) else { return false };
+                let (points, count) = corners_of(facets, facet as usize);
+                view.bounds(&points[..count]).is_some_and(|bounds| bounds.meets(query))
+            });
+            if meets {
+                found.facets.push(FacetId { object, facet });
+            }
+        });
     }
 
     /// Leaves out what a frame shows to be out of the way of a hull.
@@ -203,9 +251,20 @@ impl<'a> Occluders<'a> {
     }
 
     fn index(&self, object: u32) -> &ObjectIndex {
-        self.indices[object as usize].get_or_init(|| match self.bodies.get(object as usize) {
-            Body::Flat(facets) => self.index_facets(facets),
-            Body::Analytic(_) => self.index_analytic(&self.bodies.boxes[object as usize]),
+        self.seen(object).index.get_or_init(|| {
+            if let Some((mesh, tree)) = self.bodies.instance(object as usize) {
+                let placement = &self.bodies.scene.objects[object as usize].placement;
+                let local = |frame| LocalFrame::new(frame, placement, &tree.bounds());
+                return ObjectIndex::Instance(
+                    Arc::clone(mesh),
+                    Arc::clone(tree),
+                    self.frames.iter().map(local).collect(),
+                );
+            }
+            match self.bodies.get(object as usize) {
+                Body::Flat(facets) => self.index_facets(facets),
+                Body::Analytic(_) => self.index_analytic(&self.bodies.boxes[object as usize]),
+            }
         })
     }
 
@@ -224,7 +283,7 @@ impl<'a> Occluders<'a> {
             items.shrink_to_fit();
             (BoxTree::build(&boxes), items)
         });
-        ObjectIndex { trees: trees.collect() }
+        ObjectIndex::Own(trees.collect())
     }
 
     fn index_analytic(&self, world: &Aabb) -> ObjectIndex {
@@ -233,7 +292,7 @@ impl<'a> Occluders<'a> {
             let boxes: Vec<Aabb> = frame.bounds(&corners).into_iter().collect();
             (BoxTree::build(&boxes), vec![0])
         });
-        ObjectIndex { trees: trees.collect() }
+        ObjectIndex::Own(trees.collect())
     }
 }
 
