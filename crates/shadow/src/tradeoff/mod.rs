@@ -224,7 +224,7 @@ pub fn run(
         Setting::Bake(detail) => drop(bake(course.scene, &course.cells_request(*detail), progress)?),
         Setting::Samples(count) => drop(bake(course.scene, &course.samples_request(*count), progress)?),
         Setting::RaySamples(_) => {}
-        Setting::Points => drop(measure_points(course)),
+        Setting::Points => drop(measure_points(course, progress)?),
         Setting::Rival(rival) => drop(rival.answer(course.polygons, course.source(), course.judge.points())?),
     }
     Ok(())
