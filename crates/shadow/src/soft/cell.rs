@@ -18,7 +18,7 @@
 //! penumbra clipping with the faces in it.
 
 use glam::DVec3;
-use umbriel_geometry::{Facets, Sign, predicates::side};
+use umbriel_geometry::{Facets, Point, Sign, predicates::side};
 use umbriel_scene::{Extent, Light};
 
 use super::{
@@ -26,6 +26,7 @@ use super::{
     fraction::corners,
     hidden::{hidden_by, polyhedra_before},
     horizon::{Above, CurvedSide, LitSide, side_of_light},
+    normal::Normal,
     occluders::{HullShaft, InShaft, LightHull, in_shaft},
     views::Views,
 };
@@ -95,7 +96,7 @@ impl<'a> Receiver<'a> {
         queries: &'a Queries<'a>,
         light: &'a Light,
         [object, face]: [usize; 2],
-        facets: &Facets,
+        facets: &'a Facets,
     ) -> (Self, InShaft) {
         let hull = LightHull::of(light);
         let side = LitSide::of_flat(facets, face, queries.bodies.is_one_sided(object, face), &hull);
@@ -157,7 +158,7 @@ impl<'a> Receiver<'a> {
             other.facet(face as usize).corners().iter().all(|&corner| side(&a, &b, &c, &other.point(corner)) != beyond)
         };
         let is_behind = match self.side {
-            LitSide::Plane(_, front) => none_beyond([facets, other], [self.face, face], front),
+            LitSide::Plane(plane) => none_beyond([facets, other], [self.face, face], plane.front),
             _ => false,
         };
         is_behind
@@ -167,11 +168,12 @@ impl<'a> Receiver<'a> {
 
     fn shaft(&self, cell: &Cell) -> HullShaft {
         let mut shaft = HullShaft::between(cell, &self.hull);
-        if let LitSide::Plane(normal, _) = self.side {
-            shaft.keep_before(cell.corners[0], normal);
+        if let LitSide::Plane(plane) = &self.side {
+            shaft.keep_before(cell.corners[0], &plane.normal);
         }
         if let (Extent::Rectangle { u, v }, Some(side)) = (self.light.extent, self.light_plane_side(cell)) {
-            shaft.keep_before(self.light.source.xyz(), u.cross(v) * side);
+            let normal = Normal::across(u, v);
+            shaft.keep_before(self.light.source.xyz(), &if side < 0.0 { normal.flipped() } else { normal });
         }
         shaft
     }
@@ -179,12 +181,15 @@ impl<'a> Receiver<'a> {
     /// On which side of a rectangle light's plane the cell lies: 1 or −1 times its normal. `None` if that plane may meet the cell.
     fn light_plane_side(&self, cell: &Cell) -> Option<f64> {
         let Extent::Rectangle { u, v } = self.light.extent else { return Some(1.0) };
-        let (normal, centre) = (u.cross(v), self.light.source.xyz());
+        let (normal, centre) = (Normal::across(u, v), Point::exact(self.light.source.xyz()));
         let signs = cell.corners.iter().map(|&corner| {
-            // Four roundings of the normal, one of the difference, three of the sum of products.
-            let rounding = 16.0 * f64::EPSILON * corner.abs().max(centre.abs()).max_element();
-            let value = normal.dot(corner - centre);
-            if value.abs() > normal.abs().element_sum() * (rounding + cell.slack) { value.signum() } else { 0.0 }
+            // Corners are rounded in world coordinates.
+            let slack = DVec3::splat(cell.slack + 4.0 * f64::EPSILON * corner.abs().max_element());
+            match normal.along(Point::within(corner, slack).minus(&centre)).sign() {
+                Some(Sign::Positive) => 1.0,
+                Some(Sign::Negative) => -1.0,
+                Some(Sign::Zero) | None => 0.0,
+            }
         });
         let sum: f64 = signs.sum();
         (sum.abs() == cell.corners.len() as f64).then(|| sum.signum())

@@ -19,6 +19,8 @@ use umbriel_scene::{Extent, Light};
 use super::{
     between::seen_between,
     caps::{Cap, angle, common_area},
+    horizon::{height_at, least_over, over_axes},
+    normal::Normal,
     occluders::{HullShaft, InShaft, in_shaft},
     polygon::{ERROR_PER_CUT, Pieces, Polygon},
     window::{Shape, Window},
@@ -60,7 +62,7 @@ impl Fraction {
 pub(crate) struct Receiver<'a> {
     pub(crate) position: DVec3,
     /// Outward, if only that side can be lit.
-    pub(crate) horizon: Option<DVec3>,
+    pub(crate) horizon: Option<Normal>,
     /// What the point lies on: in contact, so never in the way.
     own_faces: Vec<(u32, u32)>,
     /// The body it lies on, if that is wholly behind the horizon.
@@ -100,7 +102,7 @@ impl Queries<'_> {
     /// The visible fraction at a receiver.
     fn seen(&self, receiver: &Receiver, window: &Window, light: &Light) -> Fraction {
         let near = in_shaft(self, &point_shaft(window, receiver));
-        let left = self.left_by_faces(receiver, window, &near);
+        let left = self.left_by_faces(receiver, window, &near, light);
         if left.pieces.is_empty() {
             return Fraction { value: 0.0, max_error: left.cuts as f64 * ERROR_PER_CUT };
         }
@@ -115,13 +117,10 @@ impl Queries<'_> {
     }
 
     /// What the horizon and flat faces leave of the light.
-    fn left_by_faces(&self, receiver: &Receiver, window: &Window, near: &InShaft) -> Pieces {
+    fn left_by_faces(&self, receiver: &Receiver, window: &Window, near: &InShaft, light: &Light) -> Pieces {
         let mut left = window.whole();
-        if let Some(normal) = receiver.horizon {
-            let above = window.half_plane(normal);
-            if Polygon::square().0.iter().any(|&corner| above(corner) < 0.0) {
-                left.keep(above);
-            }
+        if let Some(normal) = &receiver.horizon {
+            keep_above(&mut left, normal, window, light);
         }
         for &(object, face) in &near.faces {
             if left.pieces.is_empty() {
@@ -281,11 +280,26 @@ pub(crate) fn corners(facets: &Facets, face: usize) -> impl Iterator<Item = DVec
     (0..numbers.len()).map(move |k| facets.positions()[numbers[k] as usize])
 }
 
-/// Not normalised; by the winding of the placed corners, to the front.
-pub(crate) fn normal_of(facets: &Facets, face: usize) -> DVec3 {
-    let points: Vec<DVec3> = corners(facets, face).collect();
-    let normal = (points[1] - points[0]).cross(points[points.len() - 1] - points[0]);
-    if facets.is_mirrored() { -normal } else { normal }
+/// Keeps what is above a point's horizon. What is not certainly above it, nor certainly below, counts as the error of that many cuts.
+fn keep_above(left: &mut Pieces, normal: &Normal, window: &Window, light: &Light) {
+    let (eye, centre) = (window.eye, light.source.xyz());
+    // The eye may be off the plane by its rounding; from a sun that is nothing.
+    let moved = if window.end.is_finite() {
+        (eye.abs() + centre.abs()) * (8.0 * f64::EPSILON * window.axes.z_axis.length() / (centre - eye).length())
+    } else {
+        DVec3::ZERO
+    };
+    let over = over_axes(normal, window, moved);
+    let value = |p: DVec2| height_at(&over, p).value;
+    if Polygon::square().0.iter().all(|&corner| value(corner) >= 0.0) && least_over(&window.shape, &over) >= 0.0 {
+        return;
+    }
+    let (mut least, mut most) = (left.clone(), left.clone());
+    least.keep(|p| height_at(&over, p).lower());
+    most.keep(|p| height_at(&over, p).upper());
+    left.keep(value);
+    let doubt = window.share_of(&most).0 - window.share_of(&least).0;
+    left.cuts += (doubt / ERROR_PER_CUT).ceil() as u64;
 }
 
 /// The part of a convex piece in a rectangle.
@@ -300,14 +314,15 @@ fn point_shaft(window: &Window, receiver: &Receiver) -> HullShaft {
     let square = Polygon::square();
     let middle = window.direction(DVec2::ZERO);
     for [a, b] in square.edges() {
-        let normal = window.direction(a).cross(window.direction(b));
-        shaft.keep_before(window.eye, if normal.dot(middle) < 0.0 { -normal } else { normal });
+        let normal = Normal::across(window.direction(a), window.direction(b));
+        let is_inward = normal.value().dot(middle) >= 0.0;
+        shaft.keep_before(window.eye, &if is_inward { normal } else { normal.flipped() });
     }
-    if let Some(normal) = receiver.horizon {
+    if let Some(normal) = &receiver.horizon {
         shaft.keep_before(window.eye, normal);
     }
     if let Some((point, normal)) = window.light_plane() {
-        shaft.keep_before(point, normal);
+        shaft.keep_before(point, &normal);
     }
     shaft
 }
@@ -320,7 +335,7 @@ impl<'a> Receiver<'a> {
             Place::Oriented { position, .. } if in_space => Ok(Self::free(position.into(), place)),
             Place::Oriented { position, normal, precision } => {
                 let mut receiver = Self::free(position.into(), place);
-                receiver.horizon = Some(normal.into());
+                receiver.horizon = Some(Normal::exact(normal.into()));
                 let touched = queries.touched(position.into(), precision);
                 receiver.own_faces = touched.faces;
                 touched.bodies.first().into_iter().for_each(|&body| receiver.stand_on(queries, body));
@@ -333,14 +348,14 @@ impl<'a> Receiver<'a> {
                 match queries.bodies.get(object) {
                     Body::Flat(facets) => {
                         receiver.own_faces.push((object as u32, face as u32));
-                        receiver.horizon = is_one_sided.then(|| normal_of(facets, face));
+                        receiver.horizon = is_one_sided.then(|| Normal::of_face(facets, face));
                     }
                     Body::Analytic(body) => {
                         receiver.stand_on(queries, object as u32);
                         let surface = body.charts()[face].surface;
                         let normal = body.outward(surface, &ExactPoint::<Dyadic>::from_position(position));
-                        receiver.horizon = is_one_sided
-                            .then(|| DVec3::from_array(normal.map(|value| value.to_nearest())).normalize_or_zero());
+                        let normal = DVec3::from_array(normal.map(|value| value.to_nearest())).normalize_or_zero();
+                        receiver.horizon = is_one_sided.then(|| Normal::exact(normal));
                     }
                 }
                 Ok(receiver)
@@ -365,7 +380,7 @@ impl<'a> Receiver<'a> {
     /// Whether a face lies on the closed back side of the horizon for certain, or up to the rounding of the point: it then shares an edge
     /// or corner with the point's own face, or is coplanar, and cannot stand in the way.
     fn is_behind(&self, facets: &Facets, face: usize) -> bool {
-        let Some(normal) = self.horizon else { return false };
+        let Some(normal) = self.horizon.map(|normal| normal.value()) else { return false };
         let slack = 16.0 * f64::EPSILON;
         corners(facets, face).all(|corner| {
             let size = corner.abs() + self.position.abs();

@@ -17,7 +17,7 @@ use umbriel_scene::{Extent, Light};
 use super::{
     caps::{cap_area, common_area},
     cell::Cell,
-    fraction::normal_of,
+    normal::{Normal, exact},
     occluders::LightHull,
     polygon::{Pieces, Polygon},
     window::{Shape, Window},
@@ -28,12 +28,22 @@ use super::{
 pub(super) enum LitSide<'a> {
     /// All of the light is behind it.
     Away,
-    /// Of a flat face: its normal, and the sign of points before it in exact predicates.
-    Plane(DVec3, Sign),
+    /// Of a flat face.
+    Plane(FacePlane<'a>),
     /// Both sides of a flat face, and light on both.
     Both,
     /// It changes from cell to cell.
     Patch(CurvedSide<'a>),
+}
+
+/// The plane of a flat face.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FacePlane<'a> {
+    corner: Point<'a>,
+    /// To the side that is lit.
+    pub(super) normal: Normal,
+    /// The sign of points on that side in exact predicates.
+    pub(super) front: Sign,
 }
 
 /// A patch of a curved body.
@@ -74,13 +84,14 @@ impl Above {
 
 impl<'a> LitSide<'a> {
     /// Of a flat face.
-    pub(super) fn of_flat(facets: &Facets, face: usize, is_one_sided: bool, light: &LightHull) -> Self {
-        let (normal, sign) = (normal_of(facets, face), front(facets));
+    pub(super) fn of_flat(facets: &'a Facets, face: usize, is_one_sided: bool, light: &LightHull) -> Self {
+        let corner = facets.point(facets.facet(face).corners()[0]);
+        let plane = FacePlane { corner, normal: Normal::of_face(facets, face), front: front(facets) };
         let [all_before, all_behind] = sides_of_light(facets, face, light);
         match (is_one_sided, all_before, all_behind) {
             (true, _, true) => Self::Away,
-            (true, ..) | (false, true, _) => Self::Plane(normal, sign),
-            (false, _, true) => Self::Plane(-normal, sign.flipped()),
+            (true, ..) | (false, true, _) => Self::Plane(plane),
+            (false, _, true) => Self::Plane(plane.flipped()),
             (false, ..) => Self::Both,
         }
     }
@@ -90,7 +101,7 @@ impl<'a> LitSide<'a> {
         match self {
             Self::Away => Above::Nothing,
             Self::Both => Above::All,
-            Self::Plane(normal, _) => above_plane(*normal, cell, light, window),
+            Self::Plane(plane) => plane.above(cell, light, window),
             Self::Patch(side) => side.above(cell, light, window),
         }
     }
@@ -137,29 +148,71 @@ pub(super) fn side_of_light(facets: &Facets, face: usize, light: &LightHull) -> 
     }
 }
 
-fn above_plane(normal: DVec3, cell: &Cell, light: &Light, window: &Window) -> Above {
-    let heights = (window.axes.transpose() * normal).to_array();
-    // A product of the window's axes with the normal: three terms of two roundings, of sums no greater than this.
-    let error = 16.0 * f64::EPSILON * heights.map(f64::abs).into_iter().sum::<f64>();
-    let [along_u, along_v, at] = heights.map(|value| Approx { value, error });
-    if least_over(&window.shape, &[at, along_u, along_v]) > 0.0 {
-        return Above::All;
+impl FacePlane<'_> {
+    fn flipped(self) -> Self {
+        Self { normal: self.normal.flipped(), front: self.front.flipped(), ..self }
     }
-    let above = window.half_plane(normal);
-    if let Extent::Sphere { radius } = light.extent {
+
+    /// What of the light is above the plane.
+    fn above(&self, cell: &Cell, light: &Light, window: &Window) -> Above {
         let centre = light.source.xyz();
-        let height = |&corner: &DVec3| {
-            let size = corner.abs().max_element().max(centre.abs().max_element());
-            // As in `of_flat`.
-            let error = 16.0 * f64::EPSILON * normal.abs().element_sum() * size;
-            Approx { value: normal.dot(centre - corner), error }
+        if let Extent::Sphere { radius } = light.extent {
+            return self.above_ball(cell, centre, radius);
+        }
+        let over = match light.extent {
+            Extent::Rectangle { u, v } => {
+                [self.height(centre), self.normal.along(exact(u)), self.normal.along(exact(v))]
+            }
+            _ => over_axes(&self.normal, window, DVec3::ZERO),
         };
-        let heights: Vec<Approx> = cell.corners.iter().map(height).collect();
-        return Above::of_share(share_of_ball(&heights, [normal.length(); 2], cell, centre, radius));
+        if least_over(&window.shape, &over) > 0.0 {
+            return Above::All;
+        }
+        if least_over(&window.shape, &over.map(|value| -value)) > 0.0 {
+            return Above::Nothing;
+        }
+        let (mut least, mut most) = (window.whole(), window.whole());
+        least.keep(|p| height_at(&over, p).lower());
+        most.keep(|p| height_at(&over, p).upper());
+        if most.pieces.is_empty() { Above::Nothing } else { Above::Between { least, most } }
     }
-    let mut base = window.whole();
-    base.keep(above);
-    if base.pieces.is_empty() { Above::Nothing } else { Above::Between { least: base.clone(), most: base } }
+
+    fn above_ball(&self, cell: &Cell, centre: DVec3, radius: f64) -> Above {
+        let (height, length) = (self.height(centre), self.normal.length());
+        let reach = length * Approx::exact(radius);
+        if (height - reach).lower() > 0.0 {
+            return Above::All;
+        }
+        if (height + reach).upper() <= 0.0 {
+            return Above::Nothing;
+        }
+        Above::of_share(share_of_ball(&[height], [length.lower(), length.upper()], cell, centre, radius))
+    }
+
+    /// How high a point is over the plane, times the length of the normal.
+    fn height(&self, point: DVec3) -> Approx {
+        self.normal.along(Point::exact(point).minus(&self.corner))
+    }
+}
+
+/// How high the light's image is over the plane through the eye with this normal. The axes of a round light are rounded, that to its middle by
+/// another `moved`, by coordinate.
+pub(super) fn over_axes(normal: &Normal, window: &Window, moved: DVec3) -> HeightOverPlane {
+    // A dozen roundings of a vector's length make an axis.
+    let rounding = |axis: DVec3| DVec3::splat(16.0 * f64::EPSILON * axis.abs().max_element());
+    let bounded = |axis: DVec3, error: DVec3| -> [Approx; 3] {
+        std::array::from_fn(|k| Approx { value: axis[k], error: error[k] })
+    };
+    let [u, v, w] = [window.axes.x_axis, window.axes.y_axis, window.axes.z_axis];
+    [(w, moved), (u, DVec3::ZERO), (v, DVec3::ZERO)]
+        .map(|(axis, moved)| normal.along(bounded(axis, rounding(axis) + moved)))
+}
+
+/// The height of a point of the image; its bounds are affine, but for their own rounding.
+pub(super) fn height_at([at, along_u, along_v]: &HeightOverPlane, p: DVec2) -> Approx {
+    // In the image no coordinate is above one.
+    let error = at.error + along_u.error + along_v.error;
+    Approx { value: at.value + along_u.value * p.x + along_v.value * p.y, error }
 }
 
 /// The least and the greatest share of a ball above the horizon of a cell's points. `heights` are those of its middle over the tangent planes at the cell's
@@ -170,7 +223,9 @@ fn above_plane(normal: DVec3, cell: &Cell, light: &Light, window: &Window) -> Ab
 fn share_of_ball(heights: &[Approx], normals: [f64; 2], cell: &Cell, centre: DVec3, radius: f64) -> [f64; 2] {
     let rounding = 64.0 * f64::EPSILON;
     let distance = (centre - cell.middle).length();
-    let (near, far) = ((distance - cell.reach()) * (1.0 - rounding), (distance + cell.reach()) * (1.0 + rounding));
+    // Corners and middle are rounded in world coordinates.
+    let reach = cell.reach() + rounding * cell.middle.abs().max_element();
+    let (near, far) = ((distance - reach) * (1.0 - rounding), (distance + reach) * (1.0 + rounding));
     if near <= radius || normals[0] <= 0.0 {
         return [0.0, 1.0];
     }
@@ -190,8 +245,8 @@ fn share_of_ball(heights: &[Approx], normals: [f64; 2], cell: &Cell, centre: DVe
     [if is_whole { 1.0 } else { least.max(0.0) }, if is_down { 0.0 } else { most.min(1.0) }]
 }
 
-/// How high a point of the light's image (a, b) is over a tangent plane: the first number, and what a and b add.
-type HeightOverPlane = [Approx; 3];
+/// How high a point of the light's image (a, b) is over a plane: the first number, and what a and b add.
+pub(super) type HeightOverPlane = [Approx; 3];
 
 impl CurvedSide<'_> {
     /// What of the light is above the tangent planes at a cell's points.
@@ -221,11 +276,9 @@ impl CurvedSide<'_> {
             return Above::Nothing;
         }
         let (mut least, mut most, mut below) = (window.whole(), window.whole(), Polygon::square());
-        for [at, along_u, along_v] in &planes {
-            let error = at.error + along_u.error + along_v.error;
-            let height = |p: DVec2| at.value + along_u.value * p.x + along_v.value * p.y;
-            least.keep(|p| height(p) - error);
-            below = below.cut(|p| -height(p) - error);
+        for plane in &planes {
+            least.keep(|p| height_at(plane, p).lower());
+            below = below.cut(|p| -height_at(plane, p).upper());
         }
         if below.is_empty() {
             return Above::Between { least, most };
@@ -275,7 +328,7 @@ impl CurvedSide<'_> {
 }
 
 /// The least height over all of the light's image, rounded down.
-fn least_over(shape: &Shape, [at, along_u, along_v]: &HeightOverPlane) -> f64 {
+pub(super) fn least_over(shape: &Shape, [at, along_u, along_v]: &HeightOverPlane) -> f64 {
     let slopes = DVec2::new(along_u.value, along_v.value);
     let spread = match shape {
         Shape::Square => slopes.abs().element_sum(),
@@ -283,4 +336,80 @@ fn least_over(shape: &Shape, [at, along_u, along_v]: &HeightOverPlane) -> f64 {
     };
     let error = at.error + along_u.error + along_v.error;
     at.value - (spread + error) * (1.0 + 8.0 * f64::EPSILON)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+    use umbriel_geometry::{Dyadic, ExactPoint, Mesh, Placement, Ring, predicates::exact_side};
+
+    struct Chance(u64);
+
+    impl Chance {
+        /// From −1 to 1.
+        fn next(&mut self) -> f64 {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+
+        fn vector(&mut self) -> DVec3 {
+            DVec3::new(self.next(), self.next(), self.next())
+        }
+    }
+
+    /// On which side of the plane (a, b, c) the light's point at (s, t) is: exact.
+    fn side_of_light_point(corners: &[DVec3; 3], [centre, u, v]: [DVec3; 3], s: f64, t: f64) -> Sign {
+        let number = |x: f64| Dyadic::new(x);
+        let xyz = std::array::from_fn(|k| number(centre[k]) + number(u[k]) * number(s) + number(v[k]) * number(t));
+        let [a, b, c] = corners.map(ExactPoint::from_position);
+        exact_side::<Dyadic>(&a, &b, &c, &ExactPoint { xyz, w: number(1.0) }).sign()
+    }
+
+    /// Whether a piece holds a point, at least so far inside (or less than so far outside).
+    fn holds(pieces: &Pieces, point: DVec2, inside: f64) -> bool {
+        let is_inside =
+            |piece: &Polygon| piece.edges().all(|[a, b]| (b - a).perp_dot(point - a) >= inside * (b - a).length());
+        pieces.pieces.iter().any(is_inside)
+    }
+
+    /// What is said to be above a needle's plane is above, by exact signs, however the needle's normal was rounded.
+    #[test]
+    fn what_is_above_a_needle_is_above_it() {
+        let (mut chance, mut told) = (Chance(1), [0; 2]);
+        for case in 0..600 {
+            let thin = 10f64.powi(-(case % 14));
+            let offset = chance.vector() * [0.0, 1.0, 1e4][case as usize % 3];
+            let (a, b) = (offset + chance.vector(), offset + chance.vector());
+            let c = a + (b - a) * (0.5 + 0.4 * chance.next()) + chance.vector() * thin;
+            let light = [offset + chance.vector() * 2.0, chance.vector() * 0.5, chance.vector() * 0.5];
+            let extent = Extent::Rectangle { u: light[1], v: light[2] };
+            let source = LightSource::point(light[0].to_array()).expect("a point");
+            let light_source = Light::with_extent("light", source, extent).expect("a light");
+            let mesh = Mesh::new([a, b, c].map(|p| p.to_array()).to_vec(), vec![[0, 1, 2]]).expect("a triangle");
+            let facets = Facets::of_mesh(Arc::new(mesh), &Placement::IDENTITY);
+            let hull = LightHull::of(&light_source);
+            let cell = Cell::flat(vec![a, b, c]);
+            let Some(window) = Window::new(cell.middle, &light_source) else { continue };
+            let side = LitSide::of_flat(&facets, 0, true, &hull);
+            let above = side.above(&cell, &light_source, &window);
+            let grid = (0..81).map(|k| DVec2::new(f64::from(k % 9), f64::from(k / 9)) * 0.25 - 1.0);
+            // Cuts are rounded by far less.
+            let margin = 0.5f64.powi(36);
+            for p in grid {
+                let is_above = side_of_light_point(&[a, b, c], light, p.x, p.y) == Sign::Positive;
+                let (surely, never) = match &above {
+                    Above::All => (true, false),
+                    Above::Nothing => (false, true),
+                    Above::Between { least, most } => (holds(least, p, margin), !holds(most, p, -margin)),
+                    Above::Share(_) => (false, false),
+                };
+                assert!(!surely || is_above, "case {case}: {p} is not above {a} {b} {c}: {light:?}");
+                assert!(!never || !is_above, "case {case}: {p} is above {a} {b} {c}: {light:?}");
+                told[0] += usize::from(surely);
+                told[1] += usize::from(never);
+            }
+        }
+        assert!(told.iter().all(|&count| count > 10_000), "{told:?}");
+    }
 }

@@ -15,6 +15,7 @@ mod hidden;
 mod horizon;
 pub mod image;
 mod limits;
+mod normal;
 mod occluders;
 mod polygon;
 pub(crate) mod polyhedra;

@@ -10,7 +10,7 @@ use glam::DVec3;
 use umbriel_geometry::{Aabb, LightSource};
 use umbriel_scene::{Extent, Light};
 
-use super::{cell::Cell, polygon::Polygon, window::Window};
+use super::{cell::Cell, normal::Normal, polygon::Polygon, window::Window};
 use crate::{
     bodies::Body,
     exact::patch_probe,
@@ -79,14 +79,21 @@ struct HalfSpace {
     offset: f64,
     /// What rounding may do to the offset.
     slack: f64,
+    /// By how much a coordinate of the normal may be off, where that tells of a plane which one it is.
+    error: DVec3,
 }
 
 impl HalfSpace {
     /// Not negative for what may be inside, of points no larger than these.
     fn granted(&self, points: &[DVec3]) -> impl Fn(DVec3) -> f64 + use<> {
         let size = points.iter().fold(DVec3::ZERO, |size, point| size.max(point.abs()));
-        let (normal, offset) = (self.normal, self.offset - self.slack - PLANE_ROUNDING * self.normal.abs().dot(size));
+        let (normal, offset) = (self.normal, self.offset - self.slack - self.rounding(size));
         move |point| normal.dot(point) - offset
+    }
+
+    /// What rounding may do to the products of points no larger than this.
+    fn rounding(&self, size: DVec3) -> f64 {
+        (PLANE_ROUNDING * self.normal.abs() + self.error).dot(size)
     }
 }
 
@@ -162,7 +169,8 @@ impl HullShaft {
                 }
             };
             if normal != DVec3::ZERO {
-                self.planes.push(HalfSpace { normal, offset, slack });
+                // Whichever plane it is, cell and light are on its inner side.
+                self.planes.push(HalfSpace { normal, offset, slack, error: DVec3::ZERO });
             }
         }
     }
@@ -194,10 +202,10 @@ impl HullShaft {
     }
 
     /// Leaves out what lies behind the plane through `point`.
-    pub(crate) fn keep_before(&mut self, point: DVec3, normal: DVec3) {
-        let offset = normal.dot(point);
-        let slack = PLANE_ROUNDING * normal.abs().dot(point.abs());
-        self.planes.push(HalfSpace { normal, offset, slack });
+    pub(crate) fn keep_before(&mut self, point: DVec3, normal: &Normal) {
+        let (normal, error) = (normal.value(), normal.error());
+        let plane = HalfSpace { normal, offset: normal.dot(point), slack: 0.0, error };
+        self.planes.push(HalfSpace { slack: plane.rounding(point.abs()), ..plane });
     }
 
     /// Whether part of the box may be in the shaft. Monotone.
@@ -205,7 +213,7 @@ impl HullShaft {
         self.planes.iter().all(|plane| {
             let farthest = DVec3::select(plane.normal.cmpgt(DVec3::ZERO), bounds.max, bounds.min);
             let size = bounds.min.abs().max(bounds.max.abs());
-            plane.normal.dot(farthest) - plane.offset >= -plane.slack - PLANE_ROUNDING * plane.normal.abs().dot(size)
+            plane.normal.dot(farthest) - plane.offset >= -plane.slack - plane.rounding(size)
         })
     }
 }

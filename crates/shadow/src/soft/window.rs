@@ -17,6 +17,7 @@ use umbriel_scene::{Extent, Light};
 
 use super::{
     caps::{Cap, cap_area},
+    normal::Normal,
     polygon::{Pieces, Polygon},
 };
 
@@ -94,9 +95,9 @@ impl Window {
 
     /// The plane of the light by a point and the normal towards the eye: for a ball the plane of the circle at which rays touch it.
     /// Nothing for a sun.
-    pub(crate) fn light_plane(&self) -> Option<(DVec3, DVec3)> {
-        let normal = self.axes.x_axis.cross(self.axes.y_axis);
-        let towards_eye = if normal.dot(self.axes.z_axis) > 0.0 { -normal } else { normal };
+    pub(crate) fn light_plane(&self) -> Option<(DVec3, Normal)> {
+        let normal = Normal::across(self.axes.x_axis, self.axes.y_axis);
+        let towards_eye = if normal.value().dot(self.axes.z_axis) > 0.0 { normal.flipped() } else { normal };
         self.end.is_finite().then(|| (self.eye + self.axes.z_axis * self.end, towards_eye))
     }
 
@@ -138,12 +139,6 @@ impl Window {
         // A dozen roundings of numbers of the polygon's size.
         let rounding = || 64.0 * f64::EPSILON * polygon.0.iter().map(|p| p.abs().max_element()).fold(1.0, f64::max);
         matches!(self.shape, Shape::Square) || polygon.distance_to_origin() <= 1.0 + rounding()
-    }
-
-    /// A direction's image line: `value(image)` is the scalar product of `normal` with the direction there.
-    pub(crate) fn half_plane(&self, normal: DVec3) -> impl Fn(DVec2) -> f64 + use<> {
-        let line = self.axes.transpose() * normal;
-        move |image| line.dot(image.extend(1.0))
     }
 
     /// The image of a convex face as far as it is before the light and in the square, counter-clockwise; `None` for none.
