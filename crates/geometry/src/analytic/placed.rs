@@ -125,6 +125,16 @@ impl PlacedAnalytic {
         self.side(&Point::exact(light.xyz()), light.is_sun())
     }
 
+    /// On which sides of the quadrics and of the planes a lamp lies, in the order of [`Forms`]: negative is inside a quadric, positive
+    /// inside a plane. Exact; by big numbers alone.
+    pub fn light_signs(&self, light: &LightSource) -> [Vec<Sign>; 2] {
+        let (forms, light) = (self.exact_forms(), ExactPoint::<Dyadic>::from_light(light));
+        let local = forms.pull_back(&light.xyz, &light.w);
+        let quadrics = (0..forms.quadrics().len()).map(|index| forms.quadric(index, &local, &local).sign());
+        let planes = (0..forms.planes().len()).map(|index| forms.plane(index, &local).sign());
+        [quadrics.collect(), planes.collect()]
+    }
+
     fn side_of<T: Decide>(&self, forms: &Forms<T>, x: &LocalPoint<T>) -> Option<Sign> {
         let mut nearest = Some(Sign::Positive);
         for piece in &self.layout.pieces {

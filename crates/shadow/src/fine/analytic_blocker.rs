@@ -13,7 +13,7 @@
 use std::ops::Range;
 
 use umbriel_geometry::{
-    Approx, Dyadic, PlacedAnalytic, Point, Ring, Sign,
+    Approx, Dyadic, LightSource, PlacedAnalytic, Point, Ring, Sign,
     analytic::{LocalPoint, Piece},
     decisions::decide,
 };
@@ -21,6 +21,28 @@ use umbriel_geometry::{
 use super::{field::Weights, receiver::Receiver};
 
 type Pairs<const N: usize> = [[Approx; N]; N];
+
+/// A lamp on a body's surface: on which sides of its quadrics and planes it lies, exactly.
+#[derive(Clone, Debug)]
+pub(crate) struct Contact {
+    quadrics: Vec<Sign>,
+    planes: Vec<Sign>,
+}
+
+impl Contact {
+    /// Of a lamp on the surface of this body.
+    pub(crate) fn new(body: &PlacedAnalytic, light: &LightSource) -> Self {
+        let [quadrics, planes] = body.light_signs(light);
+        Self { quadrics, planes }
+    }
+
+    /// Whether the lamp is strictly outside of a piece.
+    fn is_outside(&self, piece: &Piece) -> bool {
+        self.quadrics[piece.quadric] == Sign::Positive
+            || piece.planes.iter().any(|&plane| self.planes[plane] == Sign::Negative)
+            || piece.flat.is_some_and(|plane| self.planes[plane] != Sign::Zero)
+    }
+}
 
 /// How a body stands to all points of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,12 +93,19 @@ pub(crate) struct AnalyticBlocker<'a, const N: usize> {
     body: &'a PlacedAnalytic,
     /// Positive: the light is outside; exact.
     light_side: Sign,
+    /// For a light on the surface.
+    contact: Option<&'a Contact>,
     values: Values<N>,
 }
 
 impl<'a, const N: usize> AnalyticBlocker<'a, N> {
-    /// The forms at the receiver's corners. `light_side` is where the light lies, exactly.
-    pub(crate) fn new(object: u32, body: &'a PlacedAnalytic, light_side: Sign, receiver: &Receiver<N>) -> Self {
+    /// The forms at the receiver's corners. `light_side` is where the light lies, exactly; where it is on the surface, `contact` tells how.
+    pub(crate) fn new(
+        object: u32,
+        body: &'a PlacedAnalytic,
+        (light_side, contact): (Sign, Option<&'a Contact>),
+        receiver: &Receiver<N>,
+    ) -> Self {
         let forms = body.forms();
         let at_light = forms.pull_back_light(receiver.light);
         let at: [LocalPoint<Approx>; N] = receiver.points.map(|point| forms.pull_back_point(&point));
@@ -91,7 +120,7 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
             PlaneValues { points: at.map(value), light: forms.plane(plane, &at_light) }
         });
         let values = Values { quadrics: quadrics.collect(), planes: planes.collect() };
-        Self { object, body, light_side, values }
+        Self { object, body, light_side, contact, values }
     }
 
     /// What is proved of the hull of `corners`.
@@ -123,13 +152,28 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
         let (misses, covers) = match self.light_side {
             Sign::Positive => (pieces.iter().all(|piece| values.misses(piece)), self.covers(values)),
             Sign::Negative => (self.holds(values), pieces.iter().all(|piece| values.lies_outside(piece))),
-            Sign::Zero => (false, false),
+            Sign::Zero => self.contact.map_or((false, false), |contact| self.judge_contact(values, contact)),
         };
         match (misses, covers) {
             (true, _) => Influence::None,
             (_, true) => Influence::All,
             _ => Influence::Unknown,
         }
+    }
+
+    /// Whether no point is blocked, and whether all are, with the light on the surface.
+    fn judge_contact<const M: usize>(&self, values: &Values<M>, contact: &Contact) -> (bool, bool) {
+        let (pieces, is_convex) = (self.body.pieces(), self.body.body().is_convex());
+        let is_missed = |piece: &Piece| {
+            if contact.is_outside(piece) {
+                values.misses(piece)
+            } else {
+                values.leaves_outwards(piece, contact, is_convex)
+            }
+        };
+        let all_outside = || pieces.iter().all(|piece| values.lies_outside(piece));
+        let ends_inside = || pieces.iter().any(|piece| values.ends_inside(piece, contact));
+        (pieces.iter().all(is_missed), all_outside() && ends_inside())
     }
 
     /// Whether all points are blocked, with the light outside. The shadow of a convex body is convex: its corners decide.
@@ -184,6 +228,35 @@ impl<const N: usize> Values<N> {
         piece.flat.is_none()
             && negative(self.quadrics[piece.quadric].pairs[k][l])
             && piece.planes.iter().all(|&plane| moves_in(&self.planes[plane]))
+    }
+
+    /// Whether the ways run inside a piece just before they end at the light on its border: a point outside is blocked then.
+    fn ends_inside(&self, piece: &Piece, contact: &Contact) -> bool {
+        let q = &self.quadrics[piece.quadric];
+        let in_quadric = match contact.quadrics[piece.quadric] {
+            Sign::Negative => true,
+            Sign::Zero => q.polar.iter().all(|&value| negative(value)),
+            Sign::Positive => false,
+        };
+        let in_plane = |plane: usize| match contact.planes[plane] {
+            Sign::Positive => true,
+            Sign::Zero => self.planes[plane].points.iter().all(|&value| positive(value)),
+            Sign::Negative => false,
+        };
+        piece.flat.is_none() && in_quadric && piece.planes.iter().all(|&plane| in_plane(plane))
+    }
+
+    /// Whether a plane that touches a piece in the light, on its border, has the piece on its one closed side and all points strictly on the
+    /// other one.
+    fn leaves_outwards(&self, piece: &Piece, contact: &Contact, is_convex: bool) -> bool {
+        let touches = |plane: usize| contact.planes[plane] == Sign::Zero;
+        let all_below = |plane: usize| self.planes[plane].points.iter().all(|&value| negative(value));
+        let all_above = |plane: usize| self.planes[plane].points.iter().all(|&value| positive(value));
+        piece.planes.iter().any(|&plane| touches(plane) && all_below(plane))
+            || piece.flat.is_some_and(|plane| touches(plane) && (all_below(plane) || all_above(plane)))
+            || is_convex
+                && contact.quadrics[piece.quadric] == Sign::Zero
+                && self.quadrics[piece.quadric].polar.iter().all(|&value| positive(value))
     }
 
     /// Whether all points lie strictly outside a piece.

@@ -7,10 +7,14 @@
 use std::sync::{Arc, OnceLock};
 
 use umbriel_bvh::BoxTree;
+<<<<<<< HEAD
 use umbriel_geometry::{Aabb, Facets, LightSource, Mesh, Point, Sign, cut_out::Opacity};
+=======
+use umbriel_geometry::{Aabb, Facets, LightSource, PlacedAnalytic, Point, Sign, cut_out::Opacity};
+>>>>>>> 3caa5d4 (Lamps on curved surfaces: what lies on either side of their tangent plane is proved)
 
 use super::{
-    analytic_blocker::AnalyticBlocker,
+    analytic_blocker::{AnalyticBlocker, Contact},
     borders::DirectedEdge,
     classify::Blockers,
     instance_tree::LocalFrame,
@@ -41,6 +45,7 @@ pub(crate) struct Occluders<'a> {
     /// Further frames of a sun that comes equally along several axes: what one of them shows to be out of the way is, so
     /// that no axis is the first.
     ties: Vec<LightFrame>,
+<<<<<<< HEAD
     /// Two words an object until something of it is asked for.
     seen: Vec<OnceLock<Box<Seen>>>,
 }
@@ -53,6 +58,15 @@ struct Seen {
     /// The light-space box of the object's box in each frame that sees it; the ties last.
     views: OnceLock<Vec<Option<Aabb>>>,
     index: OnceLock<ObjectIndex>,
+=======
+    turns: Vec<OnceLock<Vec<Sign>>>,
+    /// For analytic bodies with the light on their surface.
+    contacts: Vec<OnceLock<Contact>>,
+    silhouettes: Vec<OnceLock<Silhouette>>,
+    /// For each object the light-space box of its box in each frame that sees it; the ties last.
+    views: Vec<OnceLock<Vec<Option<Aabb>>>>,
+    indices: Vec<OnceLock<ObjectIndex>>,
+>>>>>>> 3caa5d4 (Lamps on curved surfaces: what lies on either side of their tangent plane is proved)
 }
 
 /// One object in light space.
@@ -72,7 +86,15 @@ impl<'a> Occluders<'a> {
             light,
             frames: LightFrame::all(light),
             ties: LightFrame::ties(light),
+<<<<<<< HEAD
             seen: (0..count).map(|_| OnceLock::new()).collect(),
+=======
+            turns: (0..count).map(|_| OnceLock::new()).collect(),
+            contacts: (0..count).map(|_| OnceLock::new()).collect(),
+            silhouettes: (0..count).map(|_| OnceLock::new()).collect(),
+            views: (0..count).map(|_| OnceLock::new()).collect(),
+            indices: (0..count).map(|_| OnceLock::new()).collect(),
+>>>>>>> 3caa5d4 (Lamps on curved surfaces: what lies on either side of their tangent plane is proved)
         }
     }
 
@@ -105,6 +127,13 @@ impl<'a> Occluders<'a> {
     /// On which side of an analytic body the light lies: positive outside. Exact.
     pub(crate) fn side_of_light(&self, object: u32) -> Sign {
         self.turns(object)[0]
+    }
+
+    /// Where the light lies seen from a body, and how it touches the body where it is on its surface.
+    fn light_at(&self, object: u32, body: &PlacedAnalytic) -> (Sign, Option<&Contact>) {
+        let side = self.side_of_light(object);
+        let contact = || self.contacts[object as usize].get_or_init(|| Contact::new(body, self.light));
+        (side, (side == Sign::Zero).then(contact))
     }
 
     /// About how many facets of `objects` [`Occluders::candidates`] would find, from boxes alone; the same whatever the
@@ -244,7 +273,7 @@ impl<'a> Occluders<'a> {
             polygons.push(blocker);
         }
         let bodies = candidates.bodies.iter().filter_map(|&object| match self.bodies.get(object as usize) {
-            Body::Analytic(body) => Some(AnalyticBlocker::new(object, body, self.turns(object)[0], receiver)),
+            Body::Analytic(body) => Some(AnalyticBlocker::new(object, body, self.light_at(object, body), receiver)),
             Body::Flat(_) => None,
         });
         Blockers::new(polygons, bodies.collect(), holes, edges)

@@ -1,13 +1,13 @@
 //! Lights far away, very near, on vertices and edges, in planes, inside of things; suns on the horizon and overhead.
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Cuboid, LightSource};
+use umbriel_geometry::{Analytic, Cuboid, LightSource};
 use umbriel_io::sun_from_angles;
 use umbriel_scene::{Object, Scene};
 
 use super::{judge, lamp, sampled, sun};
 use crate::{
-    oracle::fixtures::{at, cuboid, l_prism, mesh, object, rectangle, scene, sphere},
+    oracle::fixtures::{analytic, at, cuboid, l_prism, mesh, object, rectangle, scene, sphere},
     proving::Case,
 };
 
@@ -100,6 +100,39 @@ fn lamps_on_vertices_edges_and_faces() {
     // A lamp in the floor's plane does not light it.
     let case = Case::new("in the plane", &whole, lamp([5.0, 0.0, 0.0]), 3);
     assert_eq!(case.report.lights[0].objects[0].lit.upper, 0.0);
+}
+
+/// From a lamp on a curved body all is hidden that is on the inner side of the tangent plane, and nothing on the outer one.
+#[test]
+fn lamps_on_curved_surfaces_are_told_from_their_tangent_planes() {
+    let cylinder = Analytic::Cylinder { radius: 0.5, height: 1.0 };
+    let cone = Analytic::Cone { radius: 1.0, height: 2.0 };
+    let capsule = Analytic::Capsule { radius: 0.5, height: 1.0 };
+    // A lamp on the surface, and the height of its tangent plane over the floor if that is level.
+    for (name, shape, position, share) in [
+        ("ball, pole", sphere(0.5), [0.0, 2.5, 0.0], 0.0),
+        ("ball, below", sphere(0.5), [0.0, 1.5, 0.0], 1.0),
+        // The tangent plane x = 1/2 parts the floor.
+        ("ball, side", sphere(0.5), [0.5, 2.0, 0.0], 3.5 / 8.0),
+        ("cylinder, end", analytic(cylinder), [0.25, 2.5, 0.0], 0.0),
+        ("cylinder, other end", analytic(cylinder), [0.25, 1.5, 0.0], 1.0),
+        ("cylinder, side", analytic(cylinder), [0.5, 2.25, 0.0], 3.5 / 8.0),
+        ("capsule, side", analytic(capsule), [0.5, 2.25, 0.0], 3.5 / 8.0),
+        ("capsule, pole", analytic(capsule), [0.0, 3.0, 0.0], 0.0),
+        // On its slanted side, half way up: x + y/2 = 1.5 there, and 3/2 on the floor.
+        ("cone, side", analytic(cone), [0.5, 2.0, 0.0], 2.5 / 8.0),
+        ("disk", analytic(Analytic::Disk { radius: 1.0 }), [0.25, 2.0, 0.0], 1.0),
+    ] {
+        let whole = scene(vec![floor(), object("body", shape, at(0.0, 2.0, 0.0))]);
+        judge(name, &whole, lamp(position));
+        let lit = Case::new(name, &whole, lamp(position), 6).report.lights[0].objects[0].lit;
+        let truth = 64.0 * share;
+        // One row of cells along the tangent plane, and its neighbours.
+        assert!(
+            lit.lower <= truth && truth <= lit.upper && lit.upper - lit.lower < 3.5,
+            "{name}: {lit:?}, not {truth}"
+        );
+    }
 }
 
 /// What stands on the floor has its bottom in contact with it, and contact never blocks: only there is the floor lit.
