@@ -7,11 +7,7 @@
 use std::sync::{Arc, OnceLock};
 
 use umbriel_bvh::BoxTree;
-<<<<<<< HEAD
-use umbriel_geometry::{Aabb, Facets, LightSource, Mesh, Point, Sign, cut_out::Opacity};
-=======
-use umbriel_geometry::{Aabb, Facets, LightSource, PlacedAnalytic, Point, Sign, cut_out::Opacity};
->>>>>>> 3caa5d4 (Lamps on curved surfaces: what lies on either side of their tangent plane is proved)
+use umbriel_geometry::{Aabb, Facets, LightSource, Mesh, PlacedAnalytic, Point, Sign, cut_out::Opacity};
 
 use super::{
     analytic_blocker::{AnalyticBlocker, Contact},
@@ -45,7 +41,6 @@ pub(crate) struct Occluders<'a> {
     /// Further frames of a sun that comes equally along several axes: what one of them shows to be out of the way is, so
     /// that no axis is the first.
     ties: Vec<LightFrame>,
-<<<<<<< HEAD
     /// Two words an object until something of it is asked for.
     seen: Vec<OnceLock<Box<Seen>>>,
 }
@@ -54,19 +49,12 @@ pub(crate) struct Occluders<'a> {
 #[derive(Default)]
 struct Seen {
     turns: OnceLock<Vec<Sign>>,
+    /// For analytic bodies with the light on their surface.
+    contact: OnceLock<Contact>,
     silhouette: OnceLock<Silhouette>,
     /// The light-space box of the object's box in each frame that sees it; the ties last.
     views: OnceLock<Vec<Option<Aabb>>>,
     index: OnceLock<ObjectIndex>,
-=======
-    turns: Vec<OnceLock<Vec<Sign>>>,
-    /// For analytic bodies with the light on their surface.
-    contacts: Vec<OnceLock<Contact>>,
-    silhouettes: Vec<OnceLock<Silhouette>>,
-    /// For each object the light-space box of its box in each frame that sees it; the ties last.
-    views: Vec<OnceLock<Vec<Option<Aabb>>>>,
-    indices: Vec<OnceLock<ObjectIndex>>,
->>>>>>> 3caa5d4 (Lamps on curved surfaces: what lies on either side of their tangent plane is proved)
 }
 
 /// One object in light space.
@@ -86,15 +74,7 @@ impl<'a> Occluders<'a> {
             light,
             frames: LightFrame::all(light),
             ties: LightFrame::ties(light),
-<<<<<<< HEAD
             seen: (0..count).map(|_| OnceLock::new()).collect(),
-=======
-            turns: (0..count).map(|_| OnceLock::new()).collect(),
-            contacts: (0..count).map(|_| OnceLock::new()).collect(),
-            silhouettes: (0..count).map(|_| OnceLock::new()).collect(),
-            views: (0..count).map(|_| OnceLock::new()).collect(),
-            indices: (0..count).map(|_| OnceLock::new()).collect(),
->>>>>>> 3caa5d4 (Lamps on curved surfaces: what lies on either side of their tangent plane is proved)
         }
     }
 
@@ -132,7 +112,7 @@ impl<'a> Occluders<'a> {
     /// Where the light lies seen from a body, and how it touches the body where it is on its surface.
     fn light_at(&self, object: u32, body: &PlacedAnalytic) -> (Sign, Option<&Contact>) {
         let side = self.side_of_light(object);
-        let contact = || self.contacts[object as usize].get_or_init(|| Contact::new(body, self.light));
+        let contact = || self.seen(object).contact.get_or_init(|| Contact::new(body, self.light));
         (side, (side == Sign::Zero).then(contact))
     }
 
