@@ -14,7 +14,7 @@
 
 use std::f64::consts::PI;
 
-use crate::floor::{Case, Site, judge_all};
+use crate::floor::{Case, NEAR_AND_FAR, Site, judge_all};
 use crate::forms::{
     Lamp,
     chance::{random_lamp, random_spin},
@@ -158,11 +158,11 @@ fn scaled(caster: Caster, scale: f64) -> Caster {
 }
 
 /// A random scene; `None` when rounding leaves the truth open.
-fn any_case(dice: &mut Dice, is_sphere: bool, is_sun: bool) -> Option<Case> {
+pub(crate) fn any_case(dice: &mut Dice, distances: &[f64], is_sphere: bool, is_sun: bool) -> Option<Case> {
     let (caster, half_height, height) = random_caster(dice, is_sphere);
     // A box may stand on the floor.
     let stands = height == half_height;
-    let site = Site::any(dice, stands);
+    let site = Site::any(dice, stands, distances);
     let caster = scaled(caster, site.scale);
     let extra = if stands { 0.0 } else { dice.float(0.01, 2.0) };
     let above = DVec3::new(dice.float(-1.0, 1.0), height + extra, dice.float(-1.0, 1.0));
@@ -199,7 +199,7 @@ fn caster_shape(caster: Caster) -> (Shape, DMat3) {
 }
 
 fn judge(title: &str, is_sphere: bool, is_sun: bool) {
-    judge_all(title, cases(1_000).div_ceil(4), |dice| any_case(dice, is_sphere, is_sun));
+    judge_all(title, cases(1_000).div_ceil(4), |dice| any_case(dice, &NEAR_AND_FAR, is_sphere, is_sun));
 }
 
 #[test]
@@ -227,7 +227,7 @@ fn the_formulas_agree_with_the_oracle() {
     for (is_sphere, is_sun) in [(true, true), (true, false), (false, true), (false, false)] {
         for number in 0..50 {
             let mut dice = Dice::new("formulas", number);
-            let Some(case) = any_case(&mut dice, is_sphere, is_sun) else { continue };
+            let Some(case) = any_case(&mut dice, &NEAR_AND_FAR, is_sphere, is_sun) else { continue };
             if let Err(complaint) = case.check_floor(&mut dice).and_then(|()| check_box(&case)) {
                 panic!("sphere {is_sphere}, sun {is_sun}, case {number}: {complaint}; {:?}", case.scene);
             }

@@ -11,7 +11,7 @@
 
 use std::f64::consts::PI;
 
-use crate::floor::{Case, Site, baked, holds, judge_all};
+use crate::floor::{Case, NEAR_AND_FAR, Site, baked, holds, judge_all};
 use crate::forms::{
     Caster,
     chance::{Arrangement, Kind, any_arrangement},
@@ -40,9 +40,9 @@ struct Placed {
 }
 
 /// `None` when rounding leaves the truth open.
-fn placed(dice: &mut Dice, kind: Kind, is_sun: bool) -> Option<Placed> {
+fn placed(dice: &mut Dice, distances: &[f64], kind: Kind, is_sun: bool) -> Option<Placed> {
     let Arrangement { caster, lamp, stands } = any_arrangement(dice, kind, is_sun);
-    let site = Site::any(dice, stands);
+    let site = Site::any(dice, stands, distances);
     let body = scaled(caster.body, site.scale);
     let center = site.place(caster.center);
     let (source, lamp) = site.light(lamp);
@@ -55,8 +55,8 @@ fn placed(dice: &mut Dice, kind: Kind, is_sun: bool) -> Option<Placed> {
     Some(Placed { site, shape: shape(body), map, source, shadow: shadow(&caster, lamp)?, areas })
 }
 
-fn any_case(dice: &mut Dice, kind: Kind, is_sun: bool) -> Option<Case> {
-    let found = placed(dice, kind, is_sun)?;
+pub(crate) fn any_case(dice: &mut Dice, distances: &[f64], kind: Kind, is_sun: bool) -> Option<Case> {
+    let found = placed(dice, distances, kind, is_sun)?;
     let case = Case::new(dice, found.site.origin, (found.shape, found.map), found.source, found.shadow);
     Some(Case { caster: found.areas, ..case })
 }
@@ -64,7 +64,7 @@ fn any_case(dice: &mut Dice, kind: Kind, is_sun: bool) -> Option<Case> {
 fn judge_kind(kind: Kind) {
     for is_sun in [true, false] {
         let count = cases(180).div_ceil(18);
-        judge_all(&format!("{kind:?} {is_sun}"), count, |dice| any_case(dice, kind, is_sun));
+        judge_all(&format!("{kind:?} {is_sun}"), count, |dice| any_case(dice, &NEAR_AND_FAR, kind, is_sun));
     }
 }
 
@@ -73,7 +73,7 @@ fn the_formulas_agree_with_the_oracle() {
     for (kind, is_sun) in Kind::ALL.into_iter().flat_map(|kind| [(kind, true), (kind, false)]) {
         for number in 0..10 {
             let mut dice = Dice::new("formulas", number);
-            let Some(case) = any_case(&mut dice, kind, is_sun) else { continue };
+            let Some(case) = any_case(&mut dice, &NEAR_AND_FAR, kind, is_sun) else { continue };
             if let Err(complaint) = case.check_floor(&mut dice) {
                 panic!("{kind:?}, sun {is_sun}, case {number}: {complaint}; {:?}", case.scene);
             }
@@ -165,7 +165,7 @@ fn bodies_over_and_on_a_disk() {
     all_hold("on a disk", cases(180).div_ceil(5), |dice| {
         let kind = dice.pick(&Kind::ALL);
         let is_sun = dice.one_in(2);
-        let found = placed(dice, kind, is_sun)?;
+        let found = placed(dice, &NEAR_AND_FAR, kind, is_sun)?;
         let reach = found.shadow.border.iter().map(|p| p.length()).fold(0.0, f64::max);
         let radius = reach * dice.float(1.02, 2.0);
         let floor = object("floor", shape(Analytic::Disk { radius }), DAffine3::from_translation(found.site.origin));

@@ -30,6 +30,9 @@ pub(crate) struct Case {
     pub(crate) formula_error: f64,
 }
 
+/// How far from the origin most scenes are, in units.
+pub(crate) const NEAR_AND_FAR: [f64; 4] = [0.0, 1.0, 1e3, 1e6];
+
 /// Where things stand before they are rounded to floats: a floor's middle and a scale.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Site {
@@ -40,10 +43,11 @@ pub(crate) struct Site {
 }
 
 impl Site {
-    /// Near or far, tiny or huge. What stands on the floor needs it at height 0, so that the contact is exact.
-    pub(crate) fn any(dice: &mut Dice, stands: bool) -> Self {
+    /// Tiny or huge, and one of these distances away, in units. What stands on the floor needs it at height 0, so that the contact is
+    /// exact.
+    pub(crate) fn any(dice: &mut Dice, stands: bool, distances: &[f64]) -> Self {
         let scale = 2f64.powi(dice.pick(&[-40, 0, 40]));
-        let far = scale * dice.pick(&[0.0, 1.0, 1e3, 1e6]);
+        let far = scale * dice.pick(distances);
         let y = if stands { 0.0 } else { far * dice.float(-1.0, 1.0) };
         Self { origin: DVec3::new(far * dice.float(-1.0, 1.0), y, far * dice.float(-1.0, 1.0)), scale }
     }
@@ -145,7 +149,7 @@ impl Case {
     }
 
     /// The edge of the floor's bounding cube, halved eight times.
-    fn cell_edge(&self) -> f64 {
+    pub(crate) fn cell_edge(&self) -> f64 {
         let half = DVec3::new(self.size.x, 0.0, self.size.y);
         let extent = self.spin.x_axis.abs() * half.x + self.spin.z_axis.abs() * half.z;
         extent.max_element() / 256.0

@@ -23,6 +23,7 @@ mod coarse_example;
 mod corpus;
 mod cut_outs;
 mod extremes;
+mod far_away;
 mod hard_cases;
 mod hidden_surfaces;
 mod many_points;
