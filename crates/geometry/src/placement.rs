@@ -105,18 +105,17 @@ impl Placement {
         ExactPoint { xyz, w: Dyadic::new(1.0) }
     }
 
-    /// The image of a box, rounded outward.
+    /// The image of a box, rounded outward. Rounding is monotone, so of the rounded corners one end of the box in each coordinate is the image of the corner
+    /// that the signs of the coefficients name.
     pub fn bounds(&self, local: &Aabb) -> Aabb {
-        let corner = |i: usize| {
-            let pick = |bit: usize, min: f64, max: f64| if i >> bit & 1 == 0 { min } else { max };
-            let (a, b) = (local.min, local.max);
-            DVec3::new(pick(0, a.x, b.x), pick(1, a.y, b.y), pick(2, a.z, b.z))
+        let end = |axis: usize, low: DVec3, high: DVec3| {
+            let row = self.row(axis);
+            let corner = std::array::from_fn(|k| if row[k] < 0.0 { high[k] } else { low[k] });
+            rounded_sum(&row, corner)
         };
-        let rounded = Aabb::of((0..8).map(|i| self.round(corner(i))));
-        let (a, b) = (rounded.min, rounded.max);
         Aabb {
-            min: DVec3::new(a.x.next_down(), a.y.next_down(), a.z.next_down()),
-            max: DVec3::new(b.x.next_up(), b.y.next_up(), b.z.next_up()),
+            min: DVec3::from_array(std::array::from_fn(|axis| end(axis, local.min, local.max).next_down())),
+            max: DVec3::from_array(std::array::from_fn(|axis| end(axis, local.max, local.min).next_up())),
         }
     }
 
@@ -147,11 +146,13 @@ impl Placement {
 
 /// The correctly rounded image of a point under an affine map, regular or not (ties to even); −0 becomes 0.
 pub(crate) fn rounded_image(map: &DAffine3, local: DVec3) -> DVec3 {
-    DVec3::from_array(std::array::from_fn(|axis| {
-        let row = row(map, axis);
-        let sum = DoubleDouble::of(&row, local.to_array());
-        decide(sum.rounded(), || exact_coordinate::<Dyadic>(&row, local).to_nearest()) + 0.0
-    }))
+    DVec3::from_array(std::array::from_fn(|axis| rounded_sum(&row(map, axis), local.to_array())))
+}
+
+/// One coordinate of it.
+fn rounded_sum(row: &[f64; 4], local: [f64; 3]) -> f64 {
+    let sum = DoubleDouble::of(row, local);
+    decide(sum.rounded(), || exact_coordinate::<Dyadic>(row, local.into()).to_nearest()) + 0.0
 }
 
 fn row(map: &DAffine3, axis: usize) -> [f64; 4] {
@@ -238,6 +239,26 @@ mod tests {
             let exact = placement.exact(local);
             for axis in 0..3 {
                 prop_assert_eq!(placement.round(local)[axis], exact.xyz[axis].to_nearest());
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn a_box_holds_its_corners_and_no_more(
+            entries in proptest::array::uniform12(-2.0..2.0f64), zeros in 0..512u32, ends in proptest::array::uniform6(-1e3..1e3f64),
+        ) {
+            let mut entries = entries;
+            (0..9).filter(|k| zeros >> k & 1 == 1).for_each(|k| entries[k] = 0.0);
+            let Ok(placement) = Placement::new(DAffine3::from_cols_array(&entries)) else { return Ok(()) };
+            let [a, b] = [0, 3].map(|k| DVec3::new(ends[k], ends[k + 1], ends[k + 2]));
+            let local = Aabb { min: a.min(b), max: a.max(b) };
+            let corner = |k: usize| DVec3::from_array(std::array::from_fn(|axis| [local.min, local.max][k >> axis & 1][axis]));
+            let rounded = Aabb::of((0..8).map(|k| placement.round(corner(k))));
+            let bounds = placement.bounds(&local);
+            for axis in 0..3 {
+                prop_assert_eq!(bounds.min[axis], rounded.min[axis].next_down());
+                prop_assert_eq!(bounds.max[axis], rounded.max[axis].next_up());
             }
         }
     }

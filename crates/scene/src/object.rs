@@ -230,10 +230,9 @@ impl Object {
         }
     }
 
+    /// Of corners that are those of a box along the local axes, flat or not.
     fn corner_bounds(&self, corners: &[DVec3]) -> Aabb {
-        let rounded = Aabb::of(corners.iter().map(|&corner| self.placement.round(corner)));
-        let next = |v: DVec3, step: fn(f64) -> f64| DVec3::new(step(v.x), step(v.y), step(v.z));
-        Aabb { min: next(rounded.min, f64::next_down), max: next(rounded.max, f64::next_up) }
+        self.placement.bounds(&Aabb::of(corners.iter().copied()))
     }
 
     /// Whether a face has one side only; asks whether its component is closed only where that matters.
