@@ -18,6 +18,7 @@ use crate::{
     budget::{Limit, refine},
     coarse::{coarse_step, object_tree},
     fine::{lattice::Spacing, scan::Layout},
+    groups::groups,
     portals,
     progress::{Cancelled, Progress},
     receivers::{FaceSums, Job, Receivers},
@@ -193,29 +194,47 @@ pub(crate) fn reports(sums: Vec<FaceSums>, request: &Request, work: &mut Work) -
 /// Runs the jobs of the receivers that are `asked`, and adds them up per object.
 fn run(
     receivers: &Receivers,
-    asked: impl Fn(usize) -> bool + Sync,
+    asked: impl Fn(usize) -> bool,
     progress: &dyn Progress,
 ) -> Result<Vec<FaceSums>, Cancelled> {
     let all = 0..receivers.request.receivers.len();
-    let counts =
-        all.clone().filter(|&receiver| asked(receiver)).map(|receiver| receivers.jobs_of(receiver).len() as u64);
-    let count = counts.sum();
+    let mut totals: Vec<FaceSums> = all.clone().map(|_| FaceSums::default()).collect();
+    let asked: Vec<usize> = all.filter(|&receiver| asked(receiver)).collect();
+    let count = asked.iter().map(|&receiver| receivers.jobs_of(receiver).len() as u64).sum();
     let done = AtomicU64::new(0);
+    let advance = || progress.advance("shadows", done.fetch_add(1, Ordering::Relaxed) + 1, count);
+    for group in groups(receivers, asked) {
+        let sums = if receivers.bodies.has_instances() {
+            let bodies = Bodies::of_group(receivers.bodies);
+            run_group(&receivers.of_group(&bodies), &group, &advance, progress)
+        } else {
+            run_group(receivers, &group, &advance, progress)
+        };
+        group.into_iter().zip(sums).for_each(|(receiver, sums)| totals[receiver] = sums);
+    }
+    if progress.is_cancelled() { Err(Cancelled) } else { Ok(totals) }
+}
+
+/// The sums of some receivers. They are added up receiver by receiver: those of all jobs together would be most of what a scene of many faces takes.
+fn run_group(
+    receivers: &Receivers,
+    group: &[usize],
+    advance: &(dyn Fn() + Sync),
+    progress: &dyn Progress,
+) -> Vec<FaceSums> {
     let is_cancelled = || progress.is_cancelled();
     let run_job = |job: Job| {
         let sums = receivers.run(&job, &is_cancelled);
-        progress.advance("shadows", done.fetch_add(1, Ordering::Relaxed) + 1, count);
+        advance();
         sums
     };
-    // Added up receiver by receiver: the sums of all jobs together would be most of what a scene of many faces takes.
-    let whole = |receiver: usize| {
-        let jobs: Vec<Job> = if asked(receiver) { receivers.jobs_of(receiver).collect() } else { Vec::new() };
+    let whole = |&receiver: &usize| {
+        let jobs: Vec<Job> = receivers.jobs_of(receiver).collect();
         let sums: Vec<FaceSums> = jobs.into_par_iter().map(run_job).collect();
         sums.into_iter().fold(FaceSums::default(), |mut total, sums| {
             total.append(sums);
             total
         })
     };
-    let totals = all.into_par_iter().map(whole).collect();
-    if progress.is_cancelled() { Err(Cancelled) } else { Ok(totals) }
+    group.par_iter().map(whole).collect()
 }

@@ -26,13 +26,17 @@ pub(crate) enum Body {
 pub(crate) struct Bodies<'a> {
     pub(crate) scene: &'a Scene,
     /// World boxes, rounded outward.
-    pub(crate) boxes: Vec<Aabb>,
+    pub(crate) boxes: Arc<[Aabb]>,
     /// Which objects light may reach; all if nothing is said.
-    reached: Option<Vec<bool>>,
+    reached: Option<Arc<[bool]>>,
     /// Two words an object until something of it is asked for.
     built: Vec<OnceLock<Box<Built>>>,
     /// What instances of a mesh share, by the address of the mesh: the scene keeps it where it is. Of meshes with one instance nothing.
-    of_meshes: HashMap<usize, OfMesh>,
+    of_meshes: Arc<HashMap<usize, OfMesh>>,
+    /// Which objects are instances of these meshes; empty if none is.
+    instances: Arc<[bool]>,
+    /// Those of all groups, where all but instances are kept.
+    of_all: Option<&'a Self>,
 }
 
 /// What is built of a mesh for all of its instances.
@@ -59,13 +63,36 @@ impl<'a> Bodies<'a> {
 
     /// With the world boxes at hand, one an object.
     pub(crate) fn with_boxes(scene: &'a Scene, boxes: Vec<Aabb>) -> Self {
-        let built = scene.objects.iter().map(|_| OnceLock::new()).collect();
-        Self { scene, boxes, reached: None, built, of_meshes: shared_meshes(scene) }
+        let of_meshes = shared_meshes(scene);
+        let is_instance = |object: &Object| mesh_of(object).is_some_and(|mesh| of_meshes.contains_key(&address(mesh)));
+        let instances = if of_meshes.is_empty() { Vec::new() } else { scene.objects.iter().map(is_instance).collect() };
+        Self {
+            scene,
+            boxes: boxes.into(),
+            reached: None,
+            built: unbuilt(scene),
+            of_meshes: Arc::new(of_meshes),
+            instances: instances.into(),
+            of_all: None,
+        }
+    }
+
+    /// For a group of receivers: instances that are asked for here are placed here, and forgotten with it.
+    pub(crate) fn of_group(all: &'a Self) -> Self {
+        Self {
+            scene: all.scene,
+            boxes: Arc::clone(&all.boxes),
+            reached: all.reached.clone(),
+            built: unbuilt(all.scene),
+            of_meshes: Arc::clone(&all.of_meshes),
+            instances: Arc::clone(&all.instances),
+            of_all: Some(all),
+        }
     }
 
     /// With what is known of the objects that light may reach, one entry an object.
     pub(crate) fn reached(self, reached: Vec<bool>) -> Self {
-        Self { reached: Some(reached), ..self }
+        Self { reached: Some(reached.into()), ..self }
     }
 
     /// Whether it is known that no light reaches an object.
@@ -85,7 +112,26 @@ impl<'a> Bodies<'a> {
     }
 
     fn built(&self, object: usize) -> &Built {
-        self.built[object].get_or_init(Box::default)
+        match self.of_all {
+            Some(all) if !self.is_instance(object) => all.built(object),
+            _ => self.built[object].get_or_init(Box::default),
+        }
+    }
+
+    /// Whether any mesh has several instances.
+    pub(crate) fn has_instances(&self) -> bool {
+        !self.instances.is_empty()
+    }
+
+    /// Whether the object is one of several instances of a mesh.
+    pub(crate) fn is_instance(&self, object: usize) -> bool {
+        self.instances.get(object).is_some_and(|&is_instance| is_instance)
+    }
+
+    /// Whether the object is placed, or would be kept for all of the bake.
+    pub(crate) fn is_kept(&self, object: usize) -> bool {
+        let is_placed = || self.built[object].get().is_some_and(|built| built.body.get().is_some());
+        self.of_all.is_none() || !self.is_instance(object) || is_placed()
     }
 
     /// Number of the object's faces; of a mesh without placing it.
@@ -109,15 +155,24 @@ impl<'a> Bodies<'a> {
         matches!(&self.scene.objects[object].shape, Shape::Mesh(mesh) if mesh.has_holes())
     }
 
-    /// Which of an object's flat faces share edges; the same for all lights, and for all instances of a mesh whose points are joined alike.
+    /// Which of an object's flat faces share edges; the same for all lights.
     pub(crate) fn edges(&self, object: usize, facets: &Facets) -> &EdgeTable {
-        self.built(object).edges.get_or_init(|| match &self.scene.objects[object].shape {
-            Shape::Mesh(mesh) if facets.are_joined_as_in_mesh() => match self.of_meshes.get(&address(mesh)) {
-                Some(of_mesh) => Arc::clone(of_mesh.edges.get_or_init(|| Arc::new(EdgeTable::of(facets)))),
-                None => Arc::new(EdgeTable::of(facets)),
-            },
-            _ => Arc::new(EdgeTable::of(facets)),
-        })
+        self.built(object).edges.get_or_init(|| self.edges_of(object, facets))
+    }
+
+    /// As [`Bodies::edges`], kept for all instances of a mesh whose points are joined alike, else not.
+    pub(crate) fn edges_of(&self, object: usize, facets: &Facets) -> Arc<EdgeTable> {
+        let table = || Arc::new(EdgeTable::of(facets));
+        match self.of_mesh(object).filter(|_| facets.are_joined_as_in_mesh()) {
+            Some((_, of_mesh)) => Arc::clone(of_mesh.edges.get_or_init(table)),
+            None => table(),
+        }
+    }
+
+    /// The mesh of an object that is one of several instances, and what all of these share.
+    fn of_mesh(&self, object: usize) -> Option<(&Arc<Mesh>, &OfMesh)> {
+        let mesh = mesh_of(&self.scene.objects[object])?;
+        Some((mesh, self.of_meshes.get(&address(mesh))?))
     }
 
     /// The area of a patch of a curved body within wide bounds ([`PatchArea::of_whole_roughly`]); found once for all lights.
@@ -129,8 +184,7 @@ impl<'a> Bodies<'a> {
 
     /// The mesh of an object that is one of several instances, and the tree that all of these share.
     pub(crate) fn instance(&self, object: usize) -> Option<(&Arc<Mesh>, &Arc<BoxTree>)> {
-        let Shape::Mesh(mesh) = &self.scene.objects[object].shape else { return None };
-        let of_mesh = self.of_meshes.get(&address(mesh))?;
+        let (mesh, of_mesh) = self.of_mesh(object)?;
         Some((mesh, of_mesh.tree.get_or_init(|| Arc::new(tree_of(mesh)))))
     }
 
@@ -144,6 +198,14 @@ impl<'a> Bodies<'a> {
     }
 }
 
+fn unbuilt(scene: &Scene) -> Vec<OnceLock<Box<Built>>> {
+    scene.objects.iter().map(|_| OnceLock::new()).collect()
+}
+
+fn mesh_of(object: &Object) -> Option<&Arc<Mesh>> {
+    if let Shape::Mesh(mesh) = &object.shape { Some(mesh) } else { None }
+}
+
 fn address(mesh: &Arc<Mesh>) -> usize {
     Arc::as_ptr(mesh).addr()
 }
@@ -151,10 +213,8 @@ fn address(mesh: &Arc<Mesh>) -> usize {
 /// The meshes that several objects are instances of.
 fn shared_meshes(scene: &Scene) -> HashMap<usize, OfMesh> {
     let mut instances: HashMap<usize, u32> = HashMap::new();
-    for object in &scene.objects {
-        if let Shape::Mesh(mesh) = &object.shape {
-            *instances.entry(address(mesh)).or_default() += 1;
-        }
+    for mesh in scene.objects.iter().filter_map(mesh_of) {
+        *instances.entry(address(mesh)).or_default() += 1;
     }
     instances.retain(|_, count| *count > 1);
     instances.into_keys().map(|mesh| (mesh, OfMesh::default())).collect()

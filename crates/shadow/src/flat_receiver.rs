@@ -4,13 +4,12 @@ use umbriel_geometry::{Facet, Facets, Point, blocking::Probe};
 use umbriel_octree::Face;
 
 use crate::{
-    bodies::Body,
     exact::{Own, face_blocks, flat_face_is_turned_to},
     fine::{
         Blocker, Blockers, Entry, FacetId, GiveUp, Receiver, flat,
         flat::{FLAT, FaceShape, FlatFace, Levels},
         lattice::Lattice,
-        raster::{self, Occluder, Raster},
+        raster::{self, Chain, Plane, Raster},
         tally::{Tally, Units},
     },
     levels,
@@ -98,16 +97,12 @@ impl<'a> FlatReceiver<'a> {
     }
 
     fn rasterise(&self) -> Result<Tally<Units>, GiveUp> {
-        let flat = self.objects().iter().filter_map(|&object| match self.all.bodies.get(object as usize) {
-            Body::Flat(facets) if !facets.has_holes() => Some(Occluder {
-                facets,
-                bounds: &self.all.bodies.boxes[object as usize],
-                turns: self.all.occluders.turns(object),
-                silhouette: self.all.occluders.silhouette(object, facets),
-            }),
-            Body::Flat(_) | Body::Analytic(_) => None,
-        });
-        let occluders: Vec<Occluder> = flat.collect();
+        let (bodies, occluders) = (self.all.bodies, &self.all.occluders);
+        let is_flat = |object: usize| !bodies.is_analytic(object) && !bodies.has_holes(object);
+        let add_all = |plane: &Plane, chain: &mut Chain| {
+            let mut flat = self.objects().iter().filter(|&&object| is_flat(object as usize));
+            flat.try_for_each(|&object| occluders.add_borders(object, plane, chain))
+        };
         let raster = Raster {
             shape: self.shape,
             levels: self.levels,
@@ -115,7 +110,7 @@ impl<'a> FlatReceiver<'a> {
             is_lit_exactly: &|u, v| !self.point_is_blocked(u, v),
             is_cancelled: self.is_cancelled,
         };
-        raster.run(&self.corners, self.all.light, self.all.occluders.turn(self.id), &occluders)
+        raster.run(&self.corners, self.all.light, occluders.turn(self.id), &add_all)
     }
 
     /// Whether anything blocks the way from a point of the face to the light. Exact.

@@ -18,6 +18,7 @@ pub mod doctor;
 mod exact;
 mod fine;
 mod flat_receiver;
+mod groups;
 mod hours;
 mod levels;
 mod light_space;

@@ -87,6 +87,13 @@ impl<'a> Receivers<'a> {
         Self { bodies, light, request, detail, own, influences, occluders, spacing: *spacing }
     }
 
+    /// The same with instances in `bodies`, which are those of a group ([`Bodies::of_group`]).
+    pub(crate) fn of_group<'g>(&'g self, bodies: &'g Bodies<'g>) -> Receivers<'g> {
+        let Self { light, request, detail, own, influences, spacing, .. } = *self;
+        let occluders = Occluders::of_group(bodies, &self.occluders);
+        Receivers { bodies, light, request, detail, own, influences, occluders, spacing }
+    }
+
     /// All jobs, in the order of receivers and faces.
     pub(crate) fn jobs(&self) -> Vec<Job> {
         (0..self.request.receivers.len()).flat_map(|receiver| self.jobs_of(receiver)).collect()

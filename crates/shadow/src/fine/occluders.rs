@@ -16,7 +16,7 @@ use super::{
     instance_tree::LocalFrame,
     light_frame::LightFrame,
     polygon_blocker::{FacetId, PolygonBlocker},
-    raster::silhouette::Silhouette,
+    raster::{Chain, GiveUp, Occluder, Plane, silhouette::Silhouette},
     receiver::Receiver,
 };
 use crate::bodies::{Bodies, Body};
@@ -43,6 +43,8 @@ pub(crate) struct Occluders<'a> {
     ties: Vec<LightFrame>,
     /// Two words an object until something of it is asked for.
     seen: Vec<OnceLock<Box<Seen>>>,
+    /// Those of all groups, where all but instances are kept.
+    of_all: Option<&'a Self>,
 }
 
 /// One object as the light sees it.
@@ -75,11 +77,20 @@ impl<'a> Occluders<'a> {
             frames: LightFrame::all(light),
             ties: LightFrame::ties(light),
             seen: (0..count).map(|_| OnceLock::new()).collect(),
+            of_all: None,
         }
     }
 
+    /// For a group of receivers, to be forgotten with `bodies` ([`Bodies::of_group`]).
+    pub(crate) fn of_group(bodies: &'a Bodies<'a>, all: &'a Self) -> Self {
+        Self { of_all: Some(all), ..Self::new(bodies, all.light) }
+    }
+
     fn seen(&self, object: u32) -> &Seen {
-        self.seen[object as usize].get_or_init(Box::default)
+        match self.of_all {
+            Some(all) if !self.bodies.is_instance(object as usize) => all.seen(object),
+            _ => self.seen[object as usize].get_or_init(Box::default),
+        }
     }
 
     /// Which way each facet of an object turns, seen from the light; for an analytic body, on which side of it the light
@@ -97,6 +108,24 @@ impl<'a> Occluders<'a> {
         self.seen(object)
             .silhouette
             .get_or_init(|| Silhouette::new(self.bodies.edges(object as usize, facets), self.turns(object)))
+    }
+
+    /// Adds the borders of a body with flat faces and no holes. An instance that the group has not placed is placed for this alone: a large face has all
+    /// of them before it.
+    pub(crate) fn add_borders(&self, object: u32, plane: &Plane, chain: &mut Chain) -> Result<(), GiveUp> {
+        let (number, bounds) = (object as usize, &self.bodies.boxes[object as usize]);
+        if self.bodies.is_kept(number) {
+            let Body::Flat(facets) = self.bodies.get(number) else { return Ok(()) };
+            let (turns, silhouette) = (self.turns(object), self.silhouette(object, facets));
+            return chain.add(plane, &Occluder { facets, bounds, turns, silhouette });
+        }
+        if !plane.is_reached_by(bounds)? {
+            return Ok(());
+        }
+        let Some(facets) = self.bodies.scene.objects[number].facets() else { return Ok(()) };
+        let turns: Vec<Sign> = (0..facets.len()).map(|facet| facets.turn(facet, self.light)).collect();
+        let silhouette = &Silhouette::new(&self.bodies.edges_of(number, &facets), &turns);
+        chain.add(plane, &Occluder { facets: &facets, bounds, turns: &turns, silhouette })
     }
 
     /// Which way a facet turns, seen from the light.

@@ -101,6 +101,15 @@ struct End {
     slip: f64,
 }
 
+/// A body that may shadow the face, as the light sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Occluder<'a> {
+    pub(crate) facets: &'a Facets,
+    pub(crate) bounds: &'a Aabb,
+    pub(crate) turns: &'a [Sign],
+    pub(crate) silhouette: &'a Silhouette,
+}
+
 /// One body before a face.
 pub(crate) struct BodyChain<'a> {
     pub(super) plane: &'a Plane<'a>,
@@ -114,26 +123,16 @@ pub(crate) struct BodyChain<'a> {
 }
 
 impl Chain {
-    /// Adds one body with box `bounds`.
-    pub(crate) fn add(
-        &mut self,
-        plane: &Plane,
-        facets: &Facets,
-        bounds: &Aabb,
-        turns: &[Sign],
-        silhouette: &Silhouette,
-    ) -> Result<(), GiveUp> {
+    /// Adds one body.
+    pub(crate) fn add(&mut self, plane: &Plane, occluder: &Occluder) -> Result<(), GiveUp> {
+        let Occluder { facets, bounds, turns, silhouette } = *occluder;
         let slack = match facets.triangles() {
             Some(_) => DVec3::ZERO,
             None => (0..facets.positions().len() as u32).fold(DVec3::ZERO, |s, k| s.max(facets.point(k).slack)),
         };
-        let image_bounds = plane.projection.bounds(bounds, slack);
-        if 16.0 * image_bounds.w > plane.projection.cutoff() {
-            return Err(GiveUp);
-        }
-        let near = 4.0 * image_bounds.h;
+        let (reach, image_bounds, near) = plane.reach(bounds, slack)?;
         let mut body = BodyChain { plane, facets, turns, bounds: image_bounds, near, states: Vec::new() };
-        match body.reach(bounds) {
+        match reach {
             Reach::Nothing => return Ok(()),
             Reach::Above => {}
             Reach::Cut => {
@@ -158,36 +157,49 @@ enum Reach {
     Cut,
 }
 
-impl BodyChain<'_> {
-    fn reach(&self, bounds: &Aabb) -> Reach {
+impl Plane<'_> {
+    /// Whether a mesh with this box may have part in the shadows on the face.
+    pub(crate) fn is_reached_by(&self, bounds: &Aabb) -> Result<bool, GiveUp> {
+        self.reach(bounds, DVec3::ZERO).map(|(reach, ..)| reach != Reach::Nothing)
+    }
+
+    /// What of a body with this box can block the face, the bounds of its images, and how near to the plane points are looked at exactly.
+    fn reach(&self, bounds: &Aabb, slack: DVec3) -> Result<(Reach, ImageBounds, f64), GiveUp> {
+        let image_bounds = self.projection.bounds(bounds, slack);
+        if 16.0 * image_bounds.w > self.projection.cutoff() {
+            return Err(GiveUp);
+        }
+        let near = 4.0 * image_bounds.h;
         let corners = (0..8).map(|k: usize| {
             let pick = |axis: usize| if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-            self.plane.projection.image(DVec3::new(pick(0), pick(1), pick(2)))
+            self.projection.image(DVec3::new(pick(0), pick(1), pick(2)))
         });
         let images: Vec<Image> = corners.collect();
         let lowest = images.iter().fold(f64::INFINITY, |low, image| low.min(image.h));
         let highest = images.iter().fold(f64::NEG_INFINITY, |high, image| high.max(image.h));
-        if highest < -self.near {
-            return Reach::Nothing;
-        }
-        let is_seen = images.iter().all(|image| image.w > 2.0 * self.plane.projection.cutoff());
-        if is_seen && self.misses(&images) {
-            return Reach::Nothing;
-        }
-        if lowest > self.near && is_seen { Reach::Above } else { Reach::Cut }
+        let is_seen = images.iter().all(|image| image.w > 2.0 * self.projection.cutoff());
+        let reach = if highest < -near || (is_seen && self.misses(&images, &image_bounds)) {
+            Reach::Nothing
+        } else if lowest > near && is_seen {
+            Reach::Above
+        } else {
+            Reach::Cut
+        };
+        Ok((reach, image_bounds, near))
     }
 
     /// Whether the hull of points before the light is cast beside the face.
-    fn misses(&self, images: &[Image]) -> bool {
-        let (cells, places) = (self.plane.projection.cells(), || {
-            images.iter().map(|image| self.plane.projection.place(image, &self.bounds))
-        });
+    fn misses(&self, images: &[Image], image_bounds: &ImageBounds) -> bool {
+        let cells = self.projection.cells();
+        let places = || images.iter().map(|image| self.projection.place(image, image_bounds));
         places().all(|p| p.x + p.margin < -1.0)
             || places().all(|p| p.y + p.margin < -1.0)
             || places().all(|p| p.x - p.margin > cells + 1.0)
             || places().all(|p| p.y - p.margin > cells + 1.0)
     }
+}
 
+impl BodyChain<'_> {
     /// Where point `k` lies.
     fn state(&self, k: usize, position: DVec3) -> u8 {
         let h = self.plane.projection.image(position).h;

@@ -32,14 +32,13 @@ use super::{
     tally::{Tally, Units},
 };
 use bins::Bins;
-use chain::{Chain, Plane};
 use estimate::Estimate;
 use projection::Projection;
 use span::{Walk, floor};
 use tally::{Outcome, TileGrid, TileMasks};
 use tile::{TILE, Tile, TilePlace};
 
-pub(crate) use chain::GiveUp;
+pub(crate) use chain::{Chain, GiveUp, Occluder, Plane};
 pub(crate) use edge_table::MAX_FACETS;
 
 /// Faces with fewer cells along an edge (as a power of two) are sooner divided.
@@ -62,13 +61,8 @@ pub(crate) fn is_sooner(level: u8, facets: usize, expected: f64) -> bool {
     2000.0 * expected > 8.0 * facets as f64 + 100.0 * tiles
 }
 
-/// A body that may shadow the face.
-pub(crate) struct Occluder<'a> {
-    pub(crate) facets: &'a umbriel_geometry::Facets,
-    pub(crate) bounds: &'a umbriel_geometry::Aabb,
-    pub(crate) turns: &'a [Sign],
-    pub(crate) silhouette: &'a silhouette::Silhouette,
-}
+/// What may shadow the face, one body after the other.
+pub(crate) type AddAll<'a> = &'a dyn Fn(&Plane, &mut Chain) -> Result<(), GiveUp>;
 
 /// One face and the borders on it.
 pub(crate) struct Raster<'a> {
@@ -78,24 +72,6 @@ pub(crate) struct Raster<'a> {
     /// The exact answer for a point (u, v) of the face.
     pub(crate) is_lit_exactly: &'a (dyn Fn(f64, f64) -> bool + Sync),
     pub(crate) is_cancelled: &'a (dyn Fn() -> bool + Sync),
-}
-
-/// The borders that `occluders` cast on a face with these corners, turned to the light on side `facing`.
-fn chain_on(
-    corners: &[Point; FLAT],
-    light: &LightSource,
-    facing: Sign,
-    cells: f64,
-    is_triangle: bool,
-    occluders: &[Occluder],
-) -> Result<Chain, GiveUp> {
-    let projection = Projection::new(corners, light, facing, cells).ok_or(GiveUp)?;
-    let plane = Plane { corners, light, facing, projection, is_triangle };
-    let mut chain = Chain::default();
-    for body in occluders {
-        chain.add(&plane, body.facets, body.bounds, body.turns, body.silhouette)?;
-    }
-    Ok(chain)
 }
 
 impl Raster<'_> {
@@ -108,9 +84,12 @@ impl Raster<'_> {
         corners: &[Point; FLAT],
         light: &LightSource,
         facing: Sign,
-        occluders: &[Occluder],
+        add_all: AddAll,
     ) -> Result<Tally<Units>, GiveUp> {
-        let chain = chain_on(corners, light, facing, self.cells() as f64, self.is_triangle(), occluders)?;
+        let projection = Projection::new(corners, light, facing, self.cells() as f64).ok_or(GiveUp)?;
+        let plane = Plane { corners, light, facing, projection, is_triangle: self.is_triangle() };
+        let mut chain = Chain::default();
+        add_all(&plane, &mut chain)?;
         let size = self.cells().min(TILE as i64);
         let tiles = (self.cells() / size) as usize;
         let bands_of = |segment| bands(Walk::of(segment).rows(0, self.cells()), size);
