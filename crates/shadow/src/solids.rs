@@ -38,8 +38,12 @@ const BLOCK: usize = 64;
 const PARTS: usize = 64;
 
 /// A star-shaped solid.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Solid {
+    /// Its triangles.
+    pub(crate) faces: Range<usize>,
+    /// Holds the numbers of its vertices.
+    pub(crate) vertices: Range<usize>,
     /// Holds all of it, world metres.
     pub(crate) bounds: Aabb,
     /// Whether the right-hand normals of its triangles point inward.
@@ -56,6 +60,14 @@ pub(crate) struct Solids {
     solids: Vec<Solid>,
 }
 
+impl Solid {
+    /// Whether all vertices in the range of numbers are corners of the solid, given that it is convex: then it has by two more of them than half
+    /// as many as triangles (Euler).
+    pub(crate) fn owns_its_vertices(&self) -> bool {
+        self.vertices.len() == self.faces.len() / 2 + 2
+    }
+}
+
 impl Solids {
     /// Of a mesh by the numbers of its vertices: vertices that only share a position do not join triangles. Bodies that
     /// are no meshes have none.
@@ -65,7 +77,9 @@ impl Solids {
         let positions = facets.positions();
         let parts = parts(triangles);
         let solid = |uses: &mut Uses, part: &Run| {
-            Part { triangles: &triangles[part.faces.clone()], vertices: part.vertices, positions }.solid(uses)
+            let triangles = &triangles[part.faces.clone()];
+            let solid = Part { triangles, vertices: part.vertices, positions }.solid(uses)?;
+            Some(Solid { faces: part.faces.clone(), ..solid })
         };
         let found: Vec<Option<Solid>> = match &parts[..] {
             [part] => vec![solid(uses, part)],
@@ -86,6 +100,11 @@ impl Solids {
     pub(crate) fn get(&self, face: usize) -> Option<(u32, &Solid)> {
         let number = *self.of_face.get(face)?;
         (number != NONE).then(|| (number, &self.solids[number as usize]))
+    }
+
+    /// All of them, in the order of their triangles.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Solid> {
+        self.solids.iter()
     }
 
     /// How many there are.
@@ -140,7 +159,8 @@ impl Part<'_> {
         let is_convex = meetings == 1 && uses.are_manifold && dispatch(Edges { part: self, uses, is_inward });
         let [low, high] = self.vertices;
         let bounds = Aabb::of(self.positions[low as usize..=high as usize].iter().copied());
-        Some(Solid { bounds, is_inward, is_convex })
+        let (faces, vertices) = (0..self.triangles.len(), low as usize..high as usize + 1);
+        Some(Solid { faces, vertices, bounds, is_inward, is_convex })
     }
 
     /// The mean of some corners: inside where the part is convex.

@@ -5,14 +5,19 @@
 //! eight occluders, another scans the rows of one occluder after the other. Doubtful pairs are kept to the end and
 //! decided exactly where nothing else blocks the sample. Cost: about ten nanoseconds a patch and occluder over it.
 
-use umbriel_geometry::simd::{I8, Int, Kernel, Mask, Simd};
+use umbriel_geometry::{
+    Aabb,
+    simd::{Int, Kernel, Simd},
+};
 
 use super::{
+    doubts::{Doubt, Occluder, doubt, settle},
     faces::{Face, Rect},
     pack::Pack,
-    patch::{EDGE, Patch},
+    patch::Patch,
     sampler::Sampler,
-    spans::{Bounds, Functions},
+    shade::{Shades, Shading, Whole, World},
+    spans::{Bounds, Functions, is_none},
     tree::{Node, Step, WIDTH},
 };
 
@@ -28,14 +33,37 @@ const FEW_PATCHES: usize = 8;
 /// A part is worth its own walk where the box of the whole is larger than those of the halves, this many times.
 const APART: f64 = 2.0;
 
+/// A pack of the order, or of a volume.
+#[derive(Clone, Copy)]
+struct PackId {
+    volume: Option<u32>,
+    pack: usize,
+}
+
+impl PackId {
+    #[inline(always)]
+    fn of<'a>(self, sampler: &'a Sampler) -> &'a Pack {
+        match self.volume {
+            None => &sampler.packs[self.pack],
+            Some(volume) => {
+                &sampler.volumes.all[volume as usize].pieces(&sampler.faces, &sampler.view).packs[self.pack]
+            }
+        }
+    }
+}
+
 /// Storage that batches share.
 #[derive(Default)]
 pub(super) struct Storage {
-    /// Packs of the tree over a batch, the boxes of their triangles, and boxes over eight packs each.
-    found: Vec<usize>,
+    /// Packs over a batch, the boxes of their triangles, and boxes over eight packs each.
+    found: Vec<PackId>,
     lanes: Vec<Node>,
     nodes: Vec<Node>,
+    /// Solids over a batch, and the patches' lattices in the world.
+    shades: Shades,
+    worlds: Vec<World>,
     path: Vec<Step>,
+    inner_path: Vec<Step>,
     doubts: Vec<Doubt>,
     /// The samples of the patches' rows that are in doubt.
     asked: Vec<u32>,
@@ -51,18 +79,29 @@ impl Storage {
         self.nodes.clear();
     }
 
-    /// Whether nothing but a solid is over a box of images and not all deeper than `farthest`.
+    /// Whether nothing but a solid is over a batch, none of which is deeper than `farthest`.
     #[inline(always)]
     pub(super) fn is_clear<S: Simd>(
         &mut self,
         simd: S,
         sampler: &Sampler,
         solid: i32,
-        whole: &Rect,
+        whole: &Whole,
         farthest: f32,
     ) -> bool {
         let farthest = farthest + sampler.errors.depth_slack(farthest);
-        let rect = whole.widened(sampler.wide);
+        let rect = whole.rect;
+        let volumes = &sampler.volumes;
+        self.shades.clear();
+        volumes.tree.begin(simd, &rect, farthest, &mut self.path);
+        while let Some(number) = volumes.tree.walk(simd, &rect, farthest, &mut self.path) {
+            if volumes.all[number].solid != solid {
+                self.shades.add(simd, sampler, number, whole);
+                if !self.shades.is_empty() {
+                    return false;
+                }
+            }
+        }
         sampler.tree.begin(simd, &rect, farthest, &mut self.path);
         while let Some(pack) = sampler.tree.walk(simd, &rect, farthest, &mut self.path) {
             let pack = &sampler.packs[pack];
@@ -76,7 +115,7 @@ impl Storage {
 
     /// Adds a pack with the boxes of its triangles.
     #[inline(always)]
-    fn add(&mut self, pack: usize, (rect, nearest): (Rect, f32), lanes: Node) {
+    fn add(&mut self, pack: PackId, (rect, nearest): (Rect, f32), lanes: Node) {
         let lane = self.found.len() % WIDTH;
         if lane == 0 {
             self.nodes.push(Node::EMPTY);
@@ -86,15 +125,6 @@ impl Storage {
         self.found.push(pack);
         self.lanes.push(lanes);
     }
-}
-
-/// Samples of a row of a patch that a face may block.
-#[derive(Clone, Copy, Debug)]
-struct Doubt {
-    patch: u32,
-    row: u32,
-    columns: u32,
-    face: Face,
 }
 
 /// Decides the open samples of these patches: afterwards those are open that are lit.
@@ -148,6 +178,7 @@ impl Batch<'_, '_> {
         self.storage.doubts.clear();
         self.storage.clear();
         let mut path = std::mem::take(&mut self.storage.path);
+        self.gather_volumes(simd, (first, end), (&rect, farthest), is_common.then_some(solid), &mut path);
         sampler.tree.begin(simd, &rect, farthest, &mut path);
         while let Some(pack) = sampler.tree.walk(simd, &rect, farthest, &mut path) {
             let triangles = &sampler.packs[pack];
@@ -156,7 +187,7 @@ impl Batch<'_, '_> {
             if lanes.overlapping(simd, &rect, farthest) & !own == 0 {
                 continue;
             }
-            self.storage.add(pack, sampler.tree.bounds(pack), lanes);
+            self.storage.add(PackId { volume: None, pack }, sampler.tree.bounds(pack), lanes);
             if self.storage.found.len() >= ROUND {
                 self.round(simd, first, end);
             }
@@ -164,6 +195,90 @@ impl Batch<'_, '_> {
         self.storage.path = path;
         self.round(simd, first, end);
         self.settle(first, end)
+    }
+
+    /// Meets the convex solids over a box of images, not all deeper than `farthest`, but for one; the faces of those that are
+    /// not to be taken as one are gathered.
+    #[inline(always)]
+    fn gather_volumes<S: Simd>(
+        &mut self,
+        simd: S,
+        (first, end): (usize, usize),
+        (rect, farthest): (&Rect, f32),
+        own: Option<i32>,
+        path: &mut Vec<Step>,
+    ) {
+        let sampler = self.sampler;
+        self.storage.shades.clear();
+        sampler.volumes.tree.begin(simd, rect, farthest, path);
+        let mut whole = None;
+        while let Some(number) = sampler.volumes.tree.walk(simd, rect, farthest, path) {
+            let volume = &sampler.volumes.all[number];
+            if Some(volume.solid) == own {
+                continue;
+            }
+            let whole = match &whole {
+                Some(whole) => whole,
+                None => whole.insert(self.whole(first, end, rect)),
+            };
+            if volume.cover < whole.limit || volume.planes.is_some() {
+                self.storage.shades.add(simd, sampler, number, whole);
+            } else {
+                self.gather_pieces(simd, (first, end), (rect, farthest), number);
+            }
+        }
+        if !self.storage.shades.is_empty() {
+            self.under_shades(simd, first, end);
+        }
+    }
+
+    /// What holds patches; their lattices in the world are kept.
+    #[inline(always)]
+    fn whole(&mut self, first: usize, end: usize, rect: &Rect) -> Whole {
+        self.storage.worlds.clear();
+        let (mut nearest, mut bounds) = (f32::INFINITY, Aabb::EMPTY);
+        for patch in &self.patches[first..end] {
+            let world = World::new(self.sampler, patch);
+            nearest = nearest.min(patch.nearest);
+            bounds = bounds.union(world.bounds(patch));
+            self.storage.worlds.push(world);
+        }
+        Whole::new(self.sampler, *rect, nearest, &bounds)
+    }
+
+    /// Gathers the faces of a volume over a box of images.
+    #[inline(always)]
+    fn gather_pieces<S: Simd>(
+        &mut self,
+        simd: S,
+        (first, end): (usize, usize),
+        (rect, farthest): (&Rect, f32),
+        volume: usize,
+    ) {
+        let sampler = self.sampler;
+        let pieces = sampler.volumes.all[volume].pieces(&sampler.faces, &sampler.view);
+        let mut path = std::mem::take(&mut self.storage.inner_path);
+        pieces.tree.begin(simd, rect, farthest, &mut path);
+        while let Some(pack) = pieces.tree.walk(simd, rect, farthest, &mut path) {
+            let lanes = Node::of_triangles(&pieces.packs[pack].load(simd));
+            if lanes.overlapping(simd, rect, farthest) == 0 {
+                continue;
+            }
+            self.storage.add(PackId { volume: Some(volume as u32), pack }, pieces.tree.bounds(pack), lanes);
+            if self.storage.found.len() >= ROUND {
+                self.round(simd, first, end);
+            }
+        }
+        self.storage.inner_path = path;
+    }
+
+    /// The patches against the solids that are taken as one.
+    #[inline(always)]
+    fn under_shades<S: Simd>(&mut self, simd: S, first: usize, end: usize) {
+        let Self { sampler, storage: Storage { shades, worlds, doubts, .. }, patches } = self;
+        for (number, (patch, world)) in (first..end).zip(patches[first..end].iter_mut().zip(worlds.iter())) {
+            Shading { sampler, patch, number: number as u32, doubts }.run(simd, shades, world);
+        }
     }
 
     /// The patches against the packs found so far, which are then given up.
@@ -187,37 +302,15 @@ impl Batch<'_, '_> {
             for number in first..end {
                 for row in 0..self.patches[number].rows {
                     let columns = self.patches[number].open[row as usize] as u32;
-                    let doubt = |&face: &Face| Doubt { patch: number as u32, row, columns, face };
+                    let doubt =
+                        |&face: &Face| Doubt { patch: number as u32, row, columns, occluder: Occluder::Face(face) };
                     self.storage.doubts.extend(unbounded.iter().map(doubt));
                 }
             }
         }
         let Storage { doubts, asked, .. } = &mut *self.storage;
-        asked.clear();
-        if !doubts.is_empty() {
-            asked.resize((end - first) * EDGE as usize, 0_u32);
-        }
-        for doubt in doubts {
-            let patch = &mut self.patches[doubt.patch as usize];
-            let mut columns = doubt.columns & patch.open[doubt.row as usize] as u32;
-            asked[(doubt.patch as usize - first) * EDGE as usize + doubt.row as usize] |= columns;
-            while columns != 0 {
-                let column = columns.trailing_zeros();
-                columns &= columns - 1;
-                let place = [patch.origin[0] + doubt.row, patch.origin[1] + column];
-                if self.sampler.blocks_exactly(patch.face, place, doubt.face) {
-                    patch.open[doubt.row as usize] &= !(1 << column);
-                }
-            }
-        }
-        asked.iter().map(|columns| u64::from(columns.count_ones())).sum()
+        settle(self.sampler, (first, &mut self.patches[first..end]), doubts, asked)
     }
-}
-
-/// Whether no bit is set.
-#[inline(always)]
-fn is_none<S: Simd>(simd: S, rows: I8<S>) -> bool {
-    rows.eq(simd.splat_int8(0)).bits() == 0xff
 }
 
 /// A patch that meets occluders.
@@ -234,7 +327,7 @@ impl Meeting<'_, '_> {
     /// The patch against those packs whose boxes it meets. Triangles whose boxes it meets are put side by side first: a pack
     /// of the tree has two or three of them.
     #[inline(always)]
-    fn run<S: Simd>(&mut self, simd: S, found: &[usize], lanes_of: &[Node], nodes: &[Node]) {
+    fn run<S: Simd>(&mut self, simd: S, found: &[PackId], lanes_of: &[Node], nodes: &[Node]) {
         let sampler = self.sampler;
         let rect = self.patch.rect.widened(sampler.wide);
         let farthest = self.patch.farthest + sampler.errors.depth_slack(self.patch.farthest);
@@ -248,7 +341,7 @@ impl Meeting<'_, '_> {
                 if lanes == 0 {
                     continue;
                 }
-                let pack = &sampler.packs[found[place]];
+                let pack = found[place].of(sampler);
                 lanes &= !pack.of_solid(simd, self.patch.solid);
                 while lanes != 0 {
                     let lane = lanes.trailing_zeros() as usize;
@@ -297,7 +390,8 @@ impl Meeting<'_, '_> {
                 while doubtful != 0 {
                     let face = pack.face(doubtful.trailing_zeros() as usize);
                     doubtful &= doubtful - 1;
-                    self.doubts.push(Doubt { patch: self.number, row, columns: 1 << column, face });
+                    let occluder = Occluder::Face(face);
+                    self.doubts.push(Doubt { patch: self.number, row, columns: 1 << column, occluder });
                 }
             }
         }
@@ -332,18 +426,11 @@ impl Meeting<'_, '_> {
                 }
                 let doubtful = maybe & left;
                 if !is_none(simd, doubtful) {
-                    self.doubt(first, pack.face(lane), doubtful.to_array());
+                    let occluder = Occluder::Face(pack.face(lane));
+                    doubt(self.doubts, self.number, occluder, first, doubtful.to_array());
                 }
             }
             self.patch.open.as_chunks_mut::<WIDTH>().0[group] = left.to_array();
         }
-    }
-
-    /// Keeps samples that a face may block.
-    #[cold]
-    fn doubt(&mut self, first: u32, face: Face, doubtful: [i32; WIDTH]) {
-        let rows = (first..).zip(doubtful).filter(|&(_, columns)| columns != 0);
-        let patch = self.number;
-        self.doubts.extend(rows.map(|(row, columns)| Doubt { patch, row, columns: columns as u32, face }));
     }
 }

@@ -16,9 +16,9 @@ use crate::solids::Solids;
 pub(super) struct Source<'a> {
     pub(super) object: u32,
     pub(super) facets: &'a Facets,
-    solids: &'a Solids,
+    pub(super) solids: &'a Solids,
     /// What the numbers of its solids are counted from.
-    first_solid: u32,
+    pub(super) first_solid: u32,
     is_lit: Option<&'a IsLit<'a>>,
     light: &'a LightSource,
 }
@@ -34,6 +34,11 @@ impl<'a> Source<'a> {
         objects.iter().map(source).collect()
     }
 
+    /// Whether it has samples.
+    pub(super) fn receives(&self) -> bool {
+        self.is_lit.is_some()
+    }
+
     /// The convex solid that a face belongs to.
     #[inline(always)]
     pub(super) fn convex(&self, face: usize) -> Option<u32> {
@@ -47,6 +52,11 @@ impl<'a> Source<'a> {
         let (number, solid) = self.solids.get(face)?;
         let is_left = turn? == if solid.is_inward { Sign::Negative } else { Sign::Positive };
         (is_left && solid.is_convex).then_some(self.first_solid + number)
+    }
+
+    /// Which way a face turns as seen from the light. Exact.
+    pub(super) fn turn(&self, face: usize) -> Sign {
+        self.facets.turn(face, self.light)
     }
 
     /// Whether a face has nothing to receive, and blocks nothing that other faces of its solid do not block as well: on their

@@ -1,6 +1,7 @@
 //! From faces that lie together to patches, and from patches to answers.
 
 use umbriel_geometry::{
+    Aabb, Sign,
     decisions::{Level, count},
     simd::{Kernel, Simd},
 };
@@ -11,6 +12,7 @@ use super::{
     layout::FaceLattice,
     patch::{EDGE, Extent, Frame, Patch},
     sampler::Sampler,
+    shade::Whole,
     tree::WIDTH,
     view::Image,
 };
@@ -43,24 +45,45 @@ impl Kernel for Group<'_, '_> {
         room.patches.clear();
         room.small.clear();
         room.large.clear();
-        let pieces = sampler.order.group(group);
-        for (place, &piece) in (pieces.start..).zip(&sampler.order.pieces[pieces]) {
-            if piece != Piece::NONE && piece.place() == 0 {
-                add(sampler, piece.face(), place, room);
-            }
-        }
         // Loops: what is in closures would be compiled for narrow vectors.
-        if is_clear(simd, sampler, room) {
-            for small in &room.small {
-                small.light(sampler);
+        match group.checked_sub(sampler.order.ends.len()) {
+            None => {
+                let pieces = sampler.order.group(group);
+                for (place, &piece) in (pieces.start..).zip(&sampler.order.pieces[pieces]) {
+                    if piece != Piece::NONE && piece.place() == 0 {
+                        add(sampler, piece.face(), Some(place), room);
+                    }
+                }
+                decide(simd, sampler, room);
             }
-            return;
+            Some(group) => {
+                for (volume, faces) in &sampler.volumes.groups[group] {
+                    let source = sampler.volumes.all[*volume as usize].source;
+                    for number in faces.clone() {
+                        add(sampler, Face { source, number: number as u32 }, None, room);
+                    }
+                    decide(simd, sampler, room);
+                }
+            }
         }
+    }
+}
+
+/// Decides the samples of the small faces, which are then given up.
+#[inline(always)]
+fn decide<S: Simd>(simd: S, sampler: &Sampler, room: &mut Room) {
+    if is_clear(simd, sampler, room) {
+        for small in &room.small {
+            small.light(sampler);
+        }
+    } else {
+        room.patches.clear();
         for small in &room.small {
             room.patches.push(small.patch(sampler));
         }
         Block { sampler, room }.run(simd);
     }
+    room.small.clear();
 }
 
 /// Whether the small faces are of one convex solid, turned away from it to the light, and nothing else is before them.
@@ -71,9 +94,17 @@ fn is_clear<S: Simd>(simd: S, sampler: &Sampler, room: &mut Room) -> bool {
     if !sampler.unbounded.is_empty() || small.iter().any(|small| small.solid != solid) {
         return false;
     }
-    let whole = small.iter().fold(Rect::EMPTY, |rect, small| rect.union(&small.extent.rect));
-    let farthest = small.iter().fold(f32::NEG_INFINITY, |most, small| most.max(small.extent.depths[1]));
-    storage.is_clear(simd, sampler, solid, &whole, farthest)
+    let (mut rect, mut bounds) = (Rect::EMPTY, Aabb::EMPTY);
+    let mut depths = [f32::INFINITY, f32::NEG_INFINITY];
+    for Small { face, extent, .. } in small.iter() {
+        rect = rect.union(&extent.rect);
+        depths = [depths[0].min(extent.depths[0]), depths[1].max(extent.depths[1])];
+        for position in sampler.positions(*face, 0) {
+            bounds = bounds.union(Aabb { min: position, max: position });
+        }
+    }
+    let whole = Whole::new(sampler, rect.widened(sampler.wide), depths[0], &bounds);
+    storage.is_clear(simd, sampler, solid, &whole, depths[1])
 }
 
 /// Decides patches.
@@ -111,9 +142,9 @@ struct Small {
     extent: Extent,
 }
 
-/// Adds a face at a place of the order if it has samples that may be lit.
+/// Adds a face, which may be at a place of the order, if it has samples that may be lit.
 #[inline(always)]
-fn add(sampler: &Sampler, face: Face, place: usize, room: &mut Room) {
+fn add(sampler: &Sampler, face: Face, place: Option<usize>, room: &mut Room) {
     let Some((layout, is_lit)) = sampler.objects[face.source as usize].receives else { return };
     let lattice = layout.face(face.number as usize);
     let [rows, columns] = lattice.lattice.counts();
@@ -121,23 +152,35 @@ fn add(sampler: &Sampler, face: Face, place: usize, room: &mut Room) {
         return;
     }
     let is_whole = sampler.faces.clipped(face).is_none();
-    let (corners, corner_count) = if is_whole && lattice.lattice.is_triangle() {
-        let [a, b, c] = sampler.packs[place / WIDTH].corners(place % WIDTH);
-        ([a, b, c, c], 3)
-    } else {
-        sampler.faces.corners(face)
+    let (corners, corner_count) = match place {
+        Some(place) if is_whole && lattice.lattice.is_triangle() => {
+            let [a, b, c] = sampler.packs[place / WIDTH].corners(place % WIDTH);
+            ([a, b, c, c], 3)
+        }
+        _ => sampler.faces.corners(face),
     };
     let turn = if is_whole { sampler.view.turn(&corners) } else { None };
     if !is_lit(face.number as usize, turn) {
         return;
     }
     let extent = Extent::of_images(&corners[..corner_count]);
+    if place.is_none() && !sampler.view.concerns(&extent.rect) {
+        return;
+    }
     if !is_whole || rows > EDGE || columns > EDGE || !sampler.view.holds(&extent.rect) {
         return room.large.push(face);
     }
-    let solid = sampler.faces.sources[face.source as usize].convex_behind(face.number as usize, turn);
-    let solid = solid.map_or(-2, |solid| solid as i32);
+    let solid = own_solid(sampler, face, turn);
     room.small.push(Small { face, solid, corners, lattice, extent });
+}
+
+/// The convex solid whose faces do not block the samples of a face that turns like this, if that is known; −2 for none.
+#[inline(always)]
+pub(super) fn own_solid(sampler: &Sampler, face: Face, turn: Option<Sign>) -> i32 {
+    let (source, number) = (&sampler.faces.sources[face.source as usize], face.number as usize);
+    let turn = || turn.unwrap_or_else(|| source.turn(number));
+    let solid = source.convex(number).and_then(|_| source.convex_behind(number, Some(turn())));
+    solid.map_or(-2, |solid| solid as i32)
 }
 
 impl Small {

@@ -2,6 +2,7 @@
 
 use super::{
     faces::{Face, Rect},
+    group::own_solid,
     layout::FaceLattice,
     patch::{EDGE, Extent, Frame, Patch},
     sampler::Sampler,
@@ -17,6 +18,8 @@ pub(super) struct Large {
     pub(super) lattice: Lattice,
     frame: Frame,
     extent: Extent,
+    /// The convex solid whose faces do not block its samples; −2 for none.
+    solid: i32,
     /// Whether the view's window holds all of it.
     is_inside: bool,
 }
@@ -44,7 +47,8 @@ impl Large {
             }
         };
         let is_inside = sampler.faces.clipped(face).is_none() && view.holds(&extent.rect);
-        Self { face, lattice, frame: Frame::of_corners(homogeneous, &lattice), extent, is_inside }
+        let frame = Frame::of_corners(homogeneous, &lattice);
+        Self { face, lattice, frame, extent, solid: own_solid(sampler, face, None), is_inside }
     }
 
     /// Adds the patches of the block that begins at a row and a column.
@@ -55,7 +59,8 @@ impl Large {
         for row in starts(0, row) {
             for column in starts(1, column) {
                 let origin = [row, column];
-                patches.extend(Patch::part((self.face, origin), &self.frame, &self.extent, &self.lattice, view));
+                let patch = Patch::part((self.face, origin), &self.frame, &self.extent, &self.lattice, view);
+                patches.extend(patch.map(|patch| Patch { solid: self.solid, ..patch }));
             }
         }
     }

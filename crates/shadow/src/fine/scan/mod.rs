@@ -14,8 +14,10 @@
 
 mod batch;
 mod clip;
+mod doubts;
 mod faces;
 mod group;
+mod hull;
 mod images;
 mod large;
 mod layout;
@@ -24,9 +26,11 @@ mod order;
 mod pack;
 mod patch;
 mod sampler;
+mod shade;
 mod spans;
 mod tree;
 mod view;
+mod volumes;
 
 #[cfg(test)]
 mod tests;

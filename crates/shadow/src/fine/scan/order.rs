@@ -89,11 +89,15 @@ impl Order {
     }
 }
 
-/// The faces that the view sees, in order; and the view of all faces.
-pub(super) fn sorted<'a>(sources: &'a [Source<'a>], view: &View) -> (Faces<'a>, Order) {
-    let images = Images::new(sources, view);
+/// Those of some faces of each source that the view sees, in order; and the view of all faces.
+pub(super) fn sorted<'a>(
+    sources: &'a [Source<'a>],
+    ranges: &[Vec<Range<usize>>],
+    images: Images,
+    view: &View,
+) -> (Faces<'a>, Order) {
     let chunks: Vec<Chunk> =
-        chunks(sources).into_par_iter().map(|pieces| Chunk::new(&pieces, sources, &images, view)).collect();
+        chunks(ranges).into_par_iter().map(|pieces| Chunk::new(&pieces, sources, &images, view)).collect();
     let buckets = buckets_of(&chunks);
     let buckets: Vec<Order> = buckets
         .into_par_iter()
@@ -106,21 +110,23 @@ pub(super) fn sorted<'a>(sources: &'a [Source<'a>], view: &View) -> (Faces<'a>, 
     (Faces { sources, images, clipped }, order)
 }
 
-/// Runs of faces of sources: small sources together, large ones in several.
-fn chunks(sources: &[Source]) -> Vec<Vec<(u32, Range<usize>)>> {
+/// Runs of faces of sources: small ones together, large ones in several.
+fn chunks(ranges: &[Vec<Range<usize>>]) -> Vec<Vec<(u32, Range<usize>)>> {
     let mut chunks = vec![Vec::new()];
     let mut used = 0;
-    for (source, Source { facets, .. }) in sources.iter().enumerate() {
-        let mut first = 0;
-        while first < facets.len() {
-            if used == CHUNK {
-                chunks.push(Vec::new());
-                used = 0;
+    for (source, ranges) in ranges.iter().enumerate() {
+        for range in ranges {
+            let mut first = range.start;
+            while first < range.end {
+                if used == CHUNK {
+                    chunks.push(Vec::new());
+                    used = 0;
+                }
+                let end = range.end.min(first + CHUNK - used);
+                chunks.last_mut().expect("never empty").push((source as u32, first..end));
+                used += end - first;
+                first = end;
             }
-            let end = facets.len().min(first + CHUNK - used);
-            chunks.last_mut().expect("never empty").push((source as u32, first..end));
-            used += end - first;
-            first = end;
         }
     }
     chunks
@@ -230,7 +236,7 @@ fn sort_by_byte(from: &[Item], to: &mut [Item], shift: u32) {
 }
 
 /// A face's place in the order: sizes by factors of 16, large ones first, then the middle along the curve.
-fn key(rect: &Rect) -> u64 {
+pub(super) fn key(rect: &Rect) -> u64 {
     let size = (0..2).map(|k| i64::from(rect.max[k]) - i64::from(rect.min[k])).max().unwrap_or(0);
     let class = (64 - size.leading_zeros()).min(31) / 4;
     let [x, y] = rect.center().map(|x| (x + (1 << 29)).clamp(0, (1 << 30) - 1) as u64 >> 10);

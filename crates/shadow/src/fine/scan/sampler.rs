@@ -2,20 +2,24 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use glam::DVec3;
 use rayon::prelude::*;
-use umbriel_geometry::{Aabb, Facets, LightSource, Sign, simd::dispatch};
+use umbriel_geometry::{Aabb, Facet, Facets, LightSource, Sign, simd::dispatch};
 
 use super::{
-    faces::{Face, Faces, Source},
+    faces::{Face, Faces, Rect, Source},
     group::{Block, Group, Room},
+    images::Images,
     large::{BLOCK, Large},
     layout::{FaceLattice, Layout},
     lit_bits::LitBits,
     order::{Order, sorted},
     pack::Pack,
+    patch::Patch,
     spans::Errors,
     tree::{Tree, WIDTH},
     view::View,
+    volumes::{Volume, Volumes},
 };
 use crate::{
     bodies::Bodies,
@@ -56,6 +60,11 @@ pub(super) struct Sampler<'a> {
     pub(super) order: Order,
     pub(super) packs: Vec<Pack>,
     pub(super) tree: Tree,
+    pub(super) volumes: Volumes,
+    /// The largest coordinate of anything, metres.
+    pub(super) size: f64,
+    /// What corners may be off by, metres.
+    pub(super) slack: f64,
     /// Faces whose shadow nothing bounds: asked about every sample.
     pub(super) unbounded: Vec<Face>,
 }
@@ -77,17 +86,35 @@ pub(crate) fn sample(
         return Ok(lit);
     }
     let slack = objects.iter().map(|object| object.facets.slack()).fold(0.0, f64::max);
+    let size = bounds.min.abs().max(bounds.max.abs()).max_element();
     let sources = Source::all(objects, light);
     for view in View::all(light, &bounds, slack) {
-        let (faces, order) = sorted(&sources, &view);
+        let images = Images::new(&sources, &view);
+        let (volumes, others) = Volumes::new(&sources, &images, light, &view);
+        let (faces, order) = sorted(&sources, &others, images, &view);
         let packs: Vec<Pack> =
             order.pieces.par_chunks(WIDTH).with_min_len(64).map(|pieces| Pack::new(&faces, pieces)).collect();
-        let tree = Tree::new(&packs);
+        let tree = Tree::of_packs(&packs);
         let errors = Errors { image: view.error as f32, depth: view.depth_error };
         let wide = (2.0 * view.error).ceil() as i32 + 2;
         let unbounded = faces.clipped.iter().filter(|(_, images)| images.is_empty()).map(|(&face, _)| face).collect();
-        let sampler =
-            Sampler { bodies, light, objects, lit: &lit, view, errors, wide, faces, order, packs, tree, unbounded };
+        let sampler = Sampler {
+            bodies,
+            light,
+            objects,
+            lit: &lit,
+            view,
+            errors,
+            wide,
+            faces,
+            order,
+            packs,
+            tree,
+            volumes,
+            size,
+            slack,
+            unbounded,
+        };
         sampler.run(progress)?;
     }
     Ok(lit)
@@ -95,8 +122,9 @@ pub(crate) fn sample(
 
 impl Sampler<'_> {
     fn run(&self, progress: &dyn Progress) -> Result<(), Cancelled> {
-        let (done, total) = (AtomicU64::new(0), self.order.ends.len() as u64);
-        (0..self.order.ends.len()).into_par_iter().for_each_init(Room::default, |room, group| {
+        let groups = self.order.ends.len() + self.volumes.groups.len();
+        let (done, total) = (AtomicU64::new(0), groups as u64);
+        (0..groups).into_par_iter().for_each_init(Room::default, |room, group| {
             if !progress.is_cancelled() {
                 self.run_group(group, room, progress);
                 progress.advance("samples", done.fetch_add(1, Ordering::Relaxed) + 1, total);
@@ -133,11 +161,36 @@ impl Sampler<'_> {
         }
     }
 
+    /// The corners from which the lattice of a face is counted: first, next, last.
+    #[inline(always)]
+    pub(super) fn positions(&self, face: Face, first: u8) -> [DVec3; 3] {
+        let facets = self.objects[face.source as usize].facets;
+        let [a, b, d] = match (facets.facet(face.number as usize), first) {
+            (Facet::Parallelogram([a, b, _, d]), _) => [a, b, d],
+            (Facet::Triangle([a, b, c]), 0) => [a, b, c],
+            (Facet::Triangle([a, b, c]), 1) => [b, c, a],
+            (Facet::Triangle([a, b, c]), _) => [c, a, b],
+        };
+        let positions = facets.positions();
+        [positions[a as usize], positions[b as usize], positions[d as usize]]
+    }
+
     /// The lattice of a receiver's face.
     #[inline(always)]
     pub(super) fn lattice(&self, face: Face) -> FaceLattice {
         let (layout, _) = self.objects[face.source as usize].receives.expect("patches are of receivers");
         layout.face(face.number as usize)
+    }
+
+    /// Whether a convex solid blocks a sample of a patch's face at a row and column. Exact.
+    pub(super) fn volume_blocks_exactly(&self, patch: &Patch, place: [u32; 2], volume: &Volume) -> bool {
+        let rect = patch.rect.widened(self.wide);
+        volume.faces.clone().any(|number| {
+            let occluder = Face { source: volume.source, number: number as u32 };
+            let (corners, count) = self.faces.corners(occluder);
+            let is_over = !Rect::of(&corners[..count]).intersection(&rect).is_empty();
+            is_over && self.blocks_exactly(patch.face, place, occluder)
+        })
     }
 
     /// Whether a face blocks the sample of another face at a row and column. Exact.

@@ -28,11 +28,11 @@ const UNBOUNDED: f32 = 1e15;
 
 /// A linear function of row and column, a lane an occluder.
 #[derive(Clone, Copy, Debug)]
-struct Linear<V> {
-    first: V,
-    row: V,
-    column: V,
-    tolerance: V,
+pub(super) struct Linear<V> {
+    pub(super) first: V,
+    pub(super) row: V,
+    pub(super) column: V,
+    pub(super) tolerance: V,
 }
 
 impl<V: Float<WIDTH>> Linear<V> {
@@ -43,11 +43,28 @@ impl<V: Float<WIDTH>> Linear<V> {
 
     /// The least and the greatest value in some rows and columns beyond the first ones.
     #[inline(always)]
-    fn range<S: Lanes<WIDTH, Float = V>>(&self, simd: S, row: V, rows: V, columns: V) -> [V; 2] {
+    pub(super) fn range<S: Lanes<WIDTH, Float = V>>(&self, simd: S, row: V, rows: V, columns: V) -> [V; 2] {
         let none = simd.splat(0.0);
         let start = self.first + row * self.row;
         let (along, across) = (rows * self.row, columns * self.column);
         [start + along.min(none) + across.min(none), start + along.max(none) + across.max(none)]
+    }
+}
+
+/// How far samples are to the left of lines through points, relative to the patch's middle, times the lengths along them.
+#[inline(always)]
+pub(super) fn beside_lines<S: Simd>(
+    simd: S,
+    along: [F8<S>; 2],
+    from: [F8<S>; 2],
+    patch: &Patch,
+    tolerance: F8<S>,
+) -> Linear<F8<S>> {
+    Linear {
+        first: turn(simd, along, from, patch, 0),
+        row: turn(simd, along, from, patch, 1),
+        column: turn(simd, along, from, patch, 2),
+        tolerance,
     }
 }
 
@@ -104,14 +121,11 @@ impl<S: Simd> Functions<S> {
         let thin = (area_off + area_off).select(is_thin, simd.splat8(0.0));
         let tolerance =
             simd.splat8(10.0 * errors.image) * (reach + length) + simd.splat8(256.0 * ROUNDOFF) * length * reach + thin;
-        let none = simd.splat8(0.0);
-        let mut edges = [Linear { first: none, row: none, column: none, tolerance }; 3];
-        for (k, edge) in edges.iter_mut().enumerate() {
-            let from = [x[(k + 1) % 3], y[(k + 1) % 3]];
-            edge.first = turn(simd, along[k], from, patch, 0);
-            edge.row = turn(simd, along[k], from, patch, 1);
-            edge.column = turn(simd, along[k], from, patch, 2);
-        }
+        let edges = [
+            beside_lines(simd, along[0], [x[1], y[1]], patch, tolerance),
+            beside_lines(simd, along[1], [x[2], y[2]], patch, tolerance),
+            beside_lines(simd, along[2], [x[0], y[0]], patch, tolerance),
+        ];
         let limit = patch.nearest - errors.depth_slack(patch.nearest);
         let nearer = triangles.farthest().lt(simd.splat8(limit));
         // Mostly the depths alone tell.
@@ -216,7 +230,7 @@ fn plane<S: Simd>(
 
 /// One function of each of eight occluders as a bound of columns.
 #[derive(Clone, Copy, Debug)]
-struct Side {
+pub(super) struct Side {
     /// Where the function is 0 in row 0, and how that moves with the row.
     base: [f32; WIDTH],
     slope: [f32; WIDTH],
@@ -231,7 +245,7 @@ impl Side {
 
 /// The bound, and where its numbers are such.
 #[inline(always)]
-fn side<S: Simd>(simd: S, f: &Linear<F8<S>>) -> (Side, M8<S>) {
+pub(super) fn side<S: Simd>(simd: S, f: &Linear<F8<S>>) -> (Side, M8<S>) {
     let least = f.tolerance * simd.splat8(LEAST_STEP);
     let column = least.select(f.column.abs().lt(least), f.column);
     let inverse = simd.splat8(-1.0) / column;
@@ -271,25 +285,65 @@ impl Bounds {
     /// The columns that one occluder hides in eight rows from `row` on: those for certain, and those and the doubtful.
     #[inline(always)]
     pub(super) fn spans<S: Simd>(&self, simd: S, lane: usize, row: u32) -> [I8<S>; 2] {
-        const STEPS: [f32; WIDTH] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-        let rows = simd.load(&STEPS) + simd.splat8(row as f32);
-        let (before, beyond) = (simd.splat8(-1.0), simd.splat8(33.0));
-        let mut limits = [before, before, beyond, beyond];
+        let mut limits = Limits::new(simd, row);
         let count = if self.uses_plane >> lane & 1 == 1 { 4 } else { 3 };
         for side in &self.sides[..count] {
-            let zero = simd.splat8(side.base[lane]) + rows * simd.splat8(side.slope[lane]);
-            // In this order what is no number bounds nothing.
-            limits[0] = (zero + simd.splat8(side.offsets[0][lane])).max(limits[0]);
-            limits[1] = (zero + simd.splat8(side.offsets[1][lane])).max(limits[1]);
-            limits[2] = (zero + simd.splat8(side.offsets[2][lane])).min(limits[2]);
-            limits[3] = (zero + simd.splat8(side.offsets[3][lane])).min(limits[3]);
+            limits.add(simd, side, lane);
         }
-        let maybe = columns_after(simd, limits[1]).without(columns_after(simd, limits[3].max(before)));
-        if self.uncertain >> lane & 1 == 1 {
-            return [simd.splat_int8(0), maybe];
-        }
-        [columns_after(simd, limits[0]).without(columns_after(simd, limits[2].max(before))), maybe]
+        let [certain, maybe] = limits.columns(simd);
+        [if self.uncertain >> lane & 1 == 1 { simd.splat_int8(0) } else { certain }, maybe]
     }
+}
+
+/// Columns of eight rows between sides.
+pub(super) struct Limits<S: Simd> {
+    rows: F8<S>,
+    /// See [`Side`].
+    limits: [F8<S>; 4],
+}
+
+impl<S: Simd> Limits<S> {
+    /// All columns of eight rows from `row` on.
+    #[inline(always)]
+    pub(super) fn new(simd: S, row: u32) -> Self {
+        const STEPS: [f32; WIDTH] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+        let (before, beyond) = (simd.splat8(-1.0), simd.splat8(33.0));
+        Self { rows: simd.load(&STEPS) + simd.splat8(row as f32), limits: [before, before, beyond, beyond] }
+    }
+
+    /// Only those on the inner side of one function.
+    #[inline(always)]
+    pub(super) fn add(&mut self, simd: S, side: &Side, lane: usize) {
+        let zero = simd.splat8(side.base[lane]) + self.rows * simd.splat8(side.slope[lane]);
+        let [[a, b], [c, d]] = [
+            [simd.splat8(side.offsets[0][lane]), simd.splat8(side.offsets[1][lane])],
+            [simd.splat8(side.offsets[2][lane]), simd.splat8(side.offsets[3][lane])],
+        ];
+        // In this order what is no number bounds nothing.
+        self.limits[0] = (zero + a).max(self.limits[0]);
+        self.limits[1] = (zero + b).max(self.limits[1]);
+        self.limits[2] = (zero + c).min(self.limits[2]);
+        self.limits[3] = (zero + d).min(self.limits[3]);
+    }
+
+    /// A bit a column, a lane a row: those between all sides for certain, and those that may be.
+    #[inline(always)]
+    pub(super) fn columns(&self, simd: S) -> [I8<S>; 2] {
+        // No closures: they would be compiled for narrow vectors.
+        [between(simd, self.limits[0], self.limits[2]), between(simd, self.limits[1], self.limits[3])]
+    }
+}
+
+/// Whether no bit is set.
+#[inline(always)]
+pub(super) fn is_none<S: Simd>(simd: S, rows: I8<S>) -> bool {
+    rows.eq(simd.splat_int8(0)).bits() == 0xff
+}
+
+/// The bits of the columns beyond a limit up to another one.
+#[inline(always)]
+fn between<S: Simd>(simd: S, start: F8<S>, end: F8<S>) -> I8<S> {
+    columns_after(simd, start).without(columns_after(simd, end.max(simd.splat8(-1.0))))
 }
 
 /// The bits of the columns beyond a limit.

@@ -1,4 +1,4 @@
-//! Boxes over the faces in order: eight faces a pack, eight packs a node, eight nodes a node above.
+//! Boxes over what is in order: eight faces a pack, eight packs or volumes a node, eight nodes a node above.
 //!
 //! The tree has no pointers: node n of a level holds numbers 8n to 8n + 7 of the level below (a packed tree, Kamel and Faloutsos
 //! 1993). A box has an extent in the image and a least depth. Cost: a look at every face, and 20 bytes a pack.
@@ -41,6 +41,13 @@ impl Node {
         }
     }
 
+    /// Of eight boxes with their least depths at most.
+    fn of(boxes: impl Iterator<Item = (Rect, f32)>) -> Self {
+        let mut node = Self::EMPTY;
+        boxes.enumerate().for_each(|(lane, (rect, nearest))| node.add(lane, &rect, nearest));
+        node
+    }
+
     /// Widens the box in a lane.
     #[inline(always)]
     pub(super) fn add(&mut self, lane: usize, rect: &Rect, nearest: f32) {
@@ -80,26 +87,20 @@ pub(super) struct Tree {
 
 impl Tree {
     /// Of packs in order.
-    pub(super) fn new(packs: &[Pack]) -> Self {
-        let lowest = packs.par_chunks(WIDTH).with_min_len(NODES).map(|packs| {
-            let mut node = Node::EMPTY;
-            for (lane, pack) in packs.iter().enumerate() {
-                let (rect, nearest) = pack.bounds();
-                node.add(lane, &rect, nearest);
-            }
-            node
-        });
-        let mut levels = vec![lowest.collect::<Vec<Node>>()];
+    pub(super) fn of_packs(packs: &[Pack]) -> Self {
+        let lowest = packs.par_chunks(WIDTH).with_min_len(NODES).map(|packs| Node::of(packs.iter().map(Pack::bounds)));
+        Self::above(lowest.collect())
+    }
+
+    /// Of boxes with their least depths, in order; on one thread.
+    pub(super) fn of_boxes(boxes: &[(Rect, f32)]) -> Self {
+        Self::above(boxes.chunks(WIDTH).map(|boxes| Node::of(boxes.iter().copied())).collect())
+    }
+
+    fn above(lowest: Vec<Node>) -> Self {
+        let mut levels = vec![lowest];
         while let Some(below) = levels.last().filter(|below| below.len() > 1) {
-            let above = below.chunks(WIDTH).map(|children| {
-                let mut node = Node::EMPTY;
-                for (lane, child) in children.iter().enumerate() {
-                    let (rect, nearest) = child.whole();
-                    node.add(lane, &rect, nearest);
-                }
-                node
-            });
-            let above = above.collect();
+            let above = below.chunks(WIDTH).map(|children| Node::of(children.iter().map(Node::whole))).collect();
             levels.push(above);
         }
         Self { levels }
