@@ -184,6 +184,9 @@ fn exact_coordinate<R: Ring>(row: &[f64; 4], local: DVec3) -> R {
     product(0) + product(1) + product(2) + R::from_f64(row[3])
 }
 
+/// 2^-900: products above it keep all their digits in two floats.
+const LEAST: f64 = f64::from_bits((1023 - 900) << 52);
+
 /// An unevaluated sum of two floats with a bound on what it misses.
 struct DoubleDouble {
     high: f64,
@@ -195,26 +198,33 @@ impl DoubleDouble {
     /// row·(local, 1), by Dekker's two-sums and fused products.
     fn of(row: &[f64; 4], local: [f64; 3]) -> Self {
         let (mut high, mut low, mut magnitude) = (row[3], 0.0_f64, row[3].abs());
+        let mut is_exact = true;
         for i in 0..3 {
             let product = row[i] * local[i];
             let product_error = row[i].mul_add(local[i], -product);
             let [sum, sum_error] = two_sum(high, product);
             high = sum;
-            low += sum_error + product_error;
+            let [rests, lost] = two_sum(sum_error, product_error);
+            let [next, lost_too] = two_sum(low, rests);
+            low = next;
             magnitude += product.abs() + sum.abs();
+            // A product that is not zero by a factor may have lost digits at the bottom of the range.
+            let is_whole = product.abs() >= LEAST || row[i] == 0.0 || local[i] == 0.0;
+            is_exact &= is_whole && lost == 0.0 && lost_too == 0.0;
         }
+        // Where nothing was lost, the sum of both is the exact one, and `high` that rounded to the nearest float.
         let [high, low] = two_sum(high, low);
         // `low` sums six terms, each at most u·magnitude, with at most six roundings: 36u² ≤ 2^-100·magnitude.
-        Self { high, low, error: magnitude * f64::EPSILON * f64::EPSILON * 16.0 }
+        Self { high, low, error: if is_exact { 0.0 } else { magnitude * f64::EPSILON * f64::EPSILON * 16.0 } }
     }
 
     /// The correctly rounded sum, unless a rounding boundary lies within the error.
     fn rounded(&self) -> Option<f64> {
-        if self.low == 0.0 && self.error == 0.0 {
+        if self.error == 0.0 {
             return Some(self.high);
         }
         // The products may underflow where the result is tiny; let the exact path decide there.
-        if self.high.abs() < f64::from_bits((1023 - 900) << 52) {
+        if self.high.abs() < LEAST {
             return None;
         }
         let (down, up) = (self.high + (self.low - self.error), self.high + (self.low + self.error));

@@ -171,13 +171,14 @@ fn a_flattening_matrix_is_told_exactly() {
 
 #[test]
 fn a_vertex_between_two_floats_is_rounded_exactly() {
-    // 1 + 2^-53 lies in the middle between 1 and the next float, and the third coordinate a hair beside such a middle.
+    // 1 + 2^-53 lies in the middle between 1 and the next float; y is moved by a hair of z.
     let half = f64::EPSILON / 2.0;
     let map = DAffine3 { matrix3: DMat3::IDENTITY, translation: DVec3::new(1.0, 1.0, 1.0) };
     let columns = DMat3::from_cols(DVec3::new(1.0, 0.0, 0.0), DVec3::Y, DVec3::new(0.0, half.powi(3), 1.0));
     let placement = Placement::new(DAffine3 { matrix3: columns, ..map }).expect("regular");
     assert_eq!(by_floats(|| placement.round(DVec3::new(0.25, 0.5, 0.75))), DVec3::new(1.25, 1.5, 1.75));
-    assert_eq!(exactly(|| placement.round(DVec3::new(half, 0.5, 0.0))).x, 1.0, "to even");
+    assert_eq!(by_floats(|| placement.round(DVec3::new(-1.0, 0.5, 0.0))).x, 0.0, "zero, without rounding");
+    assert_eq!(by_floats(|| placement.round(DVec3::new(half, 0.5, 0.0))).x, 1.0, "the middle itself, to even");
     assert_eq!(exactly(|| placement.round(DVec3::new(0.5, half, 1.0))).y, 1.0f64.next_up(), "above the middle");
     assert_eq!(exactly(|| placement.round(DVec3::new(0.5, half, -1.0))).y, 1.0, "below it");
 }
