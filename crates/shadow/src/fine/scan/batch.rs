@@ -284,6 +284,9 @@ impl Batch<'_, '_> {
     /// The patches against the packs found so far, which are then given up.
     #[inline(always)]
     fn round<S: Simd>(&mut self, simd: S, first: usize, end: usize) {
+        if self.storage.found.is_empty() {
+            return;
+        }
         let Self { sampler, storage: Storage { found, lanes, nodes, doubts, .. }, patches } = self;
         for (number, patch) in (first..end).zip(&mut patches[first..end]) {
             let open = patch.count_open();

@@ -1,5 +1,7 @@
 //! From faces that lie together to patches, and from patches to answers.
 
+use std::ops::Range;
+
 use umbriel_geometry::{
     Aabb, Sign,
     decisions::{Level, count},
@@ -15,8 +17,12 @@ use super::{
     shade::Whole,
     tree::WIDTH,
     view::Image,
+    volumes::Volume,
 };
 use crate::fine::lattice::first_bits;
+
+/// Faces that are not asked together whether all are lit.
+const FEW: usize = 8;
 
 /// Storage that the groups of one thread share.
 #[derive(Default)]
@@ -51,17 +57,14 @@ impl Kernel for Group<'_, '_> {
                 let pieces = sampler.order.group(group);
                 for (place, &piece) in (pieces.start..).zip(&sampler.order.pieces[pieces]) {
                     if piece != Piece::NONE && piece.place() == 0 {
-                        add(sampler, piece.face(), Some(place), room);
+                        add(sampler, piece.face(), Some(place), None, room);
                     }
                 }
                 decide(simd, sampler, room);
             }
             Some(group) => {
                 for (volume, faces) in &sampler.volumes.groups[group] {
-                    let source = sampler.volumes.all[*volume as usize].source;
-                    for number in faces.clone() {
-                        add(sampler, Face { source, number: number as u32 }, None, room);
-                    }
+                    add_of_volume(sampler, &sampler.volumes.all[*volume as usize], faces.clone(), room);
                     decide(simd, sampler, room);
                 }
             }
@@ -91,7 +94,8 @@ fn decide<S: Simd>(simd: S, sampler: &Sampler, room: &mut Room) {
 fn is_clear<S: Simd>(simd: S, sampler: &Sampler, room: &mut Room) -> bool {
     let Room { storage, small, .. } = room;
     let Some(solid) = small.first().map(|small| small.solid).filter(|&solid| solid >= 0) else { return false };
-    if !sampler.unbounded.is_empty() || small.iter().any(|small| small.solid != solid) {
+    // A few patches are made as soon as they are known not to be needed.
+    if small.len() < FEW || !sampler.unbounded.is_empty() || small.iter().any(|small| small.solid != solid) {
         return false;
     }
     let (mut rect, mut bounds) = (Rect::EMPTY, Aabb::EMPTY);
@@ -142,9 +146,23 @@ struct Small {
     extent: Extent,
 }
 
-/// Adds a face, which may be at a place of the order, if it has samples that may be lit.
+/// Adds those faces of a volume that have samples that may be lit.
 #[inline(always)]
-fn add(sampler: &Sampler, face: Face, place: Option<usize>, room: &mut Room) {
+fn add_of_volume(sampler: &Sampler, volume: &Volume, faces: Range<usize>, room: &mut Room) {
+    let Some((_, is_lit)) = sampler.objects[volume.source as usize].receives else { return };
+    for number in faces {
+        let is_left = sampler.volumes.is_left(volume, number);
+        // What does not turn outward is turned away or seen from its edge, and then never lit.
+        if is_left || is_lit(number, Some(volume.outward.flipped())) {
+            let face = Face { source: volume.source, number: number as u32 };
+            add(sampler, face, None, is_left.then_some(volume), room);
+        }
+    }
+}
+
+/// Adds a face if it has samples that may be lit; it may be at a place of the order, or one by which rays to the light leave a volume.
+#[inline(always)]
+fn add(sampler: &Sampler, face: Face, place: Option<usize>, volume: Option<&Volume>, room: &mut Room) {
     let Some((layout, is_lit)) = sampler.objects[face.source as usize].receives else { return };
     let lattice = layout.face(face.number as usize);
     let [rows, columns] = lattice.lattice.counts();
@@ -159,7 +177,11 @@ fn add(sampler: &Sampler, face: Face, place: Option<usize>, room: &mut Room) {
         }
         _ => sampler.faces.corners(face),
     };
-    let turn = if is_whole { sampler.view.turn(&corners) } else { None };
+    let turn = match volume {
+        Some(volume) => Some(volume.outward),
+        None if is_whole => sampler.view.turn(&corners),
+        None => None,
+    };
     if !is_lit(face.number as usize, turn) {
         return;
     }
@@ -170,7 +192,7 @@ fn add(sampler: &Sampler, face: Face, place: Option<usize>, room: &mut Room) {
     if !is_whole || rows > EDGE || columns > EDGE || !sampler.view.holds(&extent.rect) {
         return room.large.push(face);
     }
-    let solid = own_solid(sampler, face, turn);
+    let solid = volume.map_or_else(|| own_solid(sampler, face, turn), |volume| volume.solid);
     room.small.push(Small { face, solid, corners, lattice, extent });
 }
 

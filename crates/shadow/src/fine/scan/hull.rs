@@ -13,6 +13,7 @@ const CROSS_ERROR: f64 = 4096.0;
 
 /// The corners of the hull of images, counter-clockwise, none of them on a line with its neighbours; one or two where all lie
 /// at a point or on a line.
+#[inline(always)]
 pub(super) fn hull(images: &[Image], storage: &mut Vec<[i32; 2]>, outline: &mut Vec<[i32; 2]>) {
     storage.clear();
     if images.len() < MANY {

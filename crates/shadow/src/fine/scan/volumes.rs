@@ -95,6 +95,8 @@ impl Lanes {
 pub(super) struct Sides {
     pub(super) edges: Vec<Edges>,
     pub(super) planes: Vec<Planes>,
+    /// A bit a face: whether rays to the light leave by it.
+    left: Vec<u64>,
 }
 
 /// A convex solid all of which the view sees.
@@ -102,7 +104,7 @@ pub(super) struct Volume {
     pub(super) source: u32,
     pub(super) faces: Range<usize>,
     /// How faces turn by which rays to the light leave.
-    outward: Sign,
+    pub(super) outward: Sign,
     /// Its number among the solids of all sources.
     pub(super) solid: i32,
     pub(super) rect: Rect,
@@ -114,6 +116,8 @@ pub(super) struct Volume {
     pub(super) edges: Lanes,
     /// `None` if there are too many.
     pub(super) planes: Option<Lanes>,
+    /// The place of its first face's bit.
+    first_bit: usize,
     pieces: OnceLock<Pieces>,
 }
 
@@ -152,6 +156,13 @@ pub(super) struct Volumes {
 const GROUP: usize = 128;
 
 impl Volumes {
+    /// Whether rays to the light leave a volume by one of its faces.
+    #[inline(always)]
+    pub(super) fn is_left(&self, volume: &Volume, face: usize) -> bool {
+        let bit = volume.first_bit + (face - volume.faces.start);
+        self.sides[volume.part].left[bit / 64] >> (bit % 64) & 1 == 1
+    }
+
     /// Of the solids of all sources that the view sees as a whole, and for each source the faces of others.
     pub(super) fn new(
         sources: &[Source],
@@ -259,9 +270,10 @@ impl Kernel for Make<'_> {
             part,
             edges: add_edges(outline, &mut sides.edges),
             planes: None,
+            first_bit: 64 * sides.left.len(),
             pieces: OnceLock::new(),
         };
-        sight.add_faces(&mut volume, &mut sides.planes);
+        sight.add_faces(&mut volume, sides);
         volume
     }
 }
@@ -269,14 +281,16 @@ impl Kernel for Make<'_> {
 impl Seen<'_> {
     /// What the faces by which rays to the light leave say of depths.
     #[inline(always)]
-    fn add_faces(&self, volume: &mut Volume, planes: &mut Vec<Planes>) {
+    fn add_faces(&self, volume: &mut Volume, Sides { planes, left, .. }: &mut Sides) {
+        left.resize(left.len() + volume.faces.len().div_ceil(64), 0);
         let mut lanes = Lanes { first: planes.len(), count: 0 };
-        for face in volume.faces.clone() {
+        for (face, bit) in volume.faces.clone().zip(volume.first_bit..) {
             let (corners, count) = corners(self.facets, self.images, face);
             let turn = self.view.turn(&corners).unwrap_or_else(|| self.facets.turn(face, self.light));
             if turn != volume.outward {
                 continue;
             }
+            left[bit / 64] |= 1 << (bit % 64);
             volume.cover = volume.cover.max(depths(&corners[..count])[1]);
             if lanes.count < MOST_PLANES {
                 self.add_plane(planes, lanes.count % WIDTH, face);
