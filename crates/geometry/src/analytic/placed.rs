@@ -2,7 +2,7 @@
 //!
 //! Each question is put to a filter in floats first and to exact numbers where that cannot tell.
 
-use std::sync::OnceLock;
+use std::{cell::LazyCell, sync::OnceLock};
 
 use super::{
     Analytic, AnalyticDefect,
@@ -31,6 +31,8 @@ pub struct PlacedAnalytic {
     placement: Placement,
     layout: Layout,
     forms: Forms<Approx>,
+    /// What pulled-back points are multiplied by in `forms`: a power of two.
+    scale: f64,
     exact: OnceLock<Forms<Dyadic>>,
     /// In local coordinates, rounded.
     float: OnceLock<Forms<f64>>,
@@ -45,13 +47,14 @@ impl PlacedAnalytic {
     pub fn new(body: Analytic, placement: Placement) -> Result<Self, AnalyticDefect> {
         body.check()?;
         let layout = Layout::of(&body);
-        let forms = approx_forms(&layout, &placement);
+        let (forms, scale) = approx_forms(&layout, &placement);
         Ok(Self {
             charts: charts(&body),
             body,
             placement,
             layout,
             forms,
+            scale,
             exact: OnceLock::new(),
             float: OnceLock::new(),
         })
@@ -125,13 +128,22 @@ impl PlacedAnalytic {
         self.side(&Point::exact(light.xyz()), light.is_sun())
     }
 
-    /// On which sides of the quadrics and of the planes a lamp lies, in the order of [`Forms`]: negative is inside a quadric, positive
-    /// inside a plane. Exact; by big numbers alone.
-    pub fn light_signs(&self, light: &LightSource) -> [Vec<Sign>; 2] {
-        let (forms, light) = (self.exact_forms(), ExactPoint::<Dyadic>::from_light(light));
-        let local = forms.pull_back(&light.xyz, &light.w);
-        let quadrics = (0..forms.quadrics().len()).map(|index| forms.quadric(index, &local, &local).sign());
-        let planes = (0..forms.planes().len()).map(|index| forms.plane(index, &local).sign());
+    /// The values of all quadrics and of all planes at a light, in the scale of [`PlacedAnalytic::forms`]: the filter's where these are sharp,
+    /// else the floats nearest to the exact ones. So their signs are always known.
+    pub fn light_values(&self, light: &LightSource) -> [Vec<Approx>; 2] {
+        let (forms, at) = (&self.forms, self.forms.pull_back_light(light));
+        let exact_at: LazyCell<LocalPoint<Dyadic>, _> = LazyCell::new(|| {
+            let light = ExactPoint::<Dyadic>::from_light(light);
+            self.exact_forms().pull_back(&light.xyz, &light.w).map(|coordinate| coordinate * Dyadic::new(self.scale))
+        });
+        let told = |filtered: Approx, exact: &dyn Fn(&LocalPoint<Dyadic>) -> Dyadic| {
+            let is_sharp = filtered.error <= filtered.value.abs() * SHARP;
+            decide(is_sharp.then_some(filtered), || exact(&exact_at).to_approx())
+        };
+        let quadrics = (0..forms.quadrics.len())
+            .map(|index| told(forms.quadric(index, &at, &at), &|x| self.exact_forms().quadric(index, x, x)));
+        let planes =
+            (0..forms.planes.len()).map(|index| told(forms.plane(index, &at), &|x| self.exact_forms().plane(index, x)));
         [quadrics.collect(), planes.collect()]
     }
 
@@ -300,22 +312,26 @@ impl<T: Decide> Segment<T> {
     }
 }
 
-/// The forms with bounds. The matrix is scaled by a power of two that brings the weight near one, so that products of
+/// A value at a light is sharp where its bound is below this share of it. Any number serves: what is not sharp is told exactly.
+const SHARP: f64 = 1.0 / (1u64 << 30) as f64;
+
+/// The forms with bounds, and their scale. The matrix is scaled by a power of two that brings the weight near one, so that products of
 /// values stay far from underflow whatever the scale.
-fn approx_forms(layout: &Layout, placement: &Placement) -> Forms<Approx> {
+fn approx_forms(layout: &Layout, placement: &Placement) -> (Forms<Approx>, f64) {
     let (adjugate, determinant) = (placement.adjugate(), placement.determinant());
     let sign = if placement.is_mirrored() { -1.0 } else { 1.0 };
     let weight = determinant * Approx::exact(sign * layout.unit);
     let factor = sign / power_of_two(weight.value.abs());
     let scaled =
         |number: Approx, factor: f64| Approx { value: number.value * factor, error: number.error * factor.abs() };
-    Forms {
+    let forms = Forms {
         adjugate: adjugate.map(|row| row.map(|number| scaled(number, factor))),
         translation: placement.map().translation.to_array().map(Approx::exact),
         weight: scaled(weight, factor.abs()),
         quadrics: layout.quadrics.iter().map(|form| form.map(Dyadic::to_approx)).collect(),
         planes: layout.planes.iter().map(|plane| std::array::from_fn(|k| plane[k].to_approx())).collect(),
-    }
+    };
+    (forms, factor.abs())
 }
 
 fn exact_forms(layout: &Layout, placement: &Placement) -> Forms<Dyadic> {

@@ -22,25 +22,37 @@ use super::{field::Weights, receiver::Receiver};
 
 type Pairs<const N: usize> = [[Approx; N]; N];
 
-/// A lamp on a body's surface: on which sides of its quadrics and planes it lies, exactly.
+/// A light seen from a body: the values of its forms there, all with known signs.
 #[derive(Clone, Debug)]
-pub(crate) struct Contact {
-    quadrics: Vec<Sign>,
-    planes: Vec<Sign>,
+pub(crate) struct LightValues {
+    /// Positive: the light is outside; exact.
+    side: Sign,
+    quadrics: Vec<Approx>,
+    planes: Vec<Approx>,
 }
 
-impl Contact {
-    /// Of a lamp on the surface of this body.
-    pub(crate) fn new(body: &PlacedAnalytic, light: &LightSource) -> Self {
-        let [quadrics, planes] = body.light_signs(light);
-        Self { quadrics, planes }
+impl LightValues {
+    /// Of a light that lies on this side of the body.
+    pub(crate) fn new(body: &PlacedAnalytic, light: &LightSource, side: Sign) -> Self {
+        let [quadrics, planes] = body.light_values(light);
+        Self { side, quadrics, planes }
     }
 
-    /// Whether the lamp is strictly outside of a piece.
+    /// Negative inside.
+    fn quadric(&self, index: usize) -> Sign {
+        Sign::of(self.quadrics[index].value)
+    }
+
+    /// Positive inside.
+    fn plane(&self, index: usize) -> Sign {
+        Sign::of(self.planes[index].value)
+    }
+
+    /// Whether the light is strictly outside of a piece.
     fn is_outside(&self, piece: &Piece) -> bool {
-        self.quadrics[piece.quadric] == Sign::Positive
-            || piece.planes.iter().any(|&plane| self.planes[plane] == Sign::Negative)
-            || piece.flat.is_some_and(|plane| self.planes[plane] != Sign::Zero)
+        self.quadric(piece.quadric) == Sign::Positive
+            || piece.planes.iter().any(|&plane| self.plane(plane) == Sign::Negative)
+            || piece.flat.is_some_and(|plane| self.plane(plane) != Sign::Zero)
     }
 }
 
@@ -91,36 +103,28 @@ struct Section<const N: usize> {
 pub(crate) struct AnalyticBlocker<'a, const N: usize> {
     pub(crate) object: u32,
     body: &'a PlacedAnalytic,
-    /// Positive: the light is outside; exact.
-    light_side: Sign,
-    /// For a light on the surface.
-    contact: Option<&'a Contact>,
+    light: &'a LightValues,
     values: Values<N>,
 }
 
 impl<'a, const N: usize> AnalyticBlocker<'a, N> {
-    /// The forms at the receiver's corners. `light_side` is where the light lies, exactly; where it is on the surface, `contact` tells how.
-    pub(crate) fn new(
-        object: u32,
-        body: &'a PlacedAnalytic,
-        (light_side, contact): (Sign, Option<&'a Contact>),
-        receiver: &Receiver<N>,
-    ) -> Self {
+    /// The forms at the receiver's corners.
+    pub(crate) fn new(object: u32, body: &'a PlacedAnalytic, light: &'a LightValues, receiver: &Receiver<N>) -> Self {
         let forms = body.forms();
         let at_light = forms.pull_back_light(receiver.light);
         let at: [LocalPoint<Approx>; N] = receiver.points.map(|point| forms.pull_back_point(&point));
-        let quadrics = forms.quadrics().iter().map(|form| QuadricValues {
+        let quadrics = forms.quadrics().iter().zip(&light.quadrics).map(|(form, &light)| QuadricValues {
             pairs: symmetric(|k, l| form.value(&at[k], &at[l])),
             polar: at.map(|point| form.value(&point, &at_light)),
-            light: form.value(&at_light, &at_light),
+            light,
         });
         let planes = (0..forms.planes().len()).map(|plane| {
             let in_contact = is_in_contact(body, plane, receiver);
             let value = |point| if in_contact { Approx::exact(0.0) } else { forms.plane(plane, &point) };
-            PlaneValues { points: at.map(value), light: forms.plane(plane, &at_light) }
+            PlaneValues { points: at.map(value), light: light.planes[plane] }
         });
         let values = Values { quadrics: quadrics.collect(), planes: planes.collect() };
-        Self { object, body, light_side, contact, values }
+        Self { object, body, light, values }
     }
 
     /// What is proved of the hull of `corners`.
@@ -149,10 +153,10 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     /// What the values at some points prove of their hull.
     fn judge<const M: usize>(&self, values: &Values<M>) -> Influence {
         let pieces = self.body.pieces();
-        let (misses, covers) = match self.light_side {
+        let (misses, covers) = match self.light.side {
             Sign::Positive => (pieces.iter().all(|piece| values.misses(piece)), self.covers(values)),
             Sign::Negative => (self.holds(values), pieces.iter().all(|piece| values.lies_outside(piece))),
-            Sign::Zero => self.contact.map_or((false, false), |contact| self.judge_contact(values, contact)),
+            Sign::Zero => self.judge_contact(values),
         };
         match (misses, covers) {
             (true, _) => Influence::None,
@@ -162,17 +166,13 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     }
 
     /// Whether no point is blocked, and whether all are, with the light on the surface.
-    fn judge_contact<const M: usize>(&self, values: &Values<M>, contact: &Contact) -> (bool, bool) {
-        let (pieces, is_convex) = (self.body.pieces(), self.body.body().is_convex());
+    fn judge_contact<const M: usize>(&self, values: &Values<M>) -> (bool, bool) {
+        let (pieces, is_convex, light) = (self.body.pieces(), self.body.body().is_convex(), self.light);
         let is_missed = |piece: &Piece| {
-            if contact.is_outside(piece) {
-                values.misses(piece)
-            } else {
-                values.leaves_outwards(piece, contact, is_convex)
-            }
+            if light.is_outside(piece) { values.misses(piece) } else { values.leaves_outwards(piece, light, is_convex) }
         };
         let all_outside = || pieces.iter().all(|piece| values.lies_outside(piece));
-        let ends_inside = || pieces.iter().any(|piece| values.ends_inside(piece, contact));
+        let ends_inside = || pieces.iter().any(|piece| values.ends_inside(piece, light));
         (pieces.iter().all(is_missed), all_outside() && ends_inside())
     }
 
@@ -231,14 +231,14 @@ impl<const N: usize> Values<N> {
     }
 
     /// Whether the ways run inside a piece just before they end at the light on its border: a point outside is blocked then.
-    fn ends_inside(&self, piece: &Piece, contact: &Contact) -> bool {
+    fn ends_inside(&self, piece: &Piece, light: &LightValues) -> bool {
         let q = &self.quadrics[piece.quadric];
-        let in_quadric = match contact.quadrics[piece.quadric] {
+        let in_quadric = match light.quadric(piece.quadric) {
             Sign::Negative => true,
             Sign::Zero => q.polar.iter().all(|&value| negative(value)),
             Sign::Positive => false,
         };
-        let in_plane = |plane: usize| match contact.planes[plane] {
+        let in_plane = |plane: usize| match light.plane(plane) {
             Sign::Positive => true,
             Sign::Zero => self.planes[plane].points.iter().all(|&value| positive(value)),
             Sign::Negative => false,
@@ -248,14 +248,14 @@ impl<const N: usize> Values<N> {
 
     /// Whether a plane that touches a piece in the light, on its border, has the piece on its one closed side and all points strictly on the
     /// other one.
-    fn leaves_outwards(&self, piece: &Piece, contact: &Contact, is_convex: bool) -> bool {
-        let touches = |plane: usize| contact.planes[plane] == Sign::Zero;
+    fn leaves_outwards(&self, piece: &Piece, light: &LightValues, is_convex: bool) -> bool {
+        let touches = |plane: usize| light.plane(plane) == Sign::Zero;
         let all_below = |plane: usize| self.planes[plane].points.iter().all(|&value| negative(value));
         let all_above = |plane: usize| self.planes[plane].points.iter().all(|&value| positive(value));
         piece.planes.iter().any(|&plane| touches(plane) && all_below(plane))
             || piece.flat.is_some_and(|plane| touches(plane) && (all_below(plane) || all_above(plane)))
             || is_convex
-                && contact.quadrics[piece.quadric] == Sign::Zero
+                && light.quadric(piece.quadric) == Sign::Zero
                 && self.quadrics[piece.quadric].polar.iter().all(|&value| positive(value))
     }
 

@@ -10,7 +10,7 @@ use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, LightSource, Mesh, PlacedAnalytic, Point, Sign, cut_out::Opacity};
 
 use super::{
-    analytic_blocker::{AnalyticBlocker, Contact},
+    analytic_blocker::{AnalyticBlocker, LightValues},
     borders::DirectedEdge,
     classify::Blockers,
     instance_tree::LocalFrame,
@@ -51,8 +51,8 @@ pub(crate) struct Occluders<'a> {
 #[derive(Default)]
 struct Seen {
     turns: OnceLock<Vec<Sign>>,
-    /// For analytic bodies with the light on their surface.
-    contact: OnceLock<Contact>,
+    /// For analytic bodies the light as they see it.
+    light: OnceLock<LightValues>,
     silhouette: OnceLock<Silhouette>,
     /// The light-space box of the object's box in each frame that sees it; the ties last.
     views: OnceLock<Vec<Option<Aabb>>>,
@@ -138,11 +138,10 @@ impl<'a> Occluders<'a> {
         self.turns(object)[0]
     }
 
-    /// Where the light lies seen from a body, and how it touches the body where it is on its surface.
-    fn light_at(&self, object: u32, body: &PlacedAnalytic) -> (Sign, Option<&Contact>) {
+    /// The light as a body sees it.
+    fn light_at(&self, object: u32, body: &PlacedAnalytic) -> &LightValues {
         let side = self.side_of_light(object);
-        let contact = || self.seen(object).contact.get_or_init(|| Contact::new(body, self.light));
-        (side, (side == Sign::Zero).then(contact))
+        self.seen(object).light.get_or_init(|| LightValues::new(body, self.light, side))
     }
 
     /// About how many facets of `objects` [`Occluders::candidates`] would find, from boxes alone; the same whatever the

@@ -135,6 +135,30 @@ fn lamps_on_curved_surfaces_are_told_from_their_tangent_planes() {
     }
 }
 
+/// From a lamp that all but touches a curved body as much is proved as from one on it.
+#[test]
+fn lamps_a_hair_beside_curved_surfaces_prove_as_much() {
+    let bit = f64::EPSILON;
+    let cylinder = analytic(Analytic::Cylinder { radius: 0.5, height: 1.0 });
+    for (name, shape, position, share) in [
+        ("ball, over its pole", sphere(0.5), [0.0, 2.5 + 2.0 * bit, 0.0], 0.0),
+        ("ball, under its pole", sphere(0.5), [0.0, 2.5 - 2.0 * bit, 0.0], 0.0),
+        ("ball, below it", sphere(0.5), [0.0, 1.5 - bit, 0.0], 1.0),
+        ("ball, beside it", sphere(0.5), [0.5 + bit, 2.0, 0.0], 3.5 / 8.0),
+        ("cylinder, over it", cylinder.clone(), [0.25, 2.5 + 2.0 * bit, 0.0], 0.0),
+        ("cylinder, beside it", cylinder, [0.5 + bit, 2.25, 0.0], 3.5 / 8.0),
+    ] {
+        let whole = scene(vec![floor(), object("body", shape, at(0.0, 2.0, 0.0))]);
+        judge(name, &whole, lamp(position));
+        let lit = Case::new(name, &whole, lamp(position), 6).report.lights[0].objects[0].lit;
+        let truth = 64.0 * share;
+        // The truth is that of a lamp on the surface, but for strips far narrower than a cell.
+        let slack = 1e-6;
+        assert!(lit.lower <= truth + slack && truth - slack <= lit.upper, "{name}: {lit:?}, not {truth}");
+        assert!(lit.upper - lit.lower < 3.5, "{name}: {lit:?}");
+    }
+}
+
 /// What stands on the floor has its bottom in contact with it, and contact never blocks: only there is the floor lit.
 #[test]
 fn lamps_inside_solids_light_nothing_outside() {
