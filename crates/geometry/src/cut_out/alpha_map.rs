@@ -71,16 +71,17 @@ impl Wrap {
         let once = |run| [run, run];
         match self {
             Self::ClampToEdge => once([a, b]),
-            _ if last - first >= period - 1 => once([0, end]),
+            Self::Repeat if last - first >= period - 1 => once([0, end]),
             Self::Repeat if a <= b => once([a, b]),
             Self::Repeat => [[0, b], [a, end]],
-            // Fewer than a period: the way is turned back once at most.
             Self::MirroredRepeat => {
                 let turn = last.div_euclid(period);
-                once(match (first.div_euclid(period) == turn, turn.rem_euclid(2) == 1) {
-                    (true, _) => [a.min(b), a.max(b)],
-                    (false, true) => [a.min(b), end],
-                    (false, false) => [0, a.max(b)],
+                // With more than one turn a whole period lies between.
+                once(match (turn - first.div_euclid(period), turn.rem_euclid(2) == 1) {
+                    (0, _) => [a.min(b), a.max(b)],
+                    (1, true) => [a.min(b), end],
+                    (1, false) => [0, a.max(b)],
+                    _ => [0, end],
                 })
             }
         }
