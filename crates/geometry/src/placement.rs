@@ -192,6 +192,8 @@ struct DoubleDouble {
     high: f64,
     low: f64,
     error: f64,
+    /// Whether nothing was lost: the sum of both is exact.
+    is_exact: bool,
 }
 
 impl DoubleDouble {
@@ -215,12 +217,12 @@ impl DoubleDouble {
         // Where nothing was lost, the sum of both is the exact one, and `high` that rounded to the nearest float.
         let [high, low] = two_sum(high, low);
         // `low` sums six terms, each at most u·magnitude, with at most six roundings: 36u² ≤ 2^-100·magnitude.
-        Self { high, low, error: if is_exact { 0.0 } else { magnitude * f64::EPSILON * f64::EPSILON * 16.0 } }
+        Self { high, low, error: magnitude * f64::EPSILON * f64::EPSILON * 16.0, is_exact }
     }
 
     /// The correctly rounded sum, unless a rounding boundary lies within the error.
     fn rounded(&self) -> Option<f64> {
-        if self.error == 0.0 {
+        if self.is_exact {
             return Some(self.high);
         }
         // The products may underflow where the result is tiny; let the exact path decide there.

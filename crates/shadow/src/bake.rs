@@ -29,7 +29,8 @@ use crate::{
     spacing::spacing,
 };
 
-/// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads.
+/// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads, but for
+/// times and, where a mesh has instances, the count of decisions (an instance may be placed once more or less).
 ///
 /// In a scene with cells, only what each light reaches through portals is modelled.
 ///
@@ -204,6 +205,9 @@ fn run(
     let done = AtomicU64::new(0);
     let advance = || progress.advance("shadows", done.fetch_add(1, Ordering::Relaxed) + 1, count);
     for group in groups(receivers, asked) {
+        if progress.is_cancelled() {
+            return Err(Cancelled);
+        }
         let sums = if receivers.bodies.has_instances() {
             let bodies = Bodies::of_group(receivers.bodies);
             run_group(&receivers.of_group(&bodies), &group, &advance, progress)
@@ -224,7 +228,7 @@ fn run_group(
 ) -> Vec<FaceSums> {
     let is_cancelled = || progress.is_cancelled();
     let run_job = |job: Job| {
-        let sums = receivers.run(&job, &is_cancelled);
+        let sums = if is_cancelled() { FaceSums::default() } else { receivers.run(&job, &is_cancelled) };
         advance();
         sums
     };

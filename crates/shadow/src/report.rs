@@ -176,7 +176,7 @@ pub struct Work {
     pub cells: u64,
     /// Points decided one by one.
     pub rays: u64,
-    /// Decisions that went to exact arithmetic.
+    /// Decisions that went to exact arithmetic; where a mesh has instances, some are made once more or less by chance.
     pub exact_fallbacks: u64,
     /// What cells and portals spared; zeros in a scene without them.
     pub portals: PortalWork,

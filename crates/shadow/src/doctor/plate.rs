@@ -32,20 +32,20 @@ pub(super) fn eye_of(facets: &Facets, facet: usize) -> Option<DVec3> {
 #[derive(Clone, Debug)]
 struct Corner {
     position: DVec3,
-    /// How far the position may be off, and the point itself, where it is no float. Boxed: nearly all are floats.
-    inexact: Option<Box<(DVec3, ExactPoint)>>,
+    /// How far the position may be off, what it leaves out, and the point itself, where it is no float. Boxed: nearly all are floats.
+    inexact: Option<Box<(DVec3, DVec3, ExactPoint)>>,
 }
 
 impl Corner {
     fn new(point: &Point) -> Self {
-        let inexact = point.exact.map(|exact| Box::new((point.slack, exact.clone())));
+        let inexact = point.exact.map(|exact| Box::new((point.slack, point.rest, exact.clone())));
         Self { position: point.position, inexact }
     }
 
     fn point(&self) -> Point<'_> {
         let position = self.position;
         match self.inexact.as_deref() {
-            Some((slack, exact)) => Point { exact: Some(exact), ..Point::within(position, *slack) },
+            Some((slack, rest, exact)) => Point { exact: Some(exact), rest: *rest, ..Point::within(position, *slack) },
             None => Point::exact(position),
         }
     }

@@ -133,7 +133,8 @@ impl Group {
     pub(super) fn set(&mut self, lane: usize, footprint: &Footprint, unit: f32) -> bool {
         let [p, q, r] = footprint.plane;
         let sizes = p.abs() + q.abs() + r.abs() + f64::from(unit);
-        let is_plane = footprint.plane_error <= sizes * f64::from(NEARNESS_MARGIN) * 0.25;
+        // A plane at infinity is none.
+        let is_plane = footprint.plane_error <= sizes * f64::from(NEARNESS_MARGIN) * 0.25 && sizes < f64::INFINITY;
         let is_sharp = footprint.edge_error <= f64::from(EDGE_MARGIN) * 0.5;
         for (edge, to) in footprint.edges.iter().zip(&mut self.edges) {
             let [a, b, c] = if is_sharp { *edge } else { [0.0; 3] };

@@ -69,7 +69,8 @@ fn keep_outer(images: &[Image], kept: &mut Vec<[i32; 2]>) {
             // A corner that is two extremes at once has no side.
             least = if a == b { least } else { least.min(left) };
         }
-        if least <= CROSS_ERROR {
+        // No side at all where all images are one.
+        if least <= CROSS_ERROR || least == f64::INFINITY {
             kept.push([image.x, image.y]);
         }
     }
@@ -122,8 +123,14 @@ mod tests {
                 prop_assert!(points.iter().all(|&point| cross(corner, next(k), point) >= 0));
                 prop_assert!(outline.len() < 3 || cross(corner, next(k), next(k + 1)) > 0);
             }
+            prop_assert!(!outline.is_empty());
             let is_flat = points.iter().all(|&point| points.iter().all(|&other| cross(points[0], point, other) == 0));
             prop_assert_eq!(outline.len() < 3, is_flat);
         }
+    }
+
+    #[test]
+    fn many_images_at_one_place_are_a_point() {
+        assert_eq!(hull_of(&[[7, -3]; 42]), [[7, -3]]);
     }
 }
