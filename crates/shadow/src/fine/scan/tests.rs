@@ -315,3 +315,31 @@ fn random_soups() {
     });
     outcome.expect("every sample is right");
 }
+
+#[test]
+fn a_solid_that_falls_on_one_place_of_the_image_hides_no_more_than_it_does() {
+    // A prism of 32 vertices half a metre wide; a quantum of the image is 1.9 metres.
+    let (sides, radius) = (16u32, 0.25);
+    let ring = |y: f64| {
+        (0..sides).map(move |k| {
+            let angle = f64::from(k) / f64::from(sides) * std::f64::consts::TAU;
+            [radius * libm::cos(angle), y, radius * libm::sin(angle)]
+        })
+    };
+    let positions = ring(-0.25).chain(ring(0.25)).collect();
+    let walls = (0..sides).flat_map(|k| {
+        let (a, b) = (k, (k + 1) % sides);
+        [[a, a + sides, b], [b, a + sides, b + sides]]
+    });
+    let caps = (1..sides - 1).flat_map(|k| [[0, k, k + 1], [sides, sides + k + 1, sides + k]]);
+    let prism = Mesh::new(positions, walls.chain(caps).collect()).expect("a mesh");
+    for height in [1.0, 1e6] {
+        let floor = Shape::Rectangle(Rectangle { size: [2e9, 2e9] });
+        let objects = vec![
+            object(floor, DAffine3::IDENTITY, Sides::Two),
+            object(Shape::Mesh(Arc::new(prism.clone())), DAffine3::from_translation(DVec3::Y * height), Sides::Auto),
+        ];
+        let (lit, all) = check(objects, LightSource::sun([0.0, -1.0, 0.0]).expect("a sun"), 1000);
+        assert!(lit > all / 2, "{lit} of {all}");
+    }
+}
