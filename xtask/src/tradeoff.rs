@@ -81,10 +81,10 @@ fn measure(course: &Course, options: &Options, folder: &Path) -> Result<String> 
     let (points, runs) = (options.points.to_string(), options.runs.to_string());
     let chart = |extension: &str| folder.join(format!("{}.{extension}", course.name)).display().to_string();
     let file = course.file.display().to_string();
-    let (svg, csv) = (chart("svg"), chart("csv"));
+    let (svg, png, csv) = (chart("svg"), chart("png"), chart("csv"));
     let mut arguments = vec!["tradeoff", &file, "--quiet", "--allow-outside", "--points", &points, "--runs", &runs];
     arguments.extend(course.more);
-    arguments.extend(["-o", &svg, "-o", &csv]);
+    arguments.extend(["-o", &svg, "-o", &png, "-o", &csv]);
     let mut command = match &options.umbriel {
         Some(program) => Command::new(program),
         None => cargo(&["run", "--quiet", "--release", "--package", "umbriel", "--"]),
