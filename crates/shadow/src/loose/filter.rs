@@ -219,9 +219,8 @@ impl Over<'_> {
     #[inline(always)]
     fn others(&self, group: u32, lanes: u32, seen: &Seen) -> impl Iterator<Item = u32> {
         let pieces = &self.tile.pieces[group as usize];
-        let own = self.own.get(seen.index as usize).copied();
         let in_doubt = (0..8).filter(move |lane| lanes >> lane & 1 == 1).map(move |lane| pieces[lane]);
-        in_doubt.filter(move |piece| own.is_none_or(|[first, last]| *piece < first || *piece > last))
+        in_doubt.filter(move |&piece| !self.is_own(piece, seen))
     }
 
     /// Which points lie on the face that a lane of a group is of.
@@ -231,11 +230,14 @@ impl Over<'_> {
             return 0;
         }
         let piece = self.tile.pieces[group as usize][lane];
-        let is_own = |seen: &Seen| {
-            let [first, last] = self.own[seen.index as usize];
-            first <= piece && piece <= last
-        };
-        seen.iter().enumerate().fold(0, |owners, (point, seen)| owners | u32::from(is_own(seen)) << point)
+        let is_own = |seen: &Seen| u32::from(self.is_own(piece, seen));
+        seen.iter().enumerate().fold(0, |owners, (point, seen)| owners | is_own(seen) << point)
+    }
+
+    /// Whether a piece is of the point's own face.
+    #[inline(always)]
+    fn is_own(&self, piece: u32, seen: &Seen) -> bool {
+        self.own.get(seen.index as usize).is_some_and(|&[first, last]| (first..=last).contains(&piece))
     }
 
     #[inline(always)]

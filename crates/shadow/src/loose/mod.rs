@@ -265,13 +265,7 @@ impl Queries<'_> {
         let size = size.min(points.len() / LEAST_JOBS).max(CHUNK);
         points.for_each_part(self, &mut lit, size, progress, |room, part, lit| match (&pieces, &grids) {
             (Some(pieces), Some(grids)) => {
-                let doubts = match part {
-                    Points::OnFaces(points) => {
-                        room.on_faces.gather(&self.bodies, pieces, points, light);
-                        room.on_faces.filter(grids, lit, &mut room.buckets)
-                    }
-                    _ => filter(grids, part, lit, &mut room.buckets),
-                };
+                let doubts = self.filter((pieces, grids), part, light, lit, room);
                 if has_holes {
                     // What is neither dark nor in doubt may still lie in the shadow of what the grids leave out.
                     doubts.iter().for_each(|doubt| lit[doubt.index as usize] = true);
@@ -305,6 +299,41 @@ impl Queries<'_> {
         Ok(in_space)
     }
 
+    /// Fills in what is certain; what is left is returned.
+    ///
+    /// What points are off by depends on the largest of their coordinates. Where that is larger than the scene's, a few points may be far
+    /// away: smaller parts keep the others from being taken as roughly known, too.
+    fn filter(
+        &self,
+        (pieces, grids): (&Pieces, &Grids),
+        part: Points,
+        light: &LightSource,
+        lit: &mut [bool],
+        room: &mut Room,
+    ) -> Vec<Doubtful> {
+        let size = part.size();
+        if size > FAR * grids.size && part.len() > CHUNK {
+            let half = part.len() / 2;
+            let (first, second) = lit.split_at_mut(half);
+            let mut doubtful = self.filter((pieces, grids), part.part(0, half), light, first, room);
+            let behind = self.filter((pieces, grids), part.part(half, part.len()), light, second, room).into_iter();
+            doubtful.extend(behind.map(|doubt| Doubtful { index: doubt.index + half as u32, ..doubt }));
+            return doubtful;
+        }
+        let (single, double) = (size * 2f64.powi(-24) + 2f64.powi(-150), size * f64::EPSILON * 0.5);
+        let (own, Room { buckets, on_faces }) = (&[], room);
+        match part {
+            Points::FreeSingle(rows) => dispatch(Filter { grids, rows, own, slack: 0.0, size, lit, buckets }),
+            Points::FreeDouble(rows) => dispatch(Filter { grids, rows, own, slack: 0.0, size, lit, buckets }),
+            Points::OrientedSingle(rows) => dispatch(Filter { grids, rows, own, slack: single, size, lit, buckets }),
+            Points::OrientedDouble(rows) => dispatch(Filter { grids, rows, own, slack: double, size, lit, buckets }),
+            Points::OnFaces(points) => {
+                on_faces.gather(&self.bodies, pieces, points, light);
+                on_faces.filter(grids, lit, buckets)
+            }
+        }
+    }
+
     /// One point on its own; the points were checked.
     fn ask(&self, place: &Place, light: &LightSource) -> bool {
         self.lit(place, light).is_ok_and(|answer| answer.lit)
@@ -315,30 +344,6 @@ impl Queries<'_> {
 #[inline(always)]
 fn size_of_vector(coordinates: impl Iterator<Item = f64>) -> f64 {
     coordinates.fold(0.0, |sum, x| sum + x.abs())
-}
-
-/// Fills in what is certain; what is left is returned.
-///
-/// What points are off by depends on the largest of their coordinates. Where that is larger than the scene's, a few points may be far
-/// away: smaller parts keep the others from being taken as roughly known, too.
-fn filter(grids: &Grids, part: Points, lit: &mut [bool], buckets: &mut Buckets) -> Vec<Doubtful> {
-    let size = part.size();
-    if size > FAR * grids.size && part.len() > CHUNK {
-        let half = part.len() / 2;
-        let (first, second) = lit.split_at_mut(half);
-        let mut doubtful = filter(grids, part.part(0, half), first, buckets);
-        let behind = filter(grids, part.part(half, part.len()), second, buckets).into_iter();
-        doubtful.extend(behind.map(|doubt| Doubtful { index: doubt.index + half as u32, ..doubt }));
-        return doubtful;
-    }
-    let (single, double) = (size * 2f64.powi(-24) + 2f64.powi(-150), size * f64::EPSILON * 0.5);
-    match part {
-        Points::FreeSingle(rows) => dispatch(Filter { grids, rows, own: &[], slack: 0.0, size, lit, buckets }),
-        Points::FreeDouble(rows) => dispatch(Filter { grids, rows, own: &[], slack: 0.0, size, lit, buckets }),
-        Points::OrientedSingle(rows) => dispatch(Filter { grids, rows, own: &[], slack: single, size, lit, buckets }),
-        Points::OrientedDouble(rows) => dispatch(Filter { grids, rows, own: &[], slack: double, size, lit, buckets }),
-        Points::OnFaces(_) => Vec::new(),
-    }
 }
 
 /// Points whose coordinates are this many times those of the scene are far away.

@@ -130,7 +130,8 @@ fn one_point_far_away_does_not_make_others_doubtful() {
     let light = lights()[0];
     let grids = Grids::of(&pieces, &light, points.len()).expect("few cells");
     let mut lit = vec![false; points.len()];
-    let doubtful = filter(&grids, Points::FreeSingle(&points), &mut lit, &mut Buckets::default());
+    let part = Points::FreeSingle(&points);
+    let doubtful = queries.filter((&pieces, &grids), part, &light, &mut lit, &mut Room::default());
     assert!(doubtful.len() < CHUNK, "{} of {}", doubtful.len(), points.len());
     let answers = queries.lit_many(Points::FreeSingle(&points), &light, &Silent).expect("points");
     let is_certain = |index: usize| doubtful.iter().all(|doubt| doubt.index as usize != index);

@@ -213,17 +213,15 @@ pub fn run(
     progress: &dyn Progress,
     begun: &mut dyn FnMut(),
 ) -> Result<(), MeasureDefect> {
-    if let Setting::RaySamples(count) = setting {
-        let (points, _) = ray_points(course, &course.samples_request(*count));
-        begun();
-        PointRays.answer(course.polygons, course.source(), &points)?;
-        return Ok(());
-    }
+    let points = match setting {
+        Setting::RaySamples(count) => ray_points(course, &course.samples_request(*count)).0,
+        _ => Vec::new(),
+    };
     begun();
     match setting {
         Setting::Bake(detail) => drop(bake(course.scene, &course.cells_request(*detail), progress)?),
         Setting::Samples(count) => drop(bake(course.scene, &course.samples_request(*count), progress)?),
-        Setting::RaySamples(_) => {}
+        Setting::RaySamples(_) => drop(PointRays.answer(course.polygons, course.source(), &points)?),
         Setting::Points => drop(measure_points(course, progress)?),
         Setting::Rival(rival) => drop(rival.answer(course.polygons, course.source(), course.judge.points())?),
     }

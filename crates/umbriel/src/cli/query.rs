@@ -277,7 +277,9 @@ impl Places<'_> {
     }
 
     fn count_in_space(&self, queries: &Queries, bar: &Bar) -> Result<usize, NoAnswer> {
-        let in_space = queries.in_space_many(self.points(), bar)?;
+        // Only points with a normal are meant to lie on a surface.
+        let points @ (Points::OrientedSingle(_) | Points::OrientedDouble(_)) = self.points() else { return Ok(0) };
+        let in_space = queries.in_space_many(points, bar)?;
         Ok(in_space.into_iter().filter(|&is_in_space| is_in_space).count())
     }
 }

@@ -122,17 +122,7 @@ impl Shades {
                 if missed & lanes != 0 {
                     return self.planes.truncate(planes.first);
                 }
-                let mut left = lanes & !covered;
-                while left != 0 {
-                    let lane = left.trailing_zeros() as usize;
-                    left &= left - 1;
-                    if planes.count.is_multiple_of(WIDTH) {
-                        self.planes.push(Planes::EMPTY);
-                    }
-                    let last = self.planes.len() - 1;
-                    self.planes[last].copy(planes.count % WIDTH, pack, lane);
-                    planes.count += 1;
-                }
+                planes.take(&mut self.planes, pack, lanes & !covered);
             }
         }
         let mut edges = Lanes { first: self.edges.len(), count: 0 };
@@ -142,17 +132,7 @@ impl Shades {
                 self.planes.truncate(planes.first);
                 return self.edges.truncate(edges.first);
             }
-            let mut left = lanes & !covered;
-            while left != 0 {
-                let lane = left.trailing_zeros() as usize;
-                left &= left - 1;
-                if edges.count.is_multiple_of(WIDTH) {
-                    self.edges.push(Edges::EMPTY);
-                }
-                let last = self.edges.len() - 1;
-                self.edges[last].copy(edges.count % WIDTH, pack, lane);
-                edges.count += 1;
-            }
+            edges.take(&mut self.edges, pack, lanes & !covered);
         }
         let lane = self.all.len() % WIDTH;
         if lane == 0 {

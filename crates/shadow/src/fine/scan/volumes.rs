@@ -31,6 +31,15 @@ const MOST_PLANES: usize = 24;
 /// Solids whose lines and planes are kept together.
 const SOLIDS: usize = 16;
 
+/// Eight of a kind, one a lane.
+pub(super) trait Packed {
+    /// Lanes that nothing is in.
+    const EMPTY: Self;
+
+    /// Takes one over from others.
+    fn copy(&mut self, to: usize, other: &Self, from: usize);
+}
+
 /// Directed edges of outlines, the solid to the left.
 #[derive(Clone, Debug)]
 pub(super) struct Edges {
@@ -38,13 +47,11 @@ pub(super) struct Edges {
     pub(super) along: [[i32; WIDTH]; 2],
 }
 
-impl Edges {
-    /// Without length.
-    pub(super) const EMPTY: Self = Self { from: [[0; WIDTH]; 2], along: [[0; WIDTH]; 2] };
+impl Packed for Edges {
+    const EMPTY: Self = Self { from: [[0; WIDTH]; 2], along: [[0; WIDTH]; 2] };
 
-    /// Takes an edge over from others.
     #[inline(always)]
-    pub(super) fn copy(&mut self, to: usize, other: &Self, from: usize) {
+    fn copy(&mut self, to: usize, other: &Self, from: usize) {
         for k in 0..2 {
             self.from[k][to] = other.from[k][from];
             self.along[k][to] = other.along[k][from];
@@ -60,12 +67,11 @@ pub(super) struct Planes {
     pub(super) offset: [f64; WIDTH],
 }
 
-impl Planes {
-    pub(super) const EMPTY: Self = Self { normal: [[0.0; WIDTH]; 3], offset: [0.0; WIDTH] };
+impl Packed for Planes {
+    const EMPTY: Self = Self { normal: [[0.0; WIDTH]; 3], offset: [0.0; WIDTH] };
 
-    /// Takes a plane over from others.
     #[inline(always)]
-    pub(super) fn copy(&mut self, to: usize, other: &Self, from: usize) {
+    fn copy(&mut self, to: usize, other: &Self, from: usize) {
         for k in 0..3 {
             self.normal[k][to] = other.normal[k][from];
         }
@@ -87,6 +93,21 @@ impl Lanes {
         let lanes = move |number: usize| (1 << (self.count - number * WIDTH).min(WIDTH)) - 1;
         let packs = &packs[self.first..self.first + self.count.div_ceil(WIDTH)];
         packs.iter().enumerate().map(move |(number, pack)| (pack, lanes(number)))
+    }
+
+    /// Takes these lanes of a pack over; what is here already ends `kept`.
+    #[inline(always)]
+    pub(super) fn take<P: Packed>(&mut self, kept: &mut Vec<P>, pack: &P, mut lanes: u32) {
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize;
+            lanes &= lanes - 1;
+            if self.count.is_multiple_of(WIDTH) {
+                kept.push(P::EMPTY);
+            }
+            let last = kept.len() - 1;
+            kept[last].copy(self.count % WIDTH, pack, lane);
+            self.count += 1;
+        }
     }
 }
 
