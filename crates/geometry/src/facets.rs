@@ -21,7 +21,7 @@ use crate::{
     mesh::Mesh,
     parallelogram::{Parallelogram, area_between},
     placement::Placement,
-    point::{ExactPoint, Point},
+    point::{Image, Point},
     predicates::{Target, side_value},
     rectangle::Rectangle,
     ring::Sign,
@@ -80,14 +80,6 @@ pub fn length_squared(v: DVec3) -> f64 {
     (least + middle) + greatest
 }
 
-/// The exact image of a corner that no float hits.
-#[derive(Clone, Debug)]
-struct Inexact {
-    slack: DVec3,
-    rest: DVec3,
-    exact: ExactPoint,
-}
-
 /// Where the points of facets are.
 #[derive(Clone, Debug)]
 enum Positions {
@@ -110,7 +102,7 @@ enum Faces {
 pub struct Facets {
     positions: Positions,
     /// Empty when all positions are exact, else as long as `positions`.
-    inexact: Vec<Inexact>,
+    inexact: Vec<Image>,
     faces: Faces,
     mirrored: bool,
     /// Of triangles; those of the mesh where no vertices came together.
@@ -171,12 +163,13 @@ impl Facets {
     }
 
     fn of_parallelograms(corners: &[DVec3], faces: &[[u32; 4]], placement: &Placement) -> Self {
-        let positions: Vec<DVec3> = corners.iter().map(|&corner| placement.round(corner)).collect();
-        let inexact: Vec<Inexact> = corners.iter().map(|&corner| Inexact::new(placement, corner)).collect();
-        let exact = inexact.iter().all(|point| point.slack == DVec3::ZERO);
+        let shared = Arc::new(*placement);
+        let images: Vec<Image> = corners.iter().map(|&corner| Image::new(&shared, corner)).collect();
+        let positions = images.iter().map(|image| image.point().position).collect();
+        let are_floats = images.iter().all(|image| image.point().slack == DVec3::ZERO);
         let faces = faces.iter().map(|&face| Parallelogram::new(face, corners, placement)).collect();
         let facets = Self::new(Positions::Placed(positions), Faces::Parallelograms(faces), placement.is_mirrored());
-        Self { inexact: if exact { Vec::new() } else { inexact }, ..facets }
+        Self { inexact: if are_floats { Vec::new() } else { images }, ..facets }
     }
 
     /// Number of facets.
@@ -234,12 +227,7 @@ impl Facets {
     /// If there is no such point.
     pub fn point(&self, point: u32) -> Point<'_> {
         let position = self.positions()[point as usize];
-        match self.inexact.get(point as usize) {
-            Some(Inexact { slack, rest, exact }) => {
-                Point { exact: Some(exact), rest: *rest, ..Point::within(position, *slack) }
-            }
-            None => Point::exact(position),
-        }
+        self.inexact.get(point as usize).map_or(Point::exact(position), Image::point)
     }
 
     /// The points' float positions, world coordinates in metres; within half an ulp of the exact ones.
@@ -253,7 +241,7 @@ impl Facets {
 
     /// How far a float position may be from the exact one in any coordinate, metres; 0 where all are exact.
     pub fn slack(&self) -> f64 {
-        self.inexact.iter().map(|point| point.slack.max_element()).fold(0.0, f64::max)
+        self.inexact.iter().map(|image| image.point().slack.max_element()).fold(0.0, f64::max)
     }
 
     /// Whether the placement reversed the windings: the front is then where the corners run clockwise.
@@ -461,14 +449,6 @@ fn numbered_as_given(body: &Brep, points: &[DVec3], mirrored: bool) -> (Vec<DVec
         .collect();
     loops.sort_unstable();
     (order.iter().map(|&vertex| body.vertices()[vertex as usize]).collect(), loops)
-}
-
-impl Inexact {
-    fn new(placement: &Placement, local: DVec3) -> Self {
-        let exact = placement.exact(local);
-        let Point { slack, rest, .. } = exact.bounded();
-        Self { slack, rest, exact }
-    }
 }
 
 #[cfg(test)]

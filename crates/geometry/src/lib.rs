@@ -56,7 +56,7 @@ pub use measures::Measures;
 pub use mesh::{Mesh, MeshDefect};
 pub use number::{MAX_MAGNITUDE, MIN_MAGNITUDE, NumberDefect, accept, accept_point};
 pub use placement::{Placement, PlacementDefect};
-pub use point::{ExactPoint, Point};
+pub use point::{Exact, ExactPoint, Image, Point};
 pub use rectangle::Rectangle;
 pub use region::{Region, Relation};
 pub use ring::{Ring, Sign};

@@ -39,7 +39,7 @@ impl Pair {
     /// The coordinates of a point.
     pub(crate) fn of_point(point: &Point) -> [Self; 3] {
         match point.exact {
-            Some(exact) => exact.xyz.each_ref().map(Self::from),
+            Some(exact) => exact.point().xyz.each_ref().map(Self::from),
             None => point.position.to_array().map(Self::exact),
         }
     }

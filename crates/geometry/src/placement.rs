@@ -99,6 +99,19 @@ impl Placement {
         })
     }
 
+    /// The exact image of a point as two floats each: the nearest, and all that it leaves out. `None` where two floats do not hold it.
+    pub(crate) fn in_two_floats(&self, local: DVec3) -> Option<[DVec3; 2]> {
+        let mut parts = [DVec3::ZERO; 2];
+        for axis in 0..3 {
+            let sum = DoubleDouble::of(&self.row(axis), local.to_array());
+            if !sum.is_exact {
+                return None;
+            }
+            [parts[0][axis], parts[1][axis]] = [sum.high + 0.0, sum.low + 0.0];
+        }
+        Some(parts)
+    }
+
     /// The exact image of a point.
     pub fn exact(&self, local: DVec3) -> ExactPoint {
         let xyz = std::array::from_fn(|axis| exact_coordinate(&self.row(axis), local));
@@ -251,6 +264,24 @@ mod tests {
             let exact = placement.exact(local);
             for axis in 0..3 {
                 prop_assert_eq!(placement.round(local)[axis], exact.xyz[axis].to_nearest());
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn two_floats_are_the_image_where_they_hold_it(
+            scale in proptest::array::uniform3(-64..64i32), far in proptest::array::uniform3(-1e12..1e12f64), v in proptest::array::uniform3(-999_999..999_999i32),
+        ) {
+            let (scale, far) = (DVec3::from_array(scale.map(f64::from)), DVec3::from_array(far));
+            let Ok(placement) = Placement::new(DAffine3 { matrix3: DMat3::from_diagonal(scale), translation: far }) else { return Ok(()) };
+            let local = DVec3::from_array(v.map(f64::from)) / 1024.0;
+            let [near, rest] = placement.in_two_floats(local).expect("a product and a sum");
+            let exact = placement.exact(local);
+            for axis in 0..3 {
+                prop_assert_eq!(near[axis], exact.xyz[axis].to_nearest());
+                let left = exact.xyz[axis].clone() - Dyadic::new(near[axis]) - Dyadic::new(rest[axis]);
+                prop_assert_eq!(left.sign(), Sign::Zero);
             }
         }
     }

@@ -1,8 +1,10 @@
 //! Points that are known exactly, and the floats that stand for them in filters.
 
+use std::sync::{Arc, OnceLock};
+
 use glam::DVec3;
 
-use crate::{approx::Approx, dyadic::Dyadic, expansion::two_sum, light::LightSource, ring::Ring};
+use crate::{approx::Approx, dyadic::Dyadic, expansion::two_sum, light::LightSource, placement::Placement, ring::Ring};
 
 /// A homogeneous point with exact coordinates: (x, y, z)/w, w > 0; w = 0 only for a direction (a sun).
 #[derive(Clone, Debug)]
@@ -30,14 +32,69 @@ impl ExactPoint<Dyadic> {
     pub fn bounded(&self) -> Point<'_> {
         let position = self.xyz.each_ref().map(Dyadic::to_nearest);
         let rest = std::array::from_fn(|k| (self.xyz[k].clone() - Dyadic::new(position[k])).to_nearest());
-        // The rest is rounded once.
-        let (position, rest) = (DVec3::from_array(position), DVec3::from_array(rest));
-        Point { exact: Some(self), rest, ..Point::within(position, rest.abs() * (1.0 + 2.0 * f64::EPSILON)) }
+        Point::with_rest(DVec3::from_array(position), DVec3::from_array(rest), Exact::Point(self))
     }
 
     /// The same point over a larger ring.
     pub fn lifted<R: Ring>(&self) -> ExactPoint<R> {
         ExactPoint { xyz: self.xyz.clone().map(R::from), w: R::from(self.w.clone()) }
+    }
+}
+
+/// The exact image of a local point, computed when it is first asked for: filters hardly ever do.
+#[derive(Clone, Debug)]
+pub struct Image {
+    position: DVec3,
+    rest: DVec3,
+    placement: Arc<Placement>,
+    local: DVec3,
+    exact: OnceLock<Box<ExactPoint>>,
+}
+
+impl Image {
+    pub(crate) fn new(placement: &Arc<Placement>, local: DVec3) -> Self {
+        let (placement, exact) = (Arc::clone(placement), OnceLock::new());
+        if let Some([position, rest]) = placement.in_two_floats(local) {
+            return Self { position, rest, placement, local, exact };
+        }
+        let point = placement.exact(local);
+        let Point { position, rest, .. } = point.bounded();
+        Self { position, rest, placement, local, exact: Box::new(point).into() }
+    }
+
+    /// The point for predicates.
+    pub(crate) fn point(&self) -> Point<'_> {
+        Point::with_rest(self.position, self.rest, Exact::Image(self))
+    }
+}
+
+/// The exact point behind a float position.
+#[derive(Clone, Copy, Debug)]
+pub enum Exact<'a> {
+    /// It is at hand.
+    Point(&'a ExactPoint),
+    /// It is the image of a local point.
+    Image(&'a Image),
+}
+
+impl<'a> Exact<'a> {
+    /// The point. An image is computed the first time: about a microsecond.
+    pub fn point(self) -> &'a ExactPoint {
+        match self {
+            Self::Point(point) => point,
+            Self::Image(Image { placement, local, exact, .. }) => {
+                exact.get_or_init(|| Box::new(placement.exact(*local)))
+            }
+        }
+    }
+
+    /// Whether both are one and the same in memory.
+    pub(crate) fn is_same(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Point(a), Self::Point(b)) => std::ptr::eq(a, b),
+            (Self::Image(a), Self::Image(b)) => std::ptr::eq(a, b),
+            _ => false,
+        }
     }
 }
 
@@ -54,7 +111,7 @@ pub struct Point<'a> {
     /// What is known of exact − position, no greater than the slack: position + rest is off by less than slack − |rest|.
     pub rest: DVec3,
     /// The exact point; `None` means that `position` is exact.
-    pub exact: Option<&'a ExactPoint>,
+    pub exact: Option<Exact<'a>>,
 }
 
 impl Point<'static> {
@@ -78,11 +135,18 @@ impl Point<'static> {
     }
 }
 
+impl<'a> Point<'a> {
+    /// A float position, what it leaves out of the exact point, rounded once at most, and that point.
+    pub fn with_rest(position: DVec3, rest: DVec3, exact: Exact<'a>) -> Self {
+        Self { position, slack: rest.abs() * (1.0 + 2.0 * f64::EPSILON), rest, exact: Some(exact) }
+    }
+}
+
 impl Point<'_> {
     /// The exact point over the ring `R`.
     pub fn to_exact<R: Ring>(&self) -> ExactPoint<R> {
         match self.exact {
-            Some(exact) => exact.lifted(),
+            Some(exact) => exact.point().lifted(),
             None => ExactPoint::from_position(self.position),
         }
     }

@@ -189,7 +189,7 @@ pub fn coincide(a: &Point, b: &Point) -> bool {
         return false;
     }
     let are_floats = a.slack == DVec3::ZERO && b.slack == DVec3::ZERO;
-    are_floats || matches!((a.exact, b.exact), (Some(a), Some(b)) if std::ptr::eq(a, b))
+    are_floats || matches!((a.exact, b.exact), (Some(a), Some(b)) if a.is_same(b))
 }
 
 fn row_of(x: Target, c: &Point) -> [Approx; 3] {

@@ -170,8 +170,9 @@ impl<'a> Queries<'a> {
         }
         let is_in_square = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
         let is_triangle = matches!(body.shape, Shape::Mesh(_) | Shape::Convex(_));
-        // u ≤ 1 − v, decided exactly.
-        let is_beyond = || (Dyadic::new(1.0) - Dyadic::new(v) - Dyadic::new(u)).sign() == Sign::Negative;
+        // Rounding is monotone: only a rounded sum of 1 may hide a greater one.
+        let is_beyond_exactly = || (Dyadic::new(1.0) - Dyadic::new(v) - Dyadic::new(u)).sign() == Sign::Negative;
+        let is_beyond = || u + v > 1.0 || u + v == 1.0 && is_beyond_exactly();
         if !is_in_square || is_triangle && is_beyond() { Err(QueryDefect::OutsideFace) } else { Ok(()) }
     }
 

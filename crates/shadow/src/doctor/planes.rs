@@ -101,7 +101,7 @@ impl Residue {
 /// A point's coordinates.
 fn residues(point: &Point) -> [Residue; 3] {
     match point.exact {
-        Some(exact) => of_exact(exact),
+        Some(exact) => of_exact(exact.point()),
         None => point.position.to_array().map(Residue::of),
     }
 }

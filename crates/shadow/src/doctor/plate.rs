@@ -9,7 +9,7 @@
 //! (Sutherland and Hodgman, "Reentrant polygon clipping", Communications of the ACM 17(1), 1974), for output only.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, ExactPoint, Facets, Point, Sign, predicates::side};
+use umbriel_geometry::{Aabb, Exact, ExactPoint, Facets, Point, Sign, predicates::side};
 
 /// A point off the plane of a face; `None` when the face has no area, exactly.
 ///
@@ -32,20 +32,20 @@ pub(super) fn eye_of(facets: &Facets, facet: usize) -> Option<DVec3> {
 #[derive(Clone, Debug)]
 struct Corner {
     position: DVec3,
-    /// How far the position may be off, what it leaves out, and the point itself, where it is no float. Boxed: nearly all are floats.
-    inexact: Option<Box<(DVec3, DVec3, ExactPoint)>>,
+    /// What the position leaves out, and the point itself, where it is no float. Boxed: nearly all are floats.
+    inexact: Option<Box<(DVec3, ExactPoint)>>,
 }
 
 impl Corner {
     fn new(point: &Point) -> Self {
-        let inexact = point.exact.map(|exact| Box::new((point.slack, point.rest, exact.clone())));
+        let inexact = point.exact.map(|exact| Box::new((point.rest, exact.point().clone())));
         Self { position: point.position, inexact }
     }
 
     fn point(&self) -> Point<'_> {
         let position = self.position;
         match self.inexact.as_deref() {
-            Some((slack, rest, exact)) => Point { exact: Some(exact), rest: *rest, ..Point::within(position, *slack) },
+            Some((rest, exact)) => Point::with_rest(position, *rest, Exact::Point(exact)),
             None => Point::exact(position),
         }
     }

@@ -9,11 +9,11 @@ use umbriel_geometry::{
 };
 
 use crate::loose::{
-    grid::{Grid, Grids},
+    grid::Grids,
     group::{Eight, Said, TilePoint},
     seen::{BLOCK, Block, Off, Row},
     sorted::{Buckets, Seen},
-    tile::{Entry, PLACE_LIMIT, Tile},
+    tile::{Entry, PLACE_LIMIT, Tile, cell_along},
 };
 
 /// A point that the filter cannot tell.
@@ -74,30 +74,25 @@ fn list<T: Row>(grids: &Grids, offs: &[Off], rows: &[T], buckets: &mut Buckets) 
     let mut block = Block::EMPTY;
     let (mut keys, mut points) = ([0; BLOCK], [Seen::default(); BLOCK]);
     for (number, rows) in rows.chunks(BLOCK).enumerate() {
-        let first = (number * BLOCK) as u32;
         if let [grid] = grids.grids.as_slice() {
             block.see_sun(grid, rows);
-            for index in 0..rows.len() {
-                (keys[index], points[index]) = place(grid, &offs[0], &block, index, [beside, first]);
-            }
+            block.locate(|_| (grid, &offs[0]));
         } else {
             block.see_lamp(&grids.grids[0], rows);
-            for index in 0..rows.len() {
-                let view = block.view[index] as usize;
-                (keys[index], points[index]) = place(&grids.grids[view], &offs[view], &block, index, [beside, first]);
-            }
+            block.locate(|view| (&grids.grids[view], &offs[view]));
+        }
+        for index in 0..BLOCK {
+            let scale = (1u32 << block.level[index]) as f32;
+            let [s, t] = [block.s[index], block.t[index]];
+            let cell = cell_along(t, scale) << block.level[index] | cell_along(s, scale);
+            keys[index] = if block.is_told[index] { block.first[index] + cell } else { beside + 1 };
+        }
+        for index in 0..BLOCK {
+            let [s, t, nearness] = [block.s[index], block.t[index], block.nearness[index] as f32];
+            points[index] = Seen { s, t, nearness, index: (number * BLOCK + index) as u32 };
         }
         buckets.extend(&keys[..rows.len()], &points[..rows.len()]);
     }
-}
-
-/// The bucket of a point of a block, and what is known of it; the first bucket that is no cell and the block's first point are given.
-#[inline(always)]
-fn place(grid: &Grid, off: &Off, block: &Block, index: usize, [beside, first]: [u32; 2]) -> (u32, Seen) {
-    let nearness = block.nearness[index] as f32;
-    let (cell, [s, t]) = grid.locate(block.u[index], block.v[index]);
-    let key = if off.is_told(nearness) { cell.unwrap_or(beside) } else { beside + 1 };
-    (key, Seen { s, t, nearness, index: first + index as u32 })
 }
 
 /// What is found out about the points of a job.

@@ -11,7 +11,7 @@ use crate::{
     light_space::{CornerError, Footprint, Homogeneous, View},
     loose::{
         pieces::{Piece, Pieces},
-        tile::{Tile, cell_along, level_for},
+        tile::{Tile, level_for},
     },
 };
 
@@ -46,6 +46,7 @@ pub(super) struct Grid<'a> {
     /// The first entry of each tile in `listed`, and the end.
     starts: Vec<u32>,
     listed: Vec<u32>,
+    /// One a tile, and one more for what lies beside all.
     places: Vec<TilePlace>,
     tiles: Vec<OnceLock<Tile>>,
 }
@@ -65,10 +66,14 @@ impl<'a> Grids<'a> {
         let views = View::all(light, &pieces.bounds);
         let mut grids: Vec<Grid> = views.into_iter().map(|view| Grid::of(pieces, view, points)).collect();
         let mut cells = 0u32;
-        for place in grids.iter_mut().flat_map(|grid| &mut grid.places) {
-            place.first = cells;
-            cells = cells.checked_add(1 << (2 * place.level)).filter(|&cells| cells < 1 << 31)?;
+        for grid in &mut grids {
+            let (_, places) = grid.places.split_last_mut()?;
+            for place in places {
+                place.first = cells;
+                cells = cells.checked_add(1 << (2 * place.level)).filter(|&cells| cells < 1 << 31)?;
+            }
         }
+        grids.iter_mut().filter_map(|grid| grid.places.last_mut()).for_each(|beside| beside.first = cells);
         Some(Self { grids, cells, size: greatest(&pieces.bounds) })
     }
 }
@@ -127,7 +132,13 @@ impl<'a> Grid<'a> {
 
     /// Where the cells of each tile are.
     pub(super) fn places(&self) -> &[TilePlace] {
-        &self.places
+        &self.places[..self.tiles.len()]
+    }
+
+    /// Where the cells of a tile are, as [`Self::locate`] numbers it.
+    #[inline(always)]
+    pub(super) fn place(&self, tile: u32) -> TilePlace {
+        self.places[tile as usize]
     }
 
     /// A tile.
@@ -135,10 +146,10 @@ impl<'a> Grid<'a> {
         self.tiles[index].get_or_init(|| self.make(index))
     }
 
-    /// The number of the cell at (u, v), and where in its tile that is, from −1 to 1; no number beside all tiles, where there is
-    /// nothing.
+    /// The number of the tile at (u, v), and where in it that is, from −1 to 1; beside all tiles, where there is nothing, the number behind the
+    /// last one. Without branches.
     #[inline(always)]
-    pub(super) fn locate(&self, u: f64, v: f64) -> (Option<u32>, [f32; 2]) {
+    pub(super) fn locate(&self, u: f64, v: f64) -> (u32, [f32; 2]) {
         let place = |x: f64, axis: usize| (x - self.corner[axis]) * self.density - 0.5;
         let (x, y) = (place(u, 0), place(v, 1));
         // Rounded to whole numbers; what is too large for that lies beside, like NaN.
@@ -146,14 +157,9 @@ impl<'a> Grid<'a> {
         let (along, across) = (column - WHOLE, row - WHOLE);
         let [columns, rows] = self.size.map(|size| size as f64);
         let (s, t) = ((2.0 * (x - along)) as f32, (2.0 * (y - across)) as f32);
-        if !((along >= 0.0) & (across >= 0.0) & (along < columns) & (across < rows)) {
-            return (None, [s, t]);
-        }
-        let tile = low_bits(row) as usize * self.size[0] + low_bits(column) as usize;
-        let TilePlace { first, level } = self.places[tile];
-        let scale = (1u32 << level) as f32;
-        let cell = cell_along(t, scale) << level | cell_along(s, scale);
-        (Some(first + cell), [s, t])
+        let is_inside = (along >= 0.0) & (across >= 0.0) & (along < columns) & (across < rows);
+        let tile = low_bits(row).wrapping_mul(self.size[0] as u32).wrapping_add(low_bits(column));
+        (if is_inside { tile } else { self.tiles.len() as u32 }, [s, t])
     }
 
     fn columns(&self, bounds: &[f64; 4], axis: usize) -> (usize, usize) {
@@ -178,7 +184,8 @@ impl<'a> Grid<'a> {
         });
         let place =
             |ends: &[u32]| TilePlace { first: 0, level: level_for((ends[1] - ends[0]) as usize, points_a_piece) };
-        self.places = starts.windows(2).map(place).collect();
+        let beside = TilePlace { first: 0, level: 0 };
+        self.places = starts.windows(2).map(place).chain([beside]).collect();
         (self.starts, self.listed) = (starts, listed);
         self.tiles = (0..count).map(|_| OnceLock::new()).collect();
     }

@@ -30,7 +30,10 @@ mod tile;
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{
+    Mutex, PoisonError,
+    atomic::{AtomicU64, AtomicUsize, Ordering},
+};
 
 use filter::{Doubtful, Filter};
 use grid::Grids;
@@ -108,8 +111,8 @@ impl Points<'_> {
         }
     }
 
-    /// The first point that a single query would refuse.
-    fn first_refused(&self, queries: &Queries) -> Option<usize> {
+    /// The first point that a single query would refuse is an error.
+    fn check(&self, queries: &Queries) -> Result<(), usize> {
         // Every 32-bit float that is finite is accepted; NaN compares as false.
         let single = |row: &[f32]| size_of_vector(row.iter().map(|&x| f64::from(x))) < f64::INFINITY;
         let double = |row: &[f64]| row.iter().all(|&x| accept(x).is_ok());
@@ -122,35 +125,41 @@ impl Points<'_> {
             let (position, normal) = (sum(&row[..3]), sum(&row[3..]));
             (position < f32::INFINITY) & (normal > 0.0) & (normal < f32::INFINITY)
         };
-        match self {
+        let refused = match self {
             Self::OrientedSingle(rows) if rows.iter().fold(true, |all, row| all & is_fine(row)) => None,
             Self::FreeSingle(rows) => rows.iter().position(|row| !single(row)),
             Self::FreeDouble(rows) => rows.iter().position(|row| !double(row)),
             Self::OrientedSingle(rows) => rows.iter().position(|row| !(single(&row[..3]) && normal_single(&row[3..]))),
             Self::OrientedDouble(rows) => rows.iter().position(|row| !(double(&row[..3]) && normal_double(&row[3..]))),
-            Self::OnFaces(points) => queries.are_accepted(points.iter().copied()).position(|is_accepted| !is_accepted),
-        }
+            Self::OnFaces(points) => points.iter().position(|&point| queries.surface_defect(point).is_some()),
+        };
+        refused.map_or(Ok(()), Err)
     }
 
-    /// Lets threads fill in what is said of parts of the points.
+    /// Lets threads fill in what is said of parts of the points; the first point of a part that is refused ends it.
     fn for_each_part(
         &self,
         queries: &Queries,
         answers: &mut [bool],
         size: usize,
         progress: &dyn Progress,
-        fill: impl Fn(&mut Room, Self, &mut [bool]) + Sync,
+        fill: impl Fn(&mut Room, Self, &mut [bool]) -> Result<(), usize> + Sync,
     ) -> Result<(), PointsError> {
         let (done, total) = (AtomicU64::new(0), self.len() as u64);
         let refused = AtomicUsize::new(usize::MAX);
-        answers.par_chunks_mut(size).enumerate().try_for_each_init(Room::default, |room, (job, answers)| {
+        // What a job leaves here another takes up: fresh memory costs as much as sorting into it.
+        let rooms = Mutex::new(Vec::new());
+        let take = || rooms.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default();
+        let leave = |room: Room| rooms.lock().unwrap_or_else(PoisonError::into_inner).push(room);
+        answers.par_chunks_mut(size).enumerate().try_for_each(|(job, answers)| {
             if progress.is_cancelled() {
                 return Err(Cancelled);
             }
-            let part = self.part(job * size, job * size + answers.len());
-            match part.first_refused(queries) {
-                Some(index) => _ = refused.fetch_min(job * size + index, Ordering::Relaxed),
-                None => fill(room, part, answers),
+            let mut room = take();
+            let filled = fill(&mut room, self.part(job * size, job * size + answers.len()), answers);
+            leave(room);
+            if let Err(index) = filled {
+                refused.fetch_min(job * size + index, Ordering::Relaxed);
             }
             let now = done.fetch_add(answers.len() as u64, Ordering::Relaxed) + answers.len() as u64;
             progress.advance("points", now, total);
@@ -252,7 +261,9 @@ impl Queries<'_> {
         let mut lit = vec![false; points.len()];
         if self.lookup(light).is_some() {
             points.for_each_part(self, &mut lit, CHUNK, progress, |_, part, lit| {
+                part.check(self)?;
                 lit.iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&part.place(index), light));
+                Ok(())
             })?;
             return Ok(lit);
         }
@@ -265,20 +276,30 @@ impl Queries<'_> {
         let size = size.min(points.len() / LEAST_JOBS).max(CHUNK);
         points.for_each_part(self, &mut lit, size, progress, |room, part, lit| match (&pieces, &grids) {
             (Some(pieces), Some(grids)) => {
-                let doubts = self.filter((pieces, grids), part, light, lit, room);
+                // Points of faces are looked at while they are gathered.
+                if !matches!(part, Points::OnFaces(_)) {
+                    part.check(self)?;
+                }
+                let doubts = self.filter((pieces, grids), part, light, lit, room)?;
                 if has_holes {
                     // What is neither dark nor in doubt may still lie in the shadow of what the grids leave out.
                     doubts.iter().for_each(|doubt| lit[doubt.index as usize] = true);
                     let open = lit.iter_mut().enumerate().filter(|(_, lit)| **lit);
-                    return open.for_each(|(index, lit)| *lit = self.ask(&part.place(index), light));
+                    open.for_each(|(index, lit)| *lit = self.ask(&part.place(index), light));
+                    return Ok(());
                 }
                 for doubt in doubts {
                     let index = doubt.index as usize;
                     lit[index] = self.decide(pieces, &part.place(index), &doubt, light);
                 }
+                Ok(())
             }
             // More pieces or cells than can be numbered.
-            _ => lit.iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&part.place(index), light)),
+            _ => {
+                part.check(self)?;
+                lit.iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&part.place(index), light));
+                Ok(())
+            }
         })?;
         Ok(lit)
     }
@@ -292,14 +313,16 @@ impl Queries<'_> {
     pub fn in_space_many(&self, points: Points, progress: &dyn Progress) -> Result<Vec<bool>, PointsError> {
         let mut in_space = vec![false; points.len()];
         points.for_each_part(self, &mut in_space, CHUNK, progress, |_, part, in_space| {
+            part.check(self)?;
             for (index, in_space) in in_space.iter_mut().enumerate() {
                 *in_space = self.is_in_space(&part.place(index));
             }
+            Ok(())
         })?;
         Ok(in_space)
     }
 
-    /// Fills in what is certain; what is left is returned.
+    /// Fills in what is certain; what is left is returned. The first point of a face that is refused is an error.
     ///
     /// What points are off by depends on the largest of their coordinates. Where that is larger than the scene's, a few points may be far
     /// away: smaller parts keep the others from being taken as roughly known, too.
@@ -310,28 +333,28 @@ impl Queries<'_> {
         light: &LightSource,
         lit: &mut [bool],
         room: &mut Room,
-    ) -> Vec<Doubtful> {
+    ) -> Result<Vec<Doubtful>, usize> {
         let size = part.size();
         if size > FAR * grids.size && part.len() > CHUNK {
             let half = part.len() / 2;
             let (first, second) = lit.split_at_mut(half);
-            let mut doubtful = self.filter((pieces, grids), part.part(0, half), light, first, room);
-            let behind = self.filter((pieces, grids), part.part(half, part.len()), light, second, room).into_iter();
+            let mut doubtful = self.filter((pieces, grids), part.part(0, half), light, first, room)?;
+            let behind = self.filter((pieces, grids), part.part(half, part.len()), light, second, room)?.into_iter();
             doubtful.extend(behind.map(|doubt| Doubtful { index: doubt.index + half as u32, ..doubt }));
-            return doubtful;
+            return Ok(doubtful);
         }
         let (single, double) = (size * 2f64.powi(-24) + 2f64.powi(-150), size * f64::EPSILON * 0.5);
         let (own, Room { buckets, on_faces }) = (&[], room);
-        match part {
+        Ok(match part {
             Points::FreeSingle(rows) => dispatch(Filter { grids, rows, own, slack: 0.0, size, lit, buckets }),
             Points::FreeDouble(rows) => dispatch(Filter { grids, rows, own, slack: 0.0, size, lit, buckets }),
             Points::OrientedSingle(rows) => dispatch(Filter { grids, rows, own, slack: single, size, lit, buckets }),
             Points::OrientedDouble(rows) => dispatch(Filter { grids, rows, own, slack: double, size, lit, buckets }),
             Points::OnFaces(points) => {
-                on_faces.gather(&self.bodies, pieces, points, light);
+                on_faces.gather(self, pieces, points, light)?;
                 on_faces.filter(grids, lit, buckets)
             }
-        }
+        })
     }
 
     /// One point on its own; the points were checked.

@@ -10,7 +10,6 @@ use crate::{
     bodies::{Bodies, Body},
     exact::{flat_face_is_turned_to, patch_probe},
     loose::{
-        Points,
         filter::{Doubtful, Filter},
         grid::Grids,
         pieces::Pieces,
@@ -48,14 +47,30 @@ pub(super) struct OnFaces {
     own: Vec<[u32; 2]>,
     /// Which of the job's points each is.
     indices: Vec<u32>,
-    /// What a coordinate is off by at most.
+    /// What a coordinate is off by at most, and how large it is.
     slack: f64,
+    size: f64,
     /// Points that are asked one by one.
     single: Vec<u32>,
     told: Vec<bool>,
+    /// Faces met before, each where its number puts it: neighbouring rows of a picture meet the same ones.
+    met: Vec<Option<Met>>,
+}
+
+/// So many faces are remembered, a power of two.
+const REMEMBERED: usize = 512;
+
+/// An object's face under the light that is asked for.
+#[derive(Clone, Copy, Debug)]
+struct Met {
+    place: (usize, usize),
+    /// Points with u, v from 0 to 1 and u + v no greater than this surely lie on it.
+    reach: f64,
+    kind: Kind,
 }
 
 /// What the points of a face have in common.
+#[derive(Clone, Copy, Debug)]
 enum Kind {
     Dark,
     Single,
@@ -63,65 +78,96 @@ enum Kind {
 }
 
 /// A face whose points are where A + u·e + v·f says.
+#[derive(Clone, Copy, Debug)]
 struct Open {
     corner: DVec3,
     edges: [DVec3; 2],
-    /// What that is off by in any coordinate.
+    /// What that is off by in any coordinate, and how large it is at most.
     slack: f64,
+    size: f64,
     own: [u32; 2],
 }
 
 impl Open {
     /// With corners up to m in size and off by s, and u' = 2^-53: an edge is off by 2u'm, its multiple rounds by 2u'm; the sums, at most m and 3m in size, round by
-    /// u'm and 3u'm: 12u'm in all, without second powers. A place is a sum of corners with weights of 3 at most.
+    /// u'm and 3u'm: 12u'm in all, without second powers. A place is a sum of corners with weights of 3 at most, and lies between them.
     fn of(facets: &Facets, face: usize, own: [u32; 2]) -> Self {
-        let [a, b, _, d] = flat_corners(facets, face, 0);
-        let corners = [&a, &b, &d];
-        let size = corners.into_iter().map(|corner| corner.position.abs().max_element()).fold(0.0, f64::max);
-        let slack = corners.into_iter().map(|corner| corner.slack.max_element()).fold(0.0, f64::max);
+        let corners = flat_corners(facets, face, 0);
+        let [a, b, _, d] = &corners;
+        let size = corners.iter().map(|corner| corner.position.abs().max_element()).fold(0.0, f64::max);
+        let slack = corners.iter().map(|corner| corner.slack.max_element()).fold(0.0, f64::max);
+        let slack = 3.0 * slack + 8.0 * f64::EPSILON * size;
         Self {
             corner: a.position,
             edges: [b.position - a.position, d.position - a.position],
-            slack: 3.0 * slack + 8.0 * f64::EPSILON * size,
+            slack,
+            size: size + slack,
             own,
         }
     }
 }
 
 impl OnFaces {
-    /// Takes points, which must be places of the scene's faces, instead of those before.
-    pub(super) fn gather(&mut self, bodies: &Bodies, pieces: &Pieces, points: &[FacePoint], light: &LightSource) {
+    /// Takes points instead of those before; scene and light are always the same. The first point that is refused is an error.
+    pub(super) fn gather(
+        &mut self,
+        queries: &Queries,
+        pieces: &Pieces,
+        points: &[FacePoint],
+        light: &LightSource,
+    ) -> Result<(), usize> {
         self.rows.clear();
         self.own.clear();
         self.indices.clear();
         self.single.clear();
-        self.slack = 0.0;
-        let (mut last, mut kind) = (None, Kind::Dark);
-        for (index, &FacePoint { object, face, u, v }) in (0..).zip(points) {
-            if last != Some((object, face)) {
-                (last, kind) = (Some((object, face)), kind_of(bodies, pieces, (object, face), light));
-                if let Kind::Open(Open { slack, .. }) = kind {
-                    self.slack = self.slack.max(slack);
-                }
+        (self.slack, self.size) = (0.0, 0.0);
+        self.met.resize(REMEMBERED, None);
+        self.rows.reserve(points.len());
+        self.own.reserve(points.len());
+        self.indices.reserve(points.len());
+        let mut met = Met::NONE;
+        for (index, &point) in points.iter().enumerate() {
+            let FacePoint { object, face, u, v } = point;
+            if met.place != (object, face) {
+                met = self.meet(queries, pieces, point, light).ok_or(index)?;
             }
-            match &kind {
+            let is_inside = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v) && u + v <= met.reach;
+            if !is_inside && queries.surface_defect(point).is_some() {
+                return Err(index);
+            }
+            match &met.kind {
                 Kind::Dark => {}
-                Kind::Single => self.single.push(index),
+                Kind::Single => self.single.push(index as u32),
                 Kind::Open(Open { corner, edges: [e, f], own, .. }) => {
                     self.rows.push((*corner + u * *e + v * *f).to_array());
                     self.own.push(*own);
-                    self.indices.push(index);
+                    self.indices.push(index as u32);
                 }
             }
         }
+        Ok(())
+    }
+
+    /// The face of a point; `None` where the point is refused.
+    fn meet(&mut self, queries: &Queries, pieces: &Pieces, point: FacePoint, light: &LightSource) -> Option<Met> {
+        let place = (point.object, point.face);
+        let known = &mut self.met[place.0.wrapping_mul(97).wrapping_add(place.1) % REMEMBERED];
+        let met = match *known {
+            Some(met) if met.place == place => met,
+            _ if queries.surface_defect(point).is_some() => return None,
+            _ => *known.insert(Met::of(&queries.bodies, pieces, place, light)),
+        };
+        if let Kind::Open(Open { slack, size, .. }) = met.kind {
+            (self.slack, self.size) = (self.slack.max(slack), self.size.max(size));
+        }
+        Some(met)
     }
 
     /// Fills in what is certain; what is left is returned.
     pub(super) fn filter(&mut self, grids: &Grids, lit: &mut [bool], buckets: &mut Buckets) -> Vec<Doubtful> {
         self.told.clear();
         self.told.resize(self.rows.len(), false);
-        let (rows, own, slack) = (self.rows.as_slice(), self.own.as_slice(), self.slack);
-        let size = Points::FreeDouble(rows).size();
+        let (rows, own, slack, size) = (self.rows.as_slice(), self.own.as_slice(), self.slack, self.size);
         let mut doubtful = dispatch(Filter { grids, rows, own, slack, size, lit: &mut self.told, buckets });
         for (&index, &told) in self.indices.iter().zip(&self.told) {
             lit[index as usize] = told;
@@ -132,12 +178,26 @@ impl OnFaces {
     }
 }
 
-fn kind_of(bodies: &Bodies, pieces: &Pieces, (object, face): (usize, usize), light: &LightSource) -> Kind {
-    match bodies.get(object) {
-        Body::Analytic(_) => Kind::Single,
-        Body::Flat(_) if !flat_face_is_turned_to(bodies, object, face, light) => Kind::Dark,
-        // What has holes has no pieces: nothing of it is among those in doubt.
-        Body::Flat(facets) => Kind::Open(Open::of(facets, face, pieces.of_face(object, face).unwrap_or([u32::MAX, 0]))),
+impl Met {
+    /// No face has this number.
+    const NONE: Self = Self { place: (usize::MAX, usize::MAX), reach: -1.0, kind: Kind::Dark };
+
+    fn of(bodies: &Bodies, pieces: &Pieces, (object, face): (usize, usize), light: &LightSource) -> Self {
+        let (reach, kind) = match bodies.get(object) {
+            Body::Analytic(_) => (-1.0, Kind::Single),
+            Body::Flat(facets) => {
+                let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
+                let kind = if flat_face_is_turned_to(bodies, object, face, light) {
+                    // What has holes has no pieces: nothing of it is among those in doubt.
+                    let own = pieces.of_face(object, face).unwrap_or([u32::MAX, 0]);
+                    Kind::Open(Open::of(facets, face, own))
+                } else {
+                    Kind::Dark
+                };
+                (if is_triangle { 1.0 - f64::EPSILON } else { 2.0 }, kind)
+            }
+        };
+        Self { place: (object, face), reach, kind }
     }
 }
 
@@ -152,25 +212,5 @@ impl Queries<'_> {
             Body::Analytic(body) if patch_probe(body, face, u, v).is_none() => Some(QueryDefect::OutsideFace),
             _ => None,
         }
-    }
-
-    /// Whether each of these points is taken. Quick where neighbours in the list lie on one flat face.
-    pub(crate) fn are_accepted(&self, points: impl Iterator<Item = FacePoint>) -> impl Iterator<Item = bool> {
-        // The face of the last point, if it is flat, and how far u + v surely stays inside of it where u, v ≤ 1.
-        let (mut last, mut reach) = (None, 0.0);
-        points.map(move |point| {
-            let FacePoint { object, face, u, v } = point;
-            let is_inside = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v) && u + v <= reach;
-            if is_inside && last == Some((object, face)) {
-                return true;
-            }
-            let is_accepted = self.surface_defect(point).is_none();
-            last = None;
-            if is_accepted && let Body::Flat(facets) = self.bodies.get(object) {
-                let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
-                (last, reach) = (Some((object, face)), if is_triangle { 1.0 - f64::EPSILON } else { 2.0 });
-            }
-            is_accepted
-        })
     }
 }

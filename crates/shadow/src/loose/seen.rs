@@ -3,7 +3,11 @@
 use glam::DVec3;
 use umbriel_geometry::simd::{F8, Float, Simd};
 
-use crate::loose::{grid::Grid, group::NEARNESS_MARGIN, tile::HEIGHT_LIMIT};
+use crate::loose::{
+    grid::{Grid, TilePlace},
+    group::NEARNESS_MARGIN,
+    tile::HEIGHT_LIMIT,
+};
 
 /// Unit roundoff of f64.
 const ROUNDOFF: f64 = f64::EPSILON / 2.0;
@@ -29,16 +33,51 @@ impl<const N: usize> Row for [f64; N] {
     }
 }
 
-/// Points as a view sees them; `view` says which.
+/// Points as a view sees them; `view` says which. Column by column, so that eight points are one vector.
 pub(super) struct Block {
-    pub(super) u: [f64; BLOCK],
-    pub(super) v: [f64; BLOCK],
+    u: [f64; BLOCK],
+    v: [f64; BLOCK],
     pub(super) nearness: [f64; BLOCK],
-    pub(super) view: [u8; BLOCK],
+    view: [u8; BLOCK],
+    /// Where in their tiles.
+    pub(super) s: [f32; BLOCK],
+    pub(super) t: [f32; BLOCK],
+    tile: [u32; BLOCK],
+    /// The tiles' cells: the first one's number, and 2^level along each side.
+    pub(super) first: [u32; BLOCK],
+    pub(super) level: [u32; BLOCK],
+    /// Whether they are known well enough for tiles.
+    pub(super) is_told: [bool; BLOCK],
 }
 
 impl Block {
-    pub(super) const EMPTY: Self = Self { u: [0.0; BLOCK], v: [0.0; BLOCK], nearness: [0.0; BLOCK], view: [0; BLOCK] };
+    pub(super) const EMPTY: Self = Self {
+        u: [0.0; BLOCK],
+        v: [0.0; BLOCK],
+        nearness: [0.0; BLOCK],
+        view: [0; BLOCK],
+        s: [0.0; BLOCK],
+        t: [0.0; BLOCK],
+        tile: [0; BLOCK],
+        first: [0; BLOCK],
+        level: [0; BLOCK],
+        is_told: [false; BLOCK],
+    };
+
+    /// Finds the tiles; the views' grids are given, and what points are off by there.
+    #[inline(always)]
+    pub(super) fn locate<'a>(&mut self, view: impl Fn(usize) -> (&'a Grid<'a>, &'a Off)) {
+        for index in 0..BLOCK {
+            let (grid, off) = view(usize::from(self.view[index]));
+            (self.tile[index], [self.s[index], self.t[index]]) = grid.locate(self.u[index], self.v[index]);
+            self.is_told[index] = off.is_told(self.nearness[index] as f32);
+        }
+        for index in 0..BLOCK {
+            let (grid, _) = view(usize::from(self.view[index]));
+            let TilePlace { first, level } = grid.place(self.tile[index]);
+            (self.first[index], self.level[index]) = (first, level);
+        }
+    }
 
     #[inline(always)]
     pub(super) fn see_sun<T: Row>(&mut self, grid: &Grid, rows: &[T]) {

@@ -331,7 +331,8 @@ fn measure_points(course: &Course, progress: &dyn Progress) -> Result<Measured, 
     let (samples, light) = (course.judge.samples(), course.source());
     let point = |&SamplePoint { object, face, u, v, .. }: &SamplePoint| FacePoint { object, face, u, v };
     // A place that a picture found may lie, by rounding, just outside its face: it is dark, as the judge has it.
-    let places: Vec<bool> = Queries::new(course.scene).are_accepted(samples.iter().map(point)).collect();
+    let all = Queries::new(course.scene);
+    let places: Vec<bool> = samples.iter().map(|sample| all.surface_defect(point(sample)).is_none()).collect();
     let accepted = samples.iter().zip(&places).filter(|(_, is_accepted)| **is_accepted);
     let points: Vec<FacePoint> = accepted.map(|(sample, _)| point(sample)).collect();
     let begun = Instant::now();
