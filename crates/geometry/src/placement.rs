@@ -101,15 +101,9 @@ impl Placement {
 
     /// The exact image of a point as two floats each: the nearest, and all that it leaves out. `None` where two floats do not hold it.
     pub(crate) fn in_two_floats(&self, local: DVec3) -> Option<[DVec3; 2]> {
-        let mut parts = [DVec3::ZERO; 2];
-        for axis in 0..3 {
-            let sum = DoubleDouble::of(&self.row(axis), local.to_array());
-            if !sum.is_exact {
-                return None;
-            }
-            [parts[0][axis], parts[1][axis]] = [sum.high + 0.0, sum.low + 0.0];
-        }
-        Some(parts)
+        let sums: [DoubleDouble; 3] = std::array::from_fn(|axis| DoubleDouble::of(&self.row(axis), local.to_array()));
+        let part = |part: fn(&DoubleDouble) -> f64| DVec3::from_array(sums.each_ref().map(|sum| part(sum) + 0.0));
+        sums.iter().all(|sum| sum.is_exact).then(|| [part(|sum| sum.high), part(|sum| sum.low)])
     }
 
     /// The exact image of a point.

@@ -41,8 +41,9 @@ use tile::{TILE, Tile, TilePlace};
 pub(crate) use chain::{Chain, GiveUp, Occluder, Plane};
 pub(crate) use edge_table::MAX_FACETS;
 
-/// Faces with fewer cells along an edge (as a power of two) are sooner divided.
+/// Faces with fewer cells along an edge (as a power of two) are divided, which is sharper, while few facets are over them: each takes some 700 bytes there.
 const LEAST_LEVEL: u8 = 5;
+const FEW_FACETS: f64 = 16384.0;
 
 /// With fewer facets over a face it is divided: that is sharper where shadows end exactly between two cells, as they often
 /// do in small scenes, and quick enough.
@@ -54,7 +55,7 @@ pub(crate) const MOST_LEVEL: u8 = 15;
 /// Whether drawing borders is likely to be sooner than dividing the face, given how many facets there are and how many
 /// of them are expected to be over the face. A facet is looked at in about 8 ns here and takes about 2 µs there, a tile 100 ns.
 pub(crate) fn is_sooner(level: u8, facets: usize, expected: f64) -> bool {
-    if level < LEAST_LEVEL || expected < LEAST_FACETS {
+    if expected < LEAST_FACETS || level < LEAST_LEVEL && expected < FEW_FACETS {
         return false;
     }
     let tiles = 4f64.powi(i32::from(level) - 6);
