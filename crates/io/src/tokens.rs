@@ -42,9 +42,24 @@ impl<'a> Tokens<'a> {
     }
 }
 
+/// A finite number as programs in Fortran write their double precision, `1.5D+00`; other readers take it as 1.5, whatever the exponent.
+pub(crate) fn fortran_number(word: &str) -> Option<f64> {
+    let standard = word.replace(['d', 'D'], "e");
+    // Words without digits before the exponent are names of infinities and the like.
+    let begins = standard.trim_start_matches(['+', '-', '.']).starts_with(|first: char| first.is_ascii_digit());
+    standard.parse().ok().filter(|number: &f64| begins && number.is_finite())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exponents_of_fortran() {
+        let read = ["1.5D+00", "-2d3", ".5d-1", "7", "+1E2"].map(fortran_number);
+        assert_eq!(read, [Some(1.5), Some(-2000.0), Some(0.05), Some(7.0), Some(100.0)]);
+        assert_eq!(["d", "1d", "1dd2", "d1", "1d999", "inf", "nand", ""].map(fortran_number), [None; 8]);
+    }
 
     #[test]
     fn words_and_their_lines() {

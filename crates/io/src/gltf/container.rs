@@ -50,7 +50,10 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, LoadProblem> {
     if length < bytes.len() {
         broken.push("bytes after its end");
     }
-    while at < length {
+    for number in 0.. {
+        if at >= length {
+            break;
+        }
         let (Some(size), Some(kind)) = (word(at), word(at + 4)) else { return Err(refused("a chunk is cut off")) };
         let end = (at + 8).checked_add(size).filter(|&end| end <= length);
         let Some(end) = end else { return Err(refused("a chunk is longer than the file")) };
@@ -58,8 +61,14 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, LoadProblem> {
             broken.push("a chunk whose length is no multiple of 4");
         }
         match (&(kind as u32).to_le_bytes(), json, binary) {
-            (b"JSON", None, _) => json = Some(&bytes[at + 8..end]),
-            (b"BIN\0", Some(_), None) => binary = Some(&bytes[at + 8..end]),
+            (b"JSON", None, _) => {
+                json = Some(&bytes[at + 8..end]);
+                broken.extend((number != 0).then_some("a JSON chunk that is not the first"));
+            }
+            (b"BIN\0", Some(_), None) => {
+                binary = Some(&bytes[at + 8..end]);
+                broken.extend((number != 1).then_some("a BIN chunk that is not the second"));
+            }
             (b"JSON" | b"BIN\0", ..) => return Err(refused("its chunks are not one JSON, then at most one BIN")),
             _ => {}
         }

@@ -123,10 +123,12 @@ fn whole_numbers(text: &[u8]) -> Vec<u8> {
             _ => 1,
         };
         let (token, behind) = rest.split_at(length);
+        let end = changed.len() + length;
         match whole_number(token).filter(|_| first != b'"') {
-            Some(number) => changed.extend(format!("{number:<length$}").bytes()),
+            Some(number) => changed.extend(number.to_string().bytes()),
             None => changed.extend(token),
         }
+        changed.resize(end.max(changed.len()), b' ');
         rest = behind;
     }
     changed

@@ -474,6 +474,15 @@ fn binary_files_and_their_faults() {
     for length in 0..whole.len() {
         assert!(read(&whole[..length], &folder(), &reading()).is_err(), "cut off after {length} bytes");
     }
+    // Chunks of other kinds stand behind the JSON and its buffer.
+    for at in [12, whole.len() - data.bytes.len() - 8, whole.len()] {
+        let mut bytes = whole.clone();
+        bytes.splice(at..at, *b"\x04\0\0\0XYZ\0abcd");
+        let length = (bytes.len() as u32).to_le_bytes();
+        bytes[8..12].copy_from_slice(&length);
+        let found = found(read(&bytes, &folder(), &reading()).unwrap_or_else(|problem| panic!("{problem}")));
+        assert_eq!(found.is_empty(), at == whole.len(), "{found:?}");
+    }
     let with = |at: usize, value: u32| {
         let mut bytes = whole.clone();
         bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());

@@ -9,7 +9,8 @@
 //! counts from below in this format, so it is turned). A statement may be continued
 //! by a `\` at the end of the line; negative indices count back from their own line, others may look ahead. Text is UTF-8 or
 //! UTF-16, with any line ends. Faults that change no surface (a normal that is no number, a face of two corners, corners of
-//! different forms in one face) are findings. Two passes (statements, then triangles), linear in the file but for
+//! different forms in one face) are findings, and so are exponents that Fortran writes with a D: they are read as what they mean,
+//! where other readers stop at the letter. Two passes (statements, then triangles), linear in the file but for
 //! triangulation.
 
 mod parser;
@@ -43,8 +44,9 @@ pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, reading: &Reading)
     let mut model = build(&parser, stem)?;
     model.findings.absorb(std::mem::take(&mut parser.findings), str::to_owned);
     for library in &parser.libraries {
-        let names = std::iter::once(library.as_str()).chain(library.split_whitespace());
-        if !names.into_iter().any(|name| folder.resolve(name, "mtllib").is_ok()) {
+        // One name with spaces in it, or several.
+        let is_there = |name: &str| folder.resolve(name, "mtllib").is_ok_and(|file| file.real.is_file());
+        if !is_there(library) && !library.split_whitespace().all(is_there) {
             model.findings.add(FindingKind::MissingMaterials, &excerpt(library), 1);
         }
     }

@@ -9,6 +9,7 @@ use umbriel_scene::FindingKind;
 use crate::{
     error::{LoadProblem, excerpt},
     model::Findings,
+    tokens::fortran_number,
 };
 
 /// Statements that say nothing about flat surfaces.
@@ -89,7 +90,11 @@ impl Parser {
             "" => {}
             _ if keyword.starts_with('#') => {}
             "v" => {
-                let numbers = numbers(words().take(3), 3..=3)?;
+                let numbers = numbers(words().take(3), 3..=3).or_else(|fault| {
+                    let numbers = words().take(3).map(fortran_number).collect::<Option<Vec<f64>>>();
+                    self.require(numbers.is_none(), "v: exponents written with a D, as Fortran has them", line);
+                    numbers.filter(|numbers| numbers.len() == 3).ok_or(fault)
+                })?;
                 let position = accept_point([numbers[0], numbers[1], numbers[2]]);
                 self.positions.push(position.map_err(|(axis, defect)| format!("coordinate {axis} {defect}"))?);
                 // A weight and a colour may follow.
@@ -108,7 +113,10 @@ impl Parser {
             "f" | "fo" => self.face(words(), line)?,
             "o" => self.begin_object(rest.trim()),
             "g" => self.begin_group(&rest.split_whitespace().collect::<Vec<_>>().join(" ")),
-            "mtllib" => self.libraries.push(rest.trim().to_owned()),
+            "mtllib" => {
+                self.require(!rest.trim().is_empty(), "mtllib: no file", line);
+                self.libraries.push(rest.trim().to_owned());
+            }
             "p" | "l" | "curv" | "curv2" | "surf" => {
                 self.findings.add_at(FindingKind::NotTriangles, "", format_args!("line {line}"));
             }

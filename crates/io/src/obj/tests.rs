@@ -191,6 +191,42 @@ fn faults_that_change_no_surface_are_told() {
 }
 
 #[test]
+fn exponents_of_fortran_are_read_and_told() {
+    let text = "v 1.5D+00 -2d0 0\nv 1D3 0 0\nv 0 0 1\nf 1 2 3\n";
+    let model = model(text);
+    assert_eq!(mesh(&model, 0).positions()[..2], [[1.5, -2.0, 0.0], [1000.0, 0.0, 0.0]].map(glam::DVec3::from));
+    let told = model.findings.into_list();
+    assert!(told.iter().any(|found| found.kind == FindingKind::BrokenRule && found.places == ["line 1", "line 2"]));
+    for text in ["v 1d 0 0\n", "v 1d0 d0 0\n", "v 1d999 0 0\n", "v 1d0 0\n"] {
+        assert_eq!(fault(text).0, 1, "{text}");
+    }
+}
+
+#[test]
+fn every_material_library_has_to_be_there() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("a b.mtl"), "").expect("written");
+    std::fs::write(folder.path().join("c.mtl"), "").expect("written");
+    let scene = Folder::of_scene(&folder.path().join("scene.obj"), Outside::Refused);
+    let found = |line: &str| {
+        let text = format!("mtllib{line}\n{SQUARE}f 1 2 3\n");
+        let model = read(text.as_bytes(), "scene", &scene, &Reading::default()).expect("loads");
+        findings(model).into_iter().filter(|found| found.0 != FindingKind::LooksZUp).map(|found| found.0).collect()
+    };
+    let missing = vec![FindingKind::MissingMaterials];
+    for (line, expected) in [
+        (" a b.mtl", Vec::new()),
+        (" c.mtl c.mtl", Vec::new()),
+        (" c.mtl d.mtl", missing.clone()),
+        (" .", missing.clone()),
+        ("", vec![FindingKind::BrokenRule]),
+    ] {
+        let found: Vec<FindingKind> = found(line);
+        assert_eq!(found, expected, "{line}");
+    }
+}
+
+#[test]
 fn utf_16_and_old_line_ends() {
     let text = format!("o h\u{fc}tte\n{SQUARE}f 1 2 3 4\n").replace('\n', "\r");
     let bytes: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();

@@ -4,6 +4,8 @@ use serde::Deserialize;
 use toml::Spanned;
 use umbriel_geometry::Analytic;
 
+use super::exact::exactly;
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SceneFile {
@@ -26,9 +28,12 @@ pub(super) struct SceneFile {
 #[serde(deny_unknown_fields)]
 pub(super) struct CellEntry {
     pub(super) name: Option<String>,
+    #[serde(default, deserialize_with = "exactly")]
     pub(super) points: Option<Vec<[f64; 3]>>,
     #[serde(rename = "box")]
+    #[serde(default, deserialize_with = "exactly")]
     pub(super) cuboid: Option<[[f64; 3]; 2]>,
+    #[serde(default, deserialize_with = "exactly")]
     pub(super) planes: Option<Vec<[f64; 4]>>,
     pub(super) mesh: Option<String>,
     pub(super) node: Option<String>,
@@ -40,7 +45,9 @@ pub(super) struct CellEntry {
 #[serde(deny_unknown_fields)]
 pub(super) struct PortalEntry {
     pub(super) name: Option<String>,
+    #[serde(deserialize_with = "exactly")]
     pub(super) cells: [String; 2],
+    #[serde(deserialize_with = "exactly")]
     pub(super) corners: Vec<[f64; 3]>,
     pub(super) rounding: Option<f64>,
 }
@@ -66,9 +73,12 @@ pub(super) struct ObjectEntry {
     pub(super) name: Option<String>,
     pub(super) sides: Option<SidesName>,
     pub(super) detail: Option<DetailEntry>,
+    #[serde(default, deserialize_with = "exactly")]
     pub(super) translation: Option<[f64; 3]>,
+    #[serde(default, deserialize_with = "exactly")]
     pub(super) rotation: Option<[f64; 4]>,
     pub(super) scale: Option<Scale>,
+    #[serde(default, deserialize_with = "exactly")]
     pub(super) matrix: Option<[f64; 16]>,
 
     pub(super) mesh: Option<String>,
@@ -93,7 +103,9 @@ pub(super) struct ObjectEntry {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PartBoxEntry {
+    #[serde(deserialize_with = "exactly")]
     pub(super) center: [f64; 3],
+    #[serde(deserialize_with = "exactly")]
     pub(super) half: [[f64; 3]; 3],
 }
 
@@ -134,12 +146,14 @@ pub(super) enum Scale {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RectangleEntry {
+    #[serde(deserialize_with = "exactly")]
     pub(super) size: [f64; 2],
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BoxEntry {
+    #[serde(deserialize_with = "exactly")]
     pub(super) size: [f64; 3],
 }
 
@@ -152,6 +166,7 @@ pub(super) struct RadiusEntry {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EllipsoidEntry {
+    #[serde(deserialize_with = "exactly")]
     pub(super) radii: [f64; 3],
 }
 
@@ -181,13 +196,16 @@ pub(super) struct HyperboloidEntry {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ConvexEntry {
+    #[serde(deserialize_with = "exactly")]
     pub(super) points: Vec<[f64; 3]>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct QuadricEntry {
+    #[serde(deserialize_with = "exactly")]
     pub(super) matrix: [f64; 16],
+    #[serde(deserialize_with = "exactly")]
     pub(super) within: [[f64; 3]; 2],
 }
 
@@ -211,6 +229,7 @@ pub(super) struct LightEntry {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SunEntry {
+    #[serde(default, deserialize_with = "exactly")]
     pub(super) direction: Option<[f64; 3]>,
     pub(super) azimuth: Option<f64>,
     pub(super) elevation: Option<f64>,
@@ -220,6 +239,7 @@ pub(super) struct SunEntry {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct PointEntry {
+    #[serde(deserialize_with = "exactly")]
     pub(super) position: [f64; 3],
     pub(super) radius: Option<f64>,
 }
@@ -227,16 +247,22 @@ pub(super) struct PointEntry {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct AreaEntry {
+    #[serde(deserialize_with = "exactly")]
     pub(super) center: [f64; 3],
+    #[serde(deserialize_with = "exactly")]
     pub(super) u: [f64; 3],
+    #[serde(deserialize_with = "exactly")]
     pub(super) v: [f64; 3],
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CameraEntry {
+    #[serde(deserialize_with = "exactly")]
     pub(super) eye: [f64; 3],
+    #[serde(deserialize_with = "exactly")]
     pub(super) target: [f64; 3],
+    #[serde(default, deserialize_with = "exactly")]
     pub(super) up: Option<[f64; 3]>,
     pub(super) vertical_degrees: Option<f64>,
     pub(super) height: Option<f64>,

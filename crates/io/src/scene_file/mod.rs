@@ -40,6 +40,7 @@
 //! a family of objects `name/part`.
 
 mod entries;
+mod exact;
 mod lights;
 mod objects;
 mod rooms;

@@ -15,7 +15,7 @@ use crate::{
     error::{LoadProblem, excerpt},
     load::Reading,
     model::{Model, ModelObject},
-    tokens::Tokens,
+    tokens::{Tokens, fortran_number},
     z_up::tell_z_up,
 };
 
@@ -151,7 +151,7 @@ fn facet(model: &mut Model, tokens: &mut Tokens, corners: &mut Vec<[f64; 3]>) ->
     expect(tokens, "loop")?;
     for _ in 0..3 {
         expect(tokens, "vertex")?;
-        corners.push([number(tokens)?, number(tokens)?, number(tokens)?]);
+        corners.push([number(model, tokens)?, number(model, tokens)?, number(model, tokens)?]);
     }
     expect(tokens, "endloop")?;
     expect(tokens, "endfacet")
@@ -164,10 +164,20 @@ fn expect(tokens: &mut Tokens, word: &str) -> Result<(), LoadProblem> {
     }
 }
 
-fn number(tokens: &mut Tokens) -> Result<f64, LoadProblem> {
+fn number(model: &mut Model, tokens: &mut Tokens) -> Result<f64, LoadProblem> {
     let word = tokens.next();
     let number = word.and_then(|word| word.parse::<f64>().ok()).filter(|number| number.is_finite());
-    number.ok_or_else(|| match word {
+    let fortran = || {
+        let number = word.and_then(fortran_number)?;
+        let place = format_args!("line {}", tokens.line());
+        model.findings.add_at(
+            FindingKind::BrokenRule,
+            "vertex: exponents written with a D, as Fortran has them",
+            place,
+        );
+        Some(number)
+    };
+    number.or_else(fortran).ok_or_else(|| match word {
         Some(word) => LoadProblem::line(tokens.line(), format!("\"{}\" is not a finite number", excerpt(word))),
         None => unexpected(tokens, None, "vertex"),
     })

@@ -61,6 +61,15 @@ fn what_changes_no_surface_is_told() {
 }
 
 #[test]
+fn exponents_of_fortran_are_read_and_told() {
+    let text = format!("solid\n{}endsolid\n", FACET.replace("vertex 1 0 0", "vertex 1.0D+00 0d0 0"));
+    let model = parse(text.as_bytes()).expect("loads");
+    assert!(mesh(&model, 0).positions().iter().any(|position| position.to_array() == [1.0, 0.0, 0.0]));
+    let found = model.findings.into_list();
+    assert_eq!((found[0].kind, found[0].count), (FindingKind::BrokenRule, 2));
+}
+
+#[test]
 fn ends_are_written_in_many_ways() {
     for (end, told) in [("endsolid", 0), ("end solid a", 0), ("ENDSOLID a b", 0), ("", 1)] {
         let model = parse(format!("\u{feff}solid a\n{FACET}{end}\n").as_bytes()).expect("loads");

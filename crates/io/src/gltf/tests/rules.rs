@@ -112,6 +112,9 @@ fn whole_numbers_may_be_written_as_floats() {
     let (mut document, data) = changed(|document, _| document["scenes"] = json!([{ "nodes": [0.0] }]));
     document["scene"] = json!(0.0);
     assert_eq!(model((document.clone(), data)).objects.len(), 1);
+    let digits = "0".repeat(70_000);
+    let long = format!("{{ \"asset\": {{ \"version\": \"2.0\" }}, \"scene\": 0.{digits} }}");
+    assert!(super::super::parse(long.as_bytes()).is_ok_and(|document| document.scene == Some(0)));
     for scene in [json!(0.5), json!(-1.0), json!(1e300)] {
         document["scene"] = scene;
         assert!(parse((document.clone(), Data::default())).is_err());
