@@ -1,5 +1,7 @@
 //! Accessors: typed elements out of buffers, every size checked before anything is allocated.
 
+use std::cell::Cell;
+
 use super::{
     json::{Accessor, Document, Sparse, existing},
     views::Views,
@@ -106,11 +108,19 @@ impl<'a> Strided<'a> {
 pub(super) struct Accessors<'a> {
     document: &'a Document,
     views: Views<'a>,
+    /// Which accessors have been read.
+    read: Vec<Cell<bool>>,
 }
 
 impl<'a> Accessors<'a> {
     pub(super) fn new(document: &'a Document, views: Views<'a>) -> Self {
-        Self { document, views }
+        let read = vec![Cell::new(false); document.accessors.len()];
+        Self { document, views, read }
+    }
+
+    /// Whether the elements of an accessor have been read.
+    pub(super) fn is_read(&self, index: usize) -> bool {
+        self.read.get(index).is_some_and(Cell::get)
     }
 
     /// The declared accessor.
@@ -153,6 +163,7 @@ impl<'a> Accessors<'a> {
         if let Some(sparse) = &accessor.sparse {
             self.replace(sparse, size, decode, &mut elements).map_err(|problem| within(problem, &place()))?;
         }
+        self.read[index].set(true);
         Ok(elements)
     }
 
@@ -189,24 +200,33 @@ impl<'a> Accessors<'a> {
         decode: impl Fn(&[u8]) -> [f64; N],
         elements: &mut [[f64; N]],
     ) -> Result<(), LoadProblem> {
+        let from = &sparse.values;
+        let places = self.places(sparse, elements.len())?;
+        let values = self.strided(from.buffer_view, from.byte_offset, size, sparse.count)?;
+        for (place, value) in places.into_iter().zip(values.iter()) {
+            elements[place] = decode(value);
+        }
+        Ok(())
+    }
+
+    /// Which of `count` elements a sparse accessor replaces: ascending, and in range.
+    pub(super) fn places(&self, sparse: &Sparse, count: usize) -> Result<Vec<usize>, LoadProblem> {
         let refused = |message: String| LoadProblem::element("sparse", message);
         let component = Component::of(sparse.indices.component_type).map_err(refused)?;
         if !matches!(component, Component::U8 | Component::U16 | Component::U32) {
             return Err(refused("its indices must be unsigned integers".to_owned()));
         }
-        let (at, from) = (&sparse.indices, &sparse.values);
-        let places = self.strided(at.buffer_view, at.byte_offset, component.size(), sparse.count)?;
-        let values = self.strided(from.buffer_view, from.byte_offset, size, sparse.count)?;
+        let at = &sparse.indices;
+        let strided = self.strided(at.buffer_view, at.byte_offset, component.size(), sparse.count)?;
+        let places: Vec<usize> = strided.iter().map(|bytes| component.value(bytes) as usize).collect();
         let mut next = 0;
-        for (place, value) in places.iter().zip(values.iter()) {
-            let place = component.value(place) as usize;
-            if place < next || place >= elements.len() {
-                return Err(refused(format!("index {place} does not ascend or is not below {}", elements.len())));
+        for &place in &places {
+            if place < next || place >= count {
+                return Err(refused(format!("index {place} does not ascend or is not below {count}")));
             }
             next = place + 1;
-            elements[place] = decode(value);
         }
-        Ok(())
+        Ok(places)
     }
 
     /// The bytes of `count` elements in a view.

@@ -134,6 +134,11 @@ impl<'a> Buffers<'a> {
         bytes.get(..declared.byte_length).ok_or_else(|| too_short(index, declared, bytes.len() as u64))
     }
 
+    /// Whether the bytes of a buffer have been read.
+    pub(super) fn is_at_hand(&self, index: usize) -> bool {
+        self.loaded.get(index).is_some_and(|bytes| bytes.get().is_some())
+    }
+
     /// What is wrong with the buffers that nothing has read, file by file; these are looked up, not opened. And with the binary
     /// chunk, which may be padded to a multiple of four.
     pub(super) fn unused_problems(&self) -> Vec<LoadProblem> {

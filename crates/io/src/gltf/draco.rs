@@ -29,6 +29,11 @@ impl Decoded {
         self.0.num_points()
     }
 
+    /// Whether there is an attribute of that number.
+    pub(super) fn has(&self, id: u32) -> bool {
+        self.0.attribute_by_unique_id(id).is_some()
+    }
+
     /// The number of corners of triangles.
     pub(super) fn corner_count(&self) -> usize {
         3 * self.0.num_faces()

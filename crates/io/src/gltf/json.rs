@@ -2,13 +2,15 @@
 
 mod buffers;
 mod members;
+mod shading;
 
 use serde::Deserialize;
 use serde_json::value::RawValue;
 
 use crate::error::LoadProblem;
 pub(super) use buffers::{Buffer, BufferView, MeshoptFilter, MeshoptMode, MeshoptView};
-use members::Members;
+pub(super) use members::Members;
+use shading::{MaterialTextures, References, TextureImage, VariantMappings, Variants};
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase", expecting = "a glTF document, which is an object")]
@@ -64,6 +66,8 @@ pub(super) struct RootExtensions {
     pub(super) implicit_shapes: Option<Shapes>,
     #[serde(rename = "KHR_collision_shapes")]
     pub(super) collision_shapes: Option<Shapes>,
+    #[serde(rename = "KHR_materials_variants")]
+    pub(super) variants: Option<Variants>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -190,6 +194,14 @@ pub(super) struct NodeExtensions {
 #[derive(Debug, Deserialize)]
 pub(super) struct RigidBody {
     pub(super) collider: Option<Collider>,
+    pub(super) trigger: Option<Collider>,
+    pub(super) joint: Option<PhysicsJoint>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct PhysicsJoint {
+    pub(super) connected_node: Option<usize>,
 }
 
 /// What collides in place of a node: named by itself in the older drafts, within `geometry` in the newer ones.
@@ -202,6 +214,8 @@ pub(super) struct Collider {
 #[derive(Debug, Deserialize)]
 pub(super) struct ColliderGeometry {
     pub(super) shape: Option<usize>,
+    pub(super) mesh: Option<usize>,
+    pub(super) node: Option<usize>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -236,6 +250,8 @@ pub(super) struct Primitive {
 pub(super) struct PrimitiveExtensions {
     #[serde(rename = "KHR_draco_mesh_compression")]
     pub(super) draco: Option<DracoPrimitive>,
+    #[serde(rename = "KHR_materials_variants")]
+    pub(super) variants: Option<VariantMappings>,
 }
 
 /// The view that holds a primitive, and which of its attributes have which numbers there.
@@ -257,6 +273,8 @@ pub(super) struct Material {
     pub(super) normal_texture: Option<TextureIndex>,
     pub(super) occlusion_texture: Option<TextureIndex>,
     pub(super) emissive_texture: Option<TextureIndex>,
+    #[serde(default)]
+    pub(super) extensions: References<MaterialTextures>,
 }
 
 /// A texture that changes nothing but shading.
@@ -308,6 +326,8 @@ impl Default for TextureTransform {
 pub(super) struct Texture {
     pub(super) source: Option<usize>,
     pub(super) sampler: Option<usize>,
+    #[serde(default)]
+    pub(super) extensions: References<TextureImage>,
 }
 
 /// Codes of OpenGL.

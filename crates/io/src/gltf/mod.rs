@@ -2,7 +2,7 @@
 //!
 //! Read by own types instead of the `gltf` crate: that one keeps matrices in 32 bits, refuses required extensions it
 //! does not know, accepts node cycles and indices out of range, and panics on some malformed files. What is used is
-//! checked here; what is not (animations, shading) is skipped.
+//! checked here; of what is not (normals, joints, animations, shading) it is told where it is broken ([`validate`], [`unread`]).
 //!
 //! - An object is a node with a mesh, named after the node; with EXT_mesh_gpu_instancing one object an instance,
 //!   `name#0`, `name#1`, ... All primitives of a glTF mesh are one [`Mesh`](umbriel_geometry::Mesh), shared by all nodes
@@ -32,6 +32,7 @@ mod rooms;
 mod shapes;
 mod skins;
 mod textures;
+mod unread;
 mod validate;
 mod views;
 
@@ -87,6 +88,7 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     let meshes = Meshes::new(&document, &accessors, reading);
     let mut model = nodes::read(&document, &hierarchy, &accessors, meshes, reading.colliders)?;
     model.findings.absorb(validate::check(&document)?, str::to_owned);
+    model.findings.absorb(unread::check(&document, &accessors), str::to_owned);
     for problem in accessors.views().unused_problems() {
         model.tell("unused", &problem.to_string());
     }

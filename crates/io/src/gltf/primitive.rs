@@ -125,11 +125,17 @@ impl<'a> Primitives<'a> {
         Ok(())
     }
 
-    fn source<'p>(&self, primitive: &'p Primitive, place: &'p str) -> Result<Source<'p>, LoadProblem> {
+    fn source<'p>(&mut self, primitive: &'p Primitive, place: &'p str) -> Result<Source<'p>, LoadProblem> {
         let stream = match &primitive.extensions.draco {
             Some(draco) => Some((self.decompress(draco).map_err(|problem| within(problem, place))?, draco)),
             None => None,
         };
+        if let Some((decoded, draco)) = &stream {
+            let is_there = |(name, &id): (&String, &u32)| decoded.has(id) && primitive.attributes.contains_key(name);
+            let missing = draco.attributes.iter().filter(|&attribute| !is_there(attribute)).count();
+            let subject = format!("{place}, {DRACO}: attributes that the stream or the primitive does not have");
+            self.findings.add(FindingKind::BrokenRule, &subject, missing);
+        }
         Ok(Source { primitive, place, stream })
     }
 

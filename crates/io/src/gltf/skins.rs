@@ -39,6 +39,9 @@ pub(super) fn bind_map(
         let (count, joints) = (matrices.len(), skin.joints.len());
         return Err(refused(format!("it has {count} inverse bind matrices for {joints} joints")));
     };
+    if let Some(number) = matrices.iter().position(|matrix| !matrix.iter().all(|entry| entry.is_finite())) {
+        return Err(refused(format!("inverse bind matrix {number} is not finite")));
+    }
     let inverse =
         from_almost_affine(&matrix).map_err(|message| refused(format!("inverse bind matrix 0: {message}")))?;
     Ok(joint * inverse)

@@ -12,6 +12,7 @@ mod compressed;
 mod masks;
 mod rooms;
 mod rules;
+mod unread;
 
 /// Bytes of a buffer, with the views and accessors that describe them.
 #[derive(Default)]
@@ -366,7 +367,7 @@ fn instances_of_all_types() {
         let turns: Vec<u8> = [0_i16, 32767, 0, 32767, 0, 0, 0, 32767].iter().flat_map(|c| c.to_le_bytes()).collect();
         let rotations = data.add(&turns, 5122, "VEC4", 2, true);
         let scales = data.floats(&[[1.0, 1.0, 1.0], [-2.0, 1.0, 1.0]]);
-        json!({ "TRANSLATION": translations, "ROTATION": rotations, "SCALE": scales, "_ID": 77 })
+        json!({ "TRANSLATION": translations, "ROTATION": rotations, "SCALE": scales, "_ID": scales })
     });
     let model = model(input);
     assert_eq!(names(&model), ["leaf#0", "leaf#1"]);
@@ -381,6 +382,7 @@ fn instances_of_all_types() {
 #[test]
 fn bad_instances_are_refused() {
     assert!(refused(instanced(|_| json!({}))).contains("none of TRANSLATION"));
+    assert!(refused(instanced(|data| json!({ "SCALE": data.floats(&[[1.0; 3]]), "_ID": 77 }))).contains("accessor 77"));
     let differ =
         |data: &mut Data| json!({ "TRANSLATION": data.floats(&[[0.0; 3]; 2]), "SCALE": data.floats(&[[1.0; 3]]) });
     assert!(refused(instanced(differ)).contains("number of instances"));

@@ -2,9 +2,11 @@
 //!
 //! Whoever reads an element checks what is needed to read it; here is the rest, so that a file that is broken somewhere
 //! does not pass because nobody looked there: references to elements that are not there, and ranges that leave their
-//! buffers, are refused; rules that are broken without harm (alignment, strides, numbers of vertices, and those of [`rules`]) are told.
+//! buffers, are refused; what only extensions for shading refer to, and rules that are broken without harm (alignment, strides, numbers of vertices, and those of [`rules`]) are told.
 //! Only declarations are looked at, no bytes, so the time is linear in the text.
 
+mod attributes;
+mod references;
 mod rules;
 
 use umbriel_scene::FindingKind;
@@ -63,6 +65,9 @@ impl Check<'_> {
             })
         };
         inside(view.buffer, view.byte_offset, view.byte_length)?;
+        if view.byte_length == 0 {
+            self.tell(place, "it has no bytes");
+        }
         if let Some((_, stream)) = compression(view) {
             inside(stream.buffer, stream.byte_offset, stream.byte_length)?;
         }
@@ -161,6 +166,8 @@ impl Check<'_> {
             self.tell(place, "its attributes differ in their number of vertices");
         }
         self.views_of(primitive);
+        self.formats(primitive, place);
+        self.variants(primitive, place);
         Ok(())
     }
 
@@ -181,6 +188,8 @@ impl Check<'_> {
             }
             super::shapes::declared(document, node).map_err(|message| LoadProblem::element(place, message))?;
             self.node(index, node);
+            self.node_extensions(index, node)?;
+            self.skinned(index, node);
         }
         for (index, scene) in document.scenes.iter().enumerate() {
             for &node in &scene.nodes {
@@ -204,7 +213,9 @@ impl Check<'_> {
             if joints.is_empty() || joints.len() < skin.joints.len() {
                 self.tell(&place, "it has no joints, or one of them twice");
             }
+            self.skin(skin, &place);
         }
+        self.scenes();
         Ok(())
     }
 
@@ -263,12 +274,13 @@ impl Check<'_> {
                 named(&document.buffer_views, view, "buffer view", &format!("image {index}"))?;
             }
         }
+        self.shading();
         Ok(())
     }
 }
 
 /// The bytes of an element; columns of matrices begin at multiples of four bytes.
-fn element_size(kind: &str, component: Component) -> Option<usize> {
+pub(super) fn element_size(kind: &str, component: Component) -> Option<usize> {
     let size = component.size();
     let matrix = |side: usize| (side - 1) * (side * size).next_multiple_of(4) + side * size;
     match kind {

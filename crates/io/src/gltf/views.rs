@@ -1,6 +1,6 @@
 //! Buffer views: ranges of buffers, decompressed where EXT_meshopt_compression or KHR_meshopt_compression says so.
 
-use std::{cell::OnceCell, rc::Rc};
+use std::{borrow::Cow, cell::OnceCell, rc::Rc};
 
 use super::{
     container::Buffers,
@@ -60,15 +60,55 @@ impl<'a> Views<'a> {
         Ok((declared, bytes))
     }
 
+    /// Whether a view is compressed and nobody has asked for it.
+    pub(super) fn is_compressed(&self, index: usize) -> bool {
+        compression(&self.declared[index]).is_some() && self.decompressed[index].get().is_none()
+    }
+
+    /// Whether the bytes of a view are there without reading a file or decompressing a stream.
+    pub(super) fn is_at_hand(&self, index: usize) -> bool {
+        let declared = &self.declared[index];
+        let is_plain = compression(declared).is_none() && self.buffers.is_at_hand(declared.buffer);
+        is_plain || self.decompressed[index].get().is_some()
+    }
+
+    /// The bytes of a view, if its buffer has been read. They are not kept: what they would cost decompressed is taken from `left`, and
+    /// where that is too little they are not looked at.
+    pub(super) fn at_hand(&self, index: usize, left: &mut u64) -> Option<Result<Cow<'_, [u8]>, LoadProblem>> {
+        let declared = &self.declared[index];
+        match compression(declared).filter(|_| self.is_compressed(index)) {
+            None => self.is_at_hand(index).then(|| self.get(index).map(|(_, bytes)| bytes.into())),
+            Some((extension, view)) => {
+                let rest = left.checked_sub(declared.byte_length.div_ceil(ELEMENT) as u64);
+                *left = rest.filter(|_| self.buffers.is_at_hand(view.buffer))?;
+                Some(
+                    self.decode(&format!("buffer view {index}, {extension}"), declared, view, || Ok(()))
+                        .map(Cow::Owned),
+                )
+            }
+        }
+    }
+
     fn decompress(&self, place: &str, declared: &BufferView, view: &MeshoptView) -> Result<Vec<u8>, LoadProblem> {
+        self.decode(place, declared, view, || self.ledger().decode(declared.byte_length.div_ceil(ELEMENT)))
+    }
+
+    /// Decodes a compressed view; `account` is asked before anything is allocated.
+    fn decode(
+        &self,
+        place: &str,
+        declared: &BufferView,
+        view: &MeshoptView,
+        account: impl Fn() -> Result<(), LoadProblem>,
+    ) -> Result<Vec<u8>, LoadProblem> {
         let refused = |message: String| LoadProblem::element(place, message);
         let length = view.count.checked_mul(view.byte_stride).filter(|&length| length == declared.byte_length);
-        let length = length.ok_or_else(|| {
+        length.ok_or_else(|| {
             let (count, stride, length) = (view.count, view.byte_stride, declared.byte_length);
             refused(format!("{count} elements of {stride} bytes are not the {length} bytes of its view"))
         })?;
         let stream = self.range(place, view.buffer, view.byte_offset, view.byte_length)?;
-        self.ledger().decode(length.div_ceil(ELEMENT))?;
+        account()?;
         meshopt::decode(stream, view).map_err(refused)
     }
 

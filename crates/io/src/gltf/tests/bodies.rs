@@ -14,6 +14,10 @@ fn skinned(change: impl FnOnce(&mut Value, &mut Data)) -> (Value, Data) {
         let moved = |y: f32| [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, y, 0.0, 1.0];
         let bytes: Vec<u8> = [moved(-2.0), moved(-4.0)].as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
         let inverse = data.add(&bytes, 5126, "MAT4", 2, false);
+        let joints = data.add(&[0; 12], 5121, "VEC4", 3, false);
+        let weights = data.floats(&[[1.0, 0.0, 0.0, 0.0]; 3]);
+        let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
+        (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(joints), json!(weights));
         document["nodes"] = json!([
             { "name": "skin", "mesh": 0, "skin": 0, "translation": [100, 0, 0] },
             { "translation": [0, 5, 0], "children": [2] },

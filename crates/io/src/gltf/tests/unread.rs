@@ -1,0 +1,204 @@
+//! What nothing reads: elements of other attributes, joints, references of extensions and of what is not shown.
+
+use super::*;
+
+/// What is told of the document of [`triangle`] with a change.
+fn told(change: impl FnOnce(&mut Value, &mut Data)) -> Vec<String> {
+    told_of(model(changed(change)))
+}
+
+fn told_of(model: Model) -> Vec<String> {
+    let rules = found(model).into_iter().filter(|(kind, ..)| *kind == FindingKind::BrokenRule);
+    rules.map(|(_, subject, count)| format!("{count} {subject}")).collect()
+}
+
+fn attribute(name: &str, change: impl FnOnce(&mut Data) -> usize) -> Vec<String> {
+    told(|document, data| document["meshes"][0]["primitives"][0]["attributes"][name] = json!(change(data)))
+}
+
+#[test]
+fn elements_that_nothing_reads_are_finite() {
+    let normals =
+        |wrong: f32| attribute("NORMAL", |data| data.floats(&[[0.0, 0.0, 1.0], [0.0, wrong, 1.0], [wrong; 3]]));
+    assert!(normals(0.5).is_empty());
+    for wrong in [f32::NAN, f32::INFINITY] {
+        assert_eq!(normals(wrong), ["4 unused: accessor 1: components that are not finite"]);
+    }
+    // Elements that are too many to look at are left alone.
+    let motion = told(|document, data| {
+        let times = data.floats(&[[f32::NAN]]);
+        document["animations"] = json!([{ "samplers": [{ "input": times, "output": times }], "channels": [] }]);
+        data.accessors.push(json!({ "componentType": 5126, "type": "SCALAR", "count": usize::MAX }));
+    });
+    assert_eq!(motion, ["1 unused: accessor 1: components that are not finite"]);
+}
+
+#[test]
+fn sparse_places_that_nothing_reads_ascend() {
+    let normals = |places: [u16; 2]| {
+        attribute("NORMAL", |data| {
+            let normals = data.floats(&[[0.0, 0.0, 1.0]; 3]);
+            let places: Vec<u8> = places.iter().flat_map(|place| place.to_le_bytes()).collect();
+            let places = data.add(&places, 5123, "SCALAR", 2, false);
+            let values = data.floats(&[[0.0, 1.0, 0.0]; 2]);
+            data.accessors[normals]["sparse"] = json!({
+                "count": 2, "indices": { "bufferView": data.accessors[places]["bufferView"], "componentType": 5123 },
+                "values": { "bufferView": data.accessors[values]["bufferView"] },
+            });
+            normals
+        })
+    };
+    assert!(normals([0, 2]).is_empty());
+    for places in [[2, 0], [1, 1], [0, 3]] {
+        assert!(matches!(&normals(places)[..], [told] if told.contains("accessor 1, sparse: index")), "{places:?}");
+    }
+}
+
+#[test]
+fn compressed_views_that_nothing_reads_are_decoded() {
+    let unread = |change: fn(&mut Value)| {
+        told(|document, data| {
+            // Three elements of four zeros.
+            let mut stream = vec![0xa0, 0, 0, 0, 0];
+            stream.extend([0; 32]);
+            let extension = json!({ "buffer": 0, "byteOffset": data.bytes.len(), "byteLength": stream.len(),
+                "byteStride": 4, "count": 3, "mode": "ATTRIBUTES" });
+            data.bytes.extend(stream);
+            data.views.push(json!({ "buffer": 0, "byteLength": 12, "byteStride": 4,
+                "extensions": { "EXT_meshopt_compression": extension } }));
+            let view = data.views.len() - 1;
+            change(&mut data.views[view]["extensions"]["EXT_meshopt_compression"]);
+            data.accessors.push(json!({ "bufferView": view, "componentType": 5121, "type": "VEC3", "count": 3 }));
+            document["meshes"][0]["primitives"][0]["attributes"]["_WIND"] = json!(1);
+        })
+    };
+    let told = |rest: &str| format!("1 unused: buffer view 1, EXT_meshopt_compression: {rest}");
+    assert_eq!(unread(|_| ()), Vec::<String>::new());
+    assert_eq!(unread(|view| view["byteLength"] = json!(20)), [told("its stream ends too early")]);
+    assert_eq!(
+        unread(|view| view["count"] = json!(2)),
+        [told("2 elements of 4 bytes are not the 12 bytes of its view")]
+    );
+}
+
+/// A skin of two joints, and the joints of the first vertex.
+fn skinned(joint: u8, change: impl FnOnce(&mut Value)) -> Vec<String> {
+    told(|document, data| {
+        let joints = data.add(&[0, 1, joint, 0, 0, 1, 0, 0, 0, 0, 0, 0], 5121, "VEC4", 3, false);
+        let weights = data.floats(&[[1.0, 0.0, 0.0, 0.0]; 3]);
+        document["meshes"][0]["primitives"][0]["attributes"]["JOINTS_0"] = json!(joints);
+        document["meshes"][0]["primitives"][0]["attributes"]["WEIGHTS_0"] = json!(weights);
+        document["nodes"] = json!([{ "mesh": 0, "skin": 0 }, { "children": [2] }, {}]);
+        document["skins"] = json!([{ "joints": [1, 2] }]);
+        change(document);
+    })
+}
+
+#[test]
+fn joints_are_those_of_the_skin() {
+    assert!(skinned(1, |_| ()).is_empty());
+    let expected = "1 unused: accessor 1: numbers of joints that its skin does not have";
+    assert_eq!(skinned(2, |_| ()), [expected]);
+    assert_eq!(skinned(255, |_| ()), [expected]);
+    let without = |document: &mut Value| {
+        document["meshes"][0]["primitives"][0]["attributes"] = json!({ "POSITION": 0 });
+    };
+    assert_eq!(skinned(0, without), ["1 node 0: it has a skin, but its mesh has no joints or no weights"]);
+    let two = |document: &mut Value| {
+        let skins = document["skins"].as_array_mut().expect("skins");
+        skins.push(json!({ "joints": [1, 2], "inverseBindMatrices": 0 }));
+    };
+    assert!(matches!(&skinned(0, two)[..], [told] if told.contains("skin 1: its inverse bind matrices")));
+}
+
+#[test]
+fn attributes_have_types_of_their_own() {
+    let plain = |name: &str, component: u32, kind: &str, normalized: bool| {
+        attribute(name, |data| data.add(&[0; 48], component, kind, 3, normalized))
+    };
+    for (name, component, kind, normalized) in [
+        ("NORMAL", 5126, "VEC3", false),
+        ("TANGENT", 5126, "VEC4", false),
+        ("TEXCOORD_0", 5126, "VEC2", false),
+        ("COLOR_0", 5126, "VEC3", false),
+        ("COLOR_1", 5123, "VEC4", true),
+        ("JOINTS_0", 5123, "VEC4", false),
+        ("_ANYTHING", 5126, "MAT4", false),
+    ] {
+        let told = plain(name, component, if kind == "MAT4" { "SCALAR" } else { kind }, normalized);
+        assert!(told.is_empty(), "{name}: {told:?}");
+    }
+    for (name, component, kind, normalized) in [
+        ("NORMAL", 5126, "VEC2", false),
+        ("NORMAL", 5125, "VEC3", false),
+        ("TANGENT", 5126, "VEC3", false),
+        ("TEXCOORD_0", 5123, "VEC2", false),
+        ("COLOR_0", 5123, "VEC4", false),
+        ("JOINTS_0", 5126, "VEC4", false),
+        ("WEIGHTS_0", 5126, "VEC2", false),
+        ("ANYTHING", 5126, "VEC3", false),
+    ] {
+        let told = plain(name, component, kind, normalized);
+        assert!(told.iter().any(|told| told.contains(&format!("{name} is no attribute"))), "{name}: {told:?}");
+    }
+}
+
+#[test]
+fn references_of_extensions_lead_somewhere() {
+    let extension = |key: &str, index: u32| match key {
+        "material" => told(|document, _| {
+            document["materials"] = json!([{ "extensions": { "KHR_materials_clearcoat":
+                { "clearcoatFactor": 1, "clearcoatTexture": { "index": index } }, "OTHER_x": [[[]]] } }]);
+            document["textures"] = json!([{}]);
+        }),
+        "texture" => told(|document, _| {
+            document["textures"] = json!([{ "extensions": { "EXT_texture_webp": { "source": index } } }]);
+            document["images"] = json!([{ "uri": "a.webp" }]);
+        }),
+        "variant" => told(|document, _| {
+            document["meshes"][0]["primitives"][0]["extensions"] = json!({ "KHR_materials_variants":
+                { "mappings": [{ "material": index, "variants": [0] }] } });
+            document["materials"] = json!([{}]);
+            document["extensions"] = json!({ "KHR_materials_variants": { "variants": [{ "name": "a" }] } });
+        }),
+        _ => told(|document, _| {
+            document["nodes"][0]["extensions"] = json!({ "KHR_physics_rigid_bodies": {
+                "trigger": { "geometry": { "node": index } }, "joint": { "connectedNode": index } } });
+        }),
+    };
+    for (key, count) in [("material", 1), ("texture", 1), ("variant", 1), ("body", 1)] {
+        assert!(extension(key, 0).is_empty(), "{key}");
+        let told = extension(key, 1);
+        assert!(
+            told.len() == count && told[0].contains("names") && told[0].contains(" 1, but there are 1"),
+            "{told:?}"
+        );
+    }
+    let wrong = json!([{ "extensions": { "KHR_materials_sheen": { "sheenColorTexture": { "index": -1 } } } }]);
+    assert!(refused(changed(|document, _| document["materials"] = wrong)).contains("expected"));
+}
+
+#[test]
+fn what_is_not_shown_is_looked_at() {
+    let hidden = |node: Value| {
+        refused(changed(|document, _| {
+            document["scenes"] = json!([{ "nodes": [0] }]);
+            document["nodes"] = json!([{ "mesh": 0 }, node]);
+        }))
+    };
+    let light = hidden(json!({ "extensions": { "KHR_lights_punctual": { "light": 3 } } }));
+    assert!(light.contains("node 1, light 3"), "{light}");
+    let instances = json!({ "EXT_mesh_gpu_instancing": { "attributes": { "_ID": 9 } } });
+    assert!(hidden(json!({ "extensions": instances })).contains("node 1, accessor 9"));
+    for roots in [json!([2]), json!([1, 1])] {
+        let scenes = told(|document, _| {
+            document["nodes"] = json!([{ "mesh": 0 }, { "children": [2] }, {}]);
+            document["scenes"] = json!([{ "nodes": [0] }, { "nodes": roots }]);
+        });
+        assert!(matches!(&scenes[..], [told] if told.contains("scene 1: its node")), "{scenes:?}");
+    }
+    let both = told(|document, _| {
+        document["scenes"] = json!([{ "nodes": [0] }, { "nodes": [0] }]);
+    });
+    assert!(both.is_empty(), "two scenes may share a root");
+}

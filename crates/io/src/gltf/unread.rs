@@ -1,0 +1,116 @@
+//! Elements of accessors that nothing reads: normals, joints, motions.
+//!
+//! They say nothing about surfaces, but a file that is broken there is broken. Only bytes that are at hand are looked at: of buffers
+//! that something else has read, as many elements as the scene has left, each one once. What is wrong with them is told.
+
+use std::collections::HashMap;
+
+use umbriel_scene::FindingKind;
+
+use super::{
+    accessor::{Accessors, Component, within},
+    json::{Accessor, Document},
+};
+use crate::{error::LoadProblem, model::Findings};
+
+/// What is wrong with the elements that were not read.
+pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
+    let joints = joints_of(document);
+    let mut of_view: Vec<Vec<usize>> = vec![Vec::new(); document.buffer_views.len()];
+    let unread = (0..document.accessors.len()).filter(|&index| !accessors.is_read(index));
+    for (index, view) in unread.filter_map(|index| Some((index, document.accessors[index].buffer_view?))) {
+        of_view[view].push(index);
+    }
+    let mut findings = Findings::default();
+    let mut left = accessors.ledger().elements_left();
+    for (view, indices) in of_view.iter().enumerate() {
+        let is_empty = indices.is_empty() && !accessors.views().is_compressed(view);
+        let bytes = if is_empty { None } else { accessors.views().at_hand(view, &mut left) };
+        match bytes {
+            Some(Ok(bytes)) => {
+                let elements = Elements { document, joints: &joints, bytes: &bytes };
+                indices.iter().for_each(|&index| elements.check(index, &mut left, &mut findings));
+            }
+            Some(Err(problem)) => tell(&mut findings, &problem, 1),
+            None => {}
+        }
+    }
+    for (index, accessor) in document.accessors.iter().enumerate().filter(|&(index, _)| !accessors.is_read(index)) {
+        if let Err(problem) = check_sparse(accessors, accessor, &mut left) {
+            tell(&mut findings, &within(problem, &format!("accessor {index}")), 1);
+        }
+    }
+    findings
+}
+
+fn tell(findings: &mut Findings, problem: &dyn std::fmt::Display, count: usize) {
+    findings.add(FindingKind::BrokenRule, &format!("unused: {problem}"), count);
+}
+
+/// For accessors of joints the least number of joints among the skins that they are numbers of.
+fn joints_of(document: &Document) -> HashMap<usize, usize> {
+    let mut least: HashMap<usize, usize> = HashMap::new();
+    let skinned = document.nodes.iter().filter_map(|node| Some((node.mesh?, node.skin?)));
+    let skinned: std::collections::BTreeSet<(usize, usize)> = skinned.collect();
+    for (mesh, skin) in skinned {
+        let (mesh, skin) = (&document.meshes[mesh], &document.skins[skin]);
+        let attributes = mesh.primitives.iter().flat_map(|primitive| primitive.attributes.iter());
+        for (_, &accessor) in attributes.filter(|(name, _)| name.starts_with("JOINTS_")) {
+            let joints = least.entry(accessor).or_insert(usize::MAX);
+            *joints = skin.joints.len().min(*joints);
+        }
+    }
+    least
+}
+
+/// The bytes of a view, decompressed.
+struct Elements<'a> {
+    document: &'a Document,
+    joints: &'a HashMap<usize, usize>,
+    bytes: &'a [u8],
+}
+
+impl Elements<'_> {
+    fn check(&self, index: usize, left: &mut u64, findings: &mut Findings) {
+        let accessor = &self.document.accessors[index];
+        let joints = self.joints.get(&index);
+        let Ok(component) = Component::of(accessor.component_type) else { return };
+        let Some(rest) = left.checked_sub(accessor.count as u64) else { return };
+        if component == Component::F32 {
+            *left = rest;
+            let wrong = self.count(accessor, component, |value| !value.is_finite());
+            tell(findings, &format!("accessor {index}: components that are not finite"), wrong);
+        } else if let Some(&joints) = joints {
+            *left = rest;
+            let wrong = self.count(accessor, component, |value| value >= joints as f64);
+            tell(findings, &format!("accessor {index}: numbers of joints that its skin does not have"), wrong);
+        }
+    }
+
+    /// How many components are wrong. What leaves the view was told before.
+    fn count(&self, accessor: &Accessor, component: Component, is_wrong: impl Fn(f64) -> bool) -> usize {
+        let Some(size) = super::validate::element_size(&accessor.kind, component) else { return 0 };
+        let view = accessor.buffer_view.map(|view| &self.document.buffer_views[view]);
+        let stride = view.and_then(|view| view.byte_stride).unwrap_or(size);
+        let element = |number: usize| {
+            let start = number.checked_mul(stride)?.checked_add(accessor.byte_offset)?;
+            self.bytes.get(start..start.checked_add(size)?)
+        };
+        let elements = (0..accessor.count).map_while(element);
+        let components = elements.flat_map(|element| element.chunks_exact(component.size()));
+        components.filter(|bytes| is_wrong(component.decode(bytes, false))).count()
+    }
+}
+
+/// Whether the places of sparse elements ascend.
+fn check_sparse(accessors: &Accessors, accessor: &Accessor, left: &mut u64) -> Result<(), LoadProblem> {
+    let Some(sparse) = &accessor.sparse else { return Ok(()) };
+    let is_at_hand = accessors.views().is_at_hand(sparse.indices.buffer_view);
+    match left.checked_sub(sparse.count as u64).filter(|_| is_at_hand) {
+        Some(rest) => {
+            *left = rest;
+            accessors.places(sparse, accessor.count).map(|_| ())
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,126 @@
+//! References that nothing here follows: of extensions, and of nodes and scenes that are not shown.
+
+use super::Check;
+use crate::{
+    error::LoadProblem,
+    gltf::{
+        accessor::within,
+        hierarchy,
+        json::{Collider, Node, Primitive, Skin, existing},
+    },
+};
+
+impl Check<'_> {
+    /// An index into a list of the document, which is told where nothing is there.
+    fn refer(&mut self, (index, count): (usize, usize), kind: &str, place: &str) {
+        if index >= count {
+            self.tell(place, &format!("it names {kind} {index}, but there are {count}"));
+        }
+    }
+
+    /// Lights and instances of a node, in the scene or not.
+    pub(super) fn node_extensions(&mut self, index: usize, node: &Node) -> Result<(), LoadProblem> {
+        let document = self.document;
+        let place = hierarchy::place(index, node);
+        let named = |problem| within(problem, &place);
+        if let Some(light) = &node.extensions.light {
+            let lights = document.extensions.lights.as_ref().map_or(&[][..], |lights| &lights.lights);
+            existing(lights, light.light, "light").map_err(named)?;
+        }
+        for &accessor in node.extensions.instancing.iter().flat_map(|instancing| instancing.attributes.values()) {
+            existing(&document.accessors, accessor, "accessor").map_err(named)?;
+        }
+        let Some(body) = &node.extensions.rigid_body else { return Ok(()) };
+        for collider in [&body.collider, &body.trigger].into_iter().flatten() {
+            self.collider(collider, &place);
+        }
+        if let Some(other) = body.joint.as_ref().and_then(|joint| joint.connected_node) {
+            self.refer((other, document.nodes.len()), "node", &place);
+        }
+        Ok(())
+    }
+
+    /// What is taken for a collision, or for a trigger, which no shadow hangs on.
+    fn collider(&mut self, collider: &Collider, place: &str) {
+        let extensions = &self.document.extensions;
+        let shapes = extensions.implicit_shapes.as_ref().or(extensions.collision_shapes.as_ref());
+        let shapes = shapes.map_or(0, |shapes| shapes.shapes.len());
+        let geometry = collider.geometry.as_ref();
+        let (meshes, nodes) = (self.document.meshes.len(), self.document.nodes.len());
+        for (index, count, kind) in [
+            (collider.shape, shapes, "shape"),
+            (geometry.and_then(|geometry| geometry.shape), shapes, "shape"),
+            (geometry.and_then(|geometry| geometry.mesh), meshes, "mesh"),
+            (geometry.and_then(|geometry| geometry.node), nodes, "node"),
+        ] {
+            if let Some(index) = index {
+                self.refer((index, count), kind, place);
+            }
+        }
+    }
+
+    /// Roots that are children, in scenes that are not shown.
+    pub(super) fn scenes(&mut self) {
+        let document = self.document;
+        let mut is_taken = vec![None; document.nodes.len()];
+        let mut is_child = vec![false; document.nodes.len()];
+        document.nodes.iter().flat_map(|node| &node.children).for_each(|&child| is_child[child] = true);
+        for (index, scene) in document.scenes.iter().enumerate() {
+            for &root in &scene.nodes {
+                if is_child[root] || is_taken[root].replace(index) == Some(index) {
+                    self.tell(
+                        &format!("scene {index}"),
+                        &format!("its node {root} is a child of another node or named twice"),
+                    );
+                }
+            }
+        }
+    }
+
+    /// The matrices of a skin: as many as joints, or more.
+    pub(super) fn skin(&mut self, skin: &Skin, place: &str) {
+        let Some(matrices) = skin.inverse_bind_matrices.map(|accessor| &self.document.accessors[accessor]) else {
+            return;
+        };
+        if matrices.kind != "MAT4" || matrices.component_type != 5126 || matrices.count < skin.joints.len() {
+            self.tell(place, "its inverse bind matrices are none of 32-bit floats, or fewer than its joints");
+        }
+    }
+
+    /// Whether the mesh of a node with a skin says which joints move it.
+    pub(super) fn skinned(&mut self, index: usize, node: &Node) {
+        let (Some(mesh), Some(_)) = (node.mesh, node.skin) else { return };
+        let has = |primitive: &Primitive, name: &str| primitive.attributes.contains_key(name);
+        let primitives = &self.document.meshes[mesh].primitives;
+        if primitives.iter().any(|primitive| !has(primitive, "JOINTS_0") || !has(primitive, "WEIGHTS_0")) {
+            self.tell(&hierarchy::place(index, node), "it has a skin, but its mesh has no joints or no weights");
+        }
+    }
+
+    /// Materials of variants.
+    pub(super) fn variants(&mut self, primitive: &Primitive, place: &str) {
+        let document = self.document;
+        let variants = document.extensions.variants.as_ref().map_or(0, |variants| variants.variants.len());
+        for mapping in primitive.extensions.variants.iter().flat_map(|variants| &variants.mappings) {
+            self.refer((mapping.material, document.materials.len()), "material", place);
+            for &variant in &mapping.variants {
+                self.refer((variant, variants), "variant", place);
+            }
+        }
+    }
+
+    /// Textures of materials' extensions, and pictures of textures'.
+    pub(super) fn shading(&mut self) {
+        let document = self.document;
+        for (index, material) in document.materials.iter().enumerate() {
+            for texture in material.extensions.iter().flat_map(|extension| &extension.0) {
+                self.refer((texture.index, document.textures.len()), "texture", &format!("material {index}"));
+            }
+        }
+        for (index, texture) in document.textures.iter().enumerate() {
+            for image in texture.extensions.iter().filter_map(|extension| extension.source) {
+                self.refer((image, document.images.len()), "image", &format!("texture {index}"));
+            }
+        }
+    }
+}
