@@ -141,29 +141,30 @@ impl<'a> Scaffold<'a> {
     /// The leaves made ready; those that come from a former projection as they are there.
     pub(super) fn leaves(&self, tree: &Tree, former: Option<(&Projection, &Origins)>) -> (Vec<Leaf>, Vec<Pack>) {
         let starts: Vec<usize> = (0..tree.cells.len()).step_by(CHUNK).collect();
-        let packs = |leaf: usize| match former.and_then(|(old, origins)| Some((old, origins[leaf]?))) {
-            Some((old, origin)) => old.leaves[origin as usize].packs_of(&old.packs).to_vec(),
-            None => self.packs(tree.items(leaf)),
-        };
         let parts = tasks::map(starts, |start| {
             let range = start..(start + CHUNK).min(tree.cells.len());
-            range.map(|leaf| (tree.cells[leaf], packs(leaf))).collect::<Vec<_>>()
+            let count = range.clone().map(|leaf| tree.items(leaf).len().div_ceil(WIDTH)).sum();
+            let mut packs = Vec::with_capacity(count);
+            for leaf in range {
+                match former.and_then(|(old, origins)| Some((old, origins[leaf]?))) {
+                    Some((old, origin)) => packs.extend_from_slice(old.leaves[origin as usize].packs_of(&old.packs)),
+                    None => packs.extend(tree.items(leaf).chunks(WIDTH).map(|items| self.pack(items))),
+                }
+            }
+            packs
         });
-        let (mut leaves, mut all) = (Vec::with_capacity(tree.cells.len()), Vec::new());
-        for (cell, packs) in parts.into_iter().flatten() {
+        let (mut leaves, mut first_pack) = (Vec::with_capacity(tree.cells.len()), 0);
+        for (leaf, &cell) in tree.cells.iter().enumerate() {
             let (min, edge) = unit_cell(cell);
-            leaves.push(Leaf { min, edge, first_pack: all.len() as u32, packs: packs.len() as u32 });
-            all.extend(packs);
+            let packs = tree.items(leaf).len().div_ceil(WIDTH) as u32;
+            leaves.push(Leaf { min, edge, first_pack, packs });
+            first_pack += packs;
         }
-        (leaves, all)
+        (leaves, parts.concat())
     }
 
-    fn packs(&self, items: &[u32]) -> Vec<Pack> {
-        let pack = |items: &[u32]| {
-            let triangles: Vec<(u32, [DVec3; 3])> = items.iter().map(|&item| (item, self.triangle(item))).collect();
-            Pack::new(&triangles, self.error, self.frame.kind)
-        };
-        items.chunks(WIDTH).map(pack).collect()
+    fn pack(&self, items: &[u32]) -> Pack {
+        Pack::new(items.iter().map(|&item| (item, self.triangle(item))), self.error, self.frame.kind)
     }
 
     /// The maps of all faces, the finest that the memory left allows, and whether that made them coarser.
@@ -218,7 +219,8 @@ impl<'a> Scaffold<'a> {
 
     /// Local corners.
     fn triangle(&self, item: u32) -> [DVec3; 3] {
-        self.mesh.triangles()[item as usize].map(|corner| self.corners[corner as usize])
+        let [a, b, c] = self.mesh.triangles()[item as usize];
+        [self.corners[a as usize], self.corners[b as usize], self.corners[c as usize]]
     }
 }
 
@@ -233,10 +235,10 @@ pub(super) fn seen(
 ) -> Option<Footprint> {
     let (min, max) = cell_box(root, cell);
     let footprint = Footprint::new(kind, face, min, max)?;
-    footprint.rows()?;
+    footprint.reach()?;
     let outline = Outline::new(kind, face, root.slack, items.iter().map(|&item| corners(item)));
     let footprint = footprint.showing(outline);
-    footprint.rows().is_some().then_some(footprint)
+    footprint.reach().is_some().then_some(footprint)
 }
 
 /// A cell with its slack, local coordinates.

@@ -11,9 +11,11 @@
 //! All is rounded outward: each number is a quotient or a product, off by 2u at most; s is widened by 4u of itself, u by as
 //! much. A viewpoint inside the box sees it everywhere: s has no upper bound.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
-use super::{frame::Kind, outline::Outline};
+use super::{frame::Kind, grid::strip, outline::Outline};
 
 /// How far a face's maps reach beyond its border: rays through the border, known to this much, may be looked up on either
 /// of the two faces. 2^-20 of half a face.
@@ -62,14 +64,35 @@ impl Footprint {
         (x * x + y * y).sqrt()
     }
 
-    /// The strip of rows that it meets, from −1 − [`RIM`] to 1 + [`RIM`].
-    pub(super) fn rows(&self) -> Option<[f64; 2]> {
-        let cell = clip(reach(self.y, self.scale))?;
-        self.outline.as_ref().map_or(Some(cell), |outline| common(cell, outline.rows()))
+    /// The columns and the rows that it meets, from −1 − [`RIM`] to 1 + [`RIM`].
+    pub(super) fn reach(&self) -> Option<[[f64; 2]; 2]> {
+        let cell = [clip(reach(self.x, self.scale))?, clip(reach(self.y, self.scale))?];
+        let Some(outline) = &self.outline else { return Some(cell) };
+        Some([common(cell[0], outline.reach[0])?, common(cell[1], outline.reach[1])?])
     }
 
-    /// What it covers of the strip between two rows.
-    pub(super) fn columns(&self, rows: [f64; 2]) -> Option<[f64; 2]> {
+    /// The area that its triangles cover, where parts of some lie behind others or outside the cell more than that; `None` where that is not known.
+    pub(super) fn area(&self) -> Option<f64> {
+        self.outline.as_ref().map(|outline| outline.area)
+    }
+
+    /// What it covers of each of some rows of so many `cells`: from a column to one, or the other way round where it is not there.
+    pub(super) fn columns(&self, cells: u32, rows: Range<u32>, columns: &mut Vec<[f64; 2]>) {
+        match &self.outline {
+            Some(outline) => outline.columns(cells, rows.clone(), columns),
+            None => {
+                columns.clear();
+                columns.resize(rows.len(), [f64::NEG_INFINITY, f64::INFINITY]);
+            }
+        }
+        for (row, reach) in rows.zip(columns) {
+            let cell = self.cell_columns(strip(row, cells)).unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
+            *reach = [reach[0].max(cell[0]), reach[1].min(cell[1])];
+        }
+    }
+
+    /// What the cell covers of the strip between two rows.
+    fn cell_columns(&self, rows: [f64; 2]) -> Option<[f64; 2]> {
         let [mut least, mut most] = self.scale;
         let [low, high] = self.y;
         // s·high ≥ rows[0]
@@ -91,8 +114,7 @@ impl Footprint {
         if least > most {
             return None;
         }
-        let cell = clip(reach(self.x, [least, most]))?;
-        self.outline.as_ref().map_or(Some(cell), |outline| common(cell, outline.columns(rows)))
+        clip(reach(self.x, [least, most]))
     }
 }
 

@@ -6,14 +6,18 @@
 //! stored; it goes on while the rays that are expected there save more than it costs ([`VISITS_A_NUMBER`]). So cells are fine
 //! where projections overlap and coarse where they do not.
 //!
-//! *Nothing is missed.* A number u of the square is in the cell ⌊(u + 1)/2·n⌋, in floats a monotone function, and borders count as
-//! the last cell inside. A leaf is written from the cell of its least u (rounded down) to that of its greatest (rounded up), so
-//! any u between has its cell among them; a ray is looked up from the cell of the least u that it may have to that of the
-//! greatest. Rows are the same. O(leaves × cells that they meet); a look-up is O(1).
+//! How many numbers finer cells would hold is not counted but expected, from the rectangles and areas of what leaves show
+//! ([`fineness`]); so each leaf's outline is gone through once a tile. Which cells a leaf meets: [`grid`](super::grid), where nothing is missed.
+//! O(leaves × rows of cells that they meet); a look-up is O(1).
 
 use std::ops::Range;
 
-use super::{budget::Budget, footprint::Footprint, tasks};
+use super::{
+    budget::Budget,
+    footprint::Footprint,
+    grid::{Finder, Span, cell_of, cells_between},
+    tasks,
+};
 
 /// Halvings of a tile at most.
 pub(super) const MAX_FINENESS: u8 = 6;
@@ -26,6 +30,9 @@ const LEAVES_A_TILE: usize = 8;
 
 /// Tiles along a side at most.
 const MAX_TILES: u32 = 1 << 9;
+
+/// Leaves that one task sorts.
+const CHUNK: usize = 1 << 12;
 
 /// Places of leaves in tiles at most.
 const MOST_PLACES: usize = 1 << 29;
@@ -81,48 +88,19 @@ struct Filled {
     numbers: Vec<u32>,
 }
 
-/// The cell of a coordinate among `cells` in a row.
-#[inline]
-fn cell_of(coordinate: f64, cells: u32) -> u32 {
-    // Negative numbers, just outside, become zero.
-    ((coordinate * 0.5 + 0.5) * f64::from(cells)) as u32
-}
-
-/// The cells from one coordinate to another.
-fn cells_between([low, high]: [f64; 2], cells: u32) -> Range<u32> {
-    cell_of(low, cells).min(cells - 1)..cell_of(high, cells).min(cells - 1) + 1
-}
-
-/// The borders of a row of cells; the outermost rows hold the rim too. Exact, as the number of cells is a power of two.
-fn strip(row: u32, cells: u32) -> [f64; 2] {
-    let border = |row: u32| f64::from(row) / f64::from(cells) * 2.0 - 1.0;
-    let low = if row == 0 { -2.0 } else { border(row) };
-    let high = if row + 1 == cells { 2.0 } else { border(row + 1) };
-    // Rounding the coordinate of a cell may carry a number over the border below it.
-    [low - f64::EPSILON, high + f64::EPSILON]
-}
-
-/// Calls `visit` with each row of cells that the leaf meets among `rows`, and the columns.
-fn for_each_row(leaf: &Footprint, cells: u32, rows: Range<u32>, mut visit: impl FnMut(u32, Range<u32>)) {
-    let Some(reach) = leaf.rows() else { return };
-    let met = cells_between(reach, cells);
-    for row in met.start.max(rows.start)..met.end.min(rows.end) {
-        if let Some(columns) = leaf.columns(strip(row, cells)) {
-            visit(row, cells_between(columns, cells));
-        }
-    }
-}
-
 impl Map {
     /// Of leaves with their numbers, in the order that the runs are to have.
     pub(super) fn new(leaves: &[(u32, Footprint)], plan: &Plan) -> Self {
         let mut side = side_for(leaves.len()).min(plan.max_side);
         // Lists of the leaves that each tile sees are as many places, and with many leaves that are seen everywhere too many.
-        while side > 1 && places_in_tiles(leaves, side) > plan.budget.limit().min(MOST_PLACES) {
+        let most = plan.budget.limit().min(MOST_PLACES);
+        let lists = loop {
+            if let Some(lists) = TileLists::new(leaves, side, if side > 1 { most } else { usize::MAX }) {
+                break lists;
+            }
             side /= 2;
-        }
-        let lists = sort_into_tiles(leaves, side);
-        let filled = tasks::map((0..side * side).collect(), |tile| fill(lists.of(leaves, tile), tile, side, plan));
+        };
+        let filled = tasks::map((0..side * side).collect(), |tile| fill(&lists.of(leaves, tile), tile, side, plan));
         Self::joined(side, leaves.len(), filled)
     }
 
@@ -145,8 +123,9 @@ impl Map {
     /// Which tiles see a leaf that is gone, or a new one; `None` where there are other tiles than before.
     pub(super) fn touched(&self, changes: &Changes, plan: &Plan) -> Option<Vec<bool>> {
         let mut touched = vec![false; self.tiles.len()];
+        let mut finder = Finder::default();
         for (_, leaf) in changes.gone.iter().chain(changes.made) {
-            for_each_tile(leaf, self.side, &mut |tile| touched[tile] = true);
+            for_each_tile(&mut finder, leaf, self.side, |tile| touched[tile] = true);
         }
         (side_for(self.leaves_after(changes)).min(plan.max_side) == self.side).then_some(touched)
     }
@@ -154,7 +133,7 @@ impl Map {
     /// Whether a leaf is seen in one of the touched tiles.
     pub(super) fn meets_any(&self, leaf: &Footprint, touched: &[bool]) -> bool {
         let mut is_met = false;
-        for_each_tile(leaf, self.side, &mut |tile| is_met |= touched[tile]);
+        for_each_tile(&mut Finder::default(), leaf, self.side, |tile| is_met |= touched[tile]);
         is_met
     }
 
@@ -166,10 +145,10 @@ impl Map {
         touched: &[bool],
         plan: &Plan,
     ) -> (Self, usize) {
-        let lists = sort_into_tiles(near, self.side);
+        let lists = TileLists::new(near, self.side, usize::MAX).unwrap_or_default();
         let filled = tasks::map((0..self.side * self.side).collect(), |tile| {
             if touched[tile as usize] {
-                fill(lists.of(near, tile), tile, self.side, plan)
+                fill(&lists.of(near, tile), tile, self.side, plan)
             } else {
                 self.renumbered(tile, changes.numbers)
             }
@@ -263,12 +242,42 @@ fn side_for(leaves: usize) -> u32 {
 }
 
 /// Places of leaves in a list, by tiles.
+#[derive(Default)]
 struct TileLists {
     starts: Vec<u32>,
     leaves: Vec<u32>,
 }
 
 impl TileLists {
+    /// A counting sort: tiles keep the leaves' order. `None` where there are more places than `most`.
+    fn new(leaves: &[(u32, Footprint)], side: u32, most: usize) -> Option<Self> {
+        let parts = tasks::map(leaves.chunks(CHUNK).collect(), |leaves| {
+            let (mut finder, mut met) = (Finder::default(), Vec::with_capacity(2 * leaves.len()));
+            for (place, (_, leaf)) in (0u32..).zip(leaves) {
+                for_each_tile(&mut finder, leaf, side, |tile| met.push((place, tile as u32)));
+            }
+            met
+        });
+        if parts.iter().map(Vec::len).sum::<usize>() > most {
+            return None;
+        }
+        let mut starts = vec![0u32; (side * side) as usize + 1];
+        parts.iter().flatten().for_each(|(_, tile)| starts[*tile as usize + 1] += 1);
+        for tile in 1..starts.len() {
+            starts[tile] += starts[tile - 1];
+        }
+        let mut next = starts.clone();
+        let mut sorted = vec![0; starts[starts.len() - 1] as usize];
+        for (first, part) in (0..).step_by(CHUNK).zip(&parts) {
+            for (place, tile) in part {
+                let at = &mut next[*tile as usize];
+                sorted[*at as usize] = first + place;
+                *at += 1;
+            }
+        }
+        Some(Self { starts, leaves: sorted })
+    }
+
     fn of<'a>(&self, leaves: &'a [(u32, Footprint)], tile: u32) -> Vec<&'a (u32, Footprint)> {
         let places = &self.leaves[self.starts[tile as usize] as usize..self.starts[tile as usize + 1] as usize];
         places.iter().map(|&place| &leaves[place as usize]).collect()
@@ -276,99 +285,102 @@ impl TileLists {
 }
 
 /// Calls `visit` with the tiles that a leaf meets.
-fn for_each_tile(leaf: &Footprint, side: u32, visit: &mut dyn FnMut(usize)) {
-    for_each_row(leaf, side, 0..side, |row, columns| {
+fn for_each_tile(finder: &mut Finder, leaf: &Footprint, side: u32, mut visit: impl FnMut(usize)) {
+    finder.for_each_row(leaf, side, 0..side, |Span { row, columns }| {
         columns.for_each(|column| visit((row * side + column) as usize));
     });
 }
 
-/// How many leaves the tiles see, all together.
-fn places_in_tiles(leaves: &[(u32, Footprint)], side: u32) -> usize {
-    let mut places = 0;
-    for (_, leaf) in leaves {
-        for_each_row(leaf, side, 0..side, |_, columns| places += columns.len());
-    }
-    places
-}
-
-/// A counting sort: tiles keep the leaves' order.
-fn sort_into_tiles(leaves: &[(u32, Footprint)], side: u32) -> TileLists {
-    let mut starts = vec![0u32; (side * side) as usize + 1];
-    for (_, leaf) in leaves {
-        for_each_tile(leaf, side, &mut |tile| starts[tile + 1] += 1);
-    }
-    for tile in 1..starts.len() {
-        starts[tile] += starts[tile - 1];
-    }
-    let mut next = starts.clone();
-    let mut sorted = vec![0; starts[starts.len() - 1] as usize];
-    for (place, (_, leaf)) in (0u32..).zip(leaves) {
-        for_each_tile(leaf, side, &mut |tile| {
-            sorted[next[tile] as usize] = place;
-            next[tile] += 1;
-        });
-    }
-    TileLists { starts, leaves: sorted }
-}
-
 /// The cells of a tile, halved as long as it pays.
-fn fill(leaves: Vec<&(u32, Footprint)>, tile: u32, side: u32, plan: &Plan) -> Filled {
-    let (leaves, tile, max_fineness) = (&leaves[..], [tile % side, tile / side], plan.max_fineness);
-    let rays = plan.rays / f64::from(side * side);
-    let mut counts = vec![leaves.len() as u32];
-    let mut fineness = 0;
-    while fineness < max_fineness && counts.iter().any(|&count| count > 1) {
-        let finer = count(leaves, tile, side, fineness + 1);
-        let total = |counts: &[u32]| counts.iter().map(|&count| f64::from(count)).sum::<f64>();
-        let (now, then) = (total(&counts), total(&finer));
-        let saved = rays * (now / counts.len() as f64 - then / finer.len() as f64);
-        if saved <= VISITS_A_NUMBER * (then - now + (finer.len() - counts.len()) as f64) {
-            break;
-        }
-        (counts, fineness) = (finer, fineness + 1);
+fn fill(leaves: &[&(u32, Footprint)], tile: u32, side: u32, plan: &Plan) -> Filled {
+    let tile = [tile % side, tile / side];
+    let fineness = fineness(leaves, tile, side, plan);
+    if fineness == 0 {
+        plan.budget.spend((leaves.len() + 1) * size_of::<u32>());
+        let numbers = leaves.iter().map(|(number, _)| *number).collect();
+        return Filled { fineness, counts: vec![leaves.len() as u32], numbers };
+    }
+    let (within, mut finder) = (1 << fineness, Finder::default());
+    let [first_column, first_row] = tile.map(|place| place * within);
+    let mut counts = vec![0u32; (within * within) as usize];
+    // The runs of cells that each leaf meets.
+    let mut met: Vec<(u32, Range<u32>)> = Vec::new();
+    for (number, leaf) in leaves {
+        finder.for_each_row(leaf, side * within, first_row..first_row + within, |Span { row, columns }| {
+            let start = (row - first_row) * within;
+            let inside = columns.start.max(first_column)..columns.end.min(first_column + within);
+            if !inside.is_empty() {
+                let cells = start + inside.start - first_column..start + inside.end - first_column;
+                counts[cells.start as usize..cells.end as usize].iter_mut().for_each(|count| *count += 1);
+                met.push((*number, cells));
+            }
+        });
     }
     let total: usize = counts.iter().map(|&count| count as usize).sum();
     plan.budget.spend((total + counts.len()) * size_of::<u32>());
-    // A map of one cell is the least there is.
-    if plan.budget.is_over() && (side > 1 || max_fineness > 0) {
+    if plan.budget.is_over() {
         return Filled { fineness: 0, counts: vec![0], numbers: Vec::new() };
     }
-    let numbers = write(leaves, tile, side, fineness, &counts);
+    let mut next: Vec<u32> = counts.iter().scan(0, |end, count| Some(std::mem::replace(end, *end + count))).collect();
+    let mut numbers = vec![0; total];
+    for (number, cells) in met {
+        for at in &mut next[cells.start as usize..cells.end as usize] {
+            numbers[*at as usize] = number;
+            *at += 1;
+        }
+    }
     Filled { fineness, counts, numbers }
 }
 
-/// Calls `visit` with the cells of a tile that a leaf meets.
-fn for_each_cell(leaf: &Footprint, tile: [u32; 2], side: u32, fineness: u8, mut visit: impl FnMut(usize)) {
-    let within = 1 << fineness;
-    let [first_column, first_row] = tile.map(|place| place * within);
-    for_each_row(leaf, side * within, first_row..first_row + within, |row, columns| {
-        for column in columns.start.max(first_column)..columns.end.min(first_column + within) {
-            visit(((row - first_row) * within + column - first_column) as usize);
-        }
-    });
+/// What a leaf covers of a tile, for expecting how many of its cells it meets.
+struct Cover {
+    /// Columns and rows of the finest cells.
+    cells: [Range<u32>; 2],
+    /// The rectangle's sides, and what is covered of it; in tiles.
+    size: [f64; 2],
+    area: f64,
 }
 
-/// How many leaves each cell of the tile sees.
-fn count(leaves: &[&(u32, Footprint)], tile: [u32; 2], side: u32, fineness: u8) -> Vec<u32> {
-    let mut counts = vec![0; 1 << (2 * fineness)];
-    for (_, leaf) in leaves {
-        for_each_cell(leaf, tile, side, fineness, |cell| counts[cell] += 1);
-    }
-    counts
-}
-
-/// The numbers of the leaves that each cell sees, cell by cell.
-fn write(leaves: &[&(u32, Footprint)], tile: [u32; 2], side: u32, fineness: u8, counts: &[u32]) -> Vec<u32> {
-    if fineness == 0 {
-        return leaves.iter().map(|(number, _)| *number).collect();
-    }
-    let mut next: Vec<u32> = counts.iter().scan(0, |end, count| Some(std::mem::replace(end, *end + count))).collect();
-    let mut numbers = vec![0; counts.iter().map(|&count| count as usize).sum()];
-    for (number, leaf) in leaves {
-        for_each_cell(leaf, tile, side, fineness, |cell| {
-            numbers[next[cell] as usize] = *number;
-            next[cell] += 1;
+impl Cover {
+    fn new(leaf: &Footprint, tile: [u32; 2], side: u32) -> Option<Self> {
+        let (reach, within) = (leaf.reach()?, 1 << MAX_FINENESS);
+        let cells = [0, 1].map(|axis| {
+            let met = cells_between(reach[axis], side * within);
+            let first = tile[axis] * within;
+            met.start.clamp(first, first + within - 1) - first..met.end.clamp(first + 1, first + within) - first
         });
+        let size = [0, 1].map(|axis| cells[axis].len() as f64 / f64::from(within));
+        let whole = (reach[0][1] - reach[0][0]) * (reach[1][1] - reach[1][0]);
+        let share = leaf.area().map_or(1.0, |area| (area / whole).min(1.0));
+        Some(Self { cells, size, area: share * size[0] * size[1] })
     }
-    numbers
+
+    /// Of the cells that its rectangle meets as many as a convex shape of its area would: one of area a and sides w and h meets a·n² + (w + h)·n + 1 cells of
+    /// a grid with n to a tile on average, its rectangle (w·n + 1)(h·n + 1) (the area of the sum with a cell).
+    fn expected(&self, fineness: u8) -> f64 {
+        let coarser = MAX_FINENESS - fineness;
+        let [columns, rows] = [0, 1].map(|axis| {
+            let Range { start, end } = self.cells[axis];
+            f64::from(((end - 1) >> coarser) - (start >> coarser) + 1)
+        });
+        let (n, [w, h]) = (f64::from(1u32 << fineness), self.size);
+        columns * rows * (self.area * n * n + (w + h) * n + 1.0) / ((w * n + 1.0) * (h * n + 1.0))
+    }
+}
+
+/// How often a tile is halved: as long as rays are expected to save more than that costs.
+fn fineness(leaves: &[&(u32, Footprint)], tile: [u32; 2], side: u32, plan: &Plan) -> u8 {
+    let rays = plan.rays / f64::from(side * side);
+    let covers: Vec<Cover> = leaves.iter().filter_map(|(_, leaf)| Cover::new(leaf, tile, side)).collect();
+    let mut now = leaves.len() as f64;
+    (0..plan.max_fineness)
+        .find(|&fineness| {
+            let cells = f64::from(1u32 << (2 * fineness));
+            let then: f64 = covers.iter().map(|cover| cover.expected(fineness + 1)).sum();
+            let saved = rays * (now - then / 4.0) / cells;
+            let costs = VISITS_A_NUMBER * (then - now + 3.0 * cells);
+            now = then;
+            saved <= costs
+        })
+        .unwrap_or(plan.max_fineness)
 }

@@ -28,6 +28,7 @@ mod descent;
 mod disorder;
 mod footprint;
 mod frame;
+mod grid;
 mod map;
 mod outline;
 mod overlap;

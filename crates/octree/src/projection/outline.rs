@@ -1,22 +1,62 @@
-//! What a leaf shows of itself: the projections of its triangles, strip by strip.
+//! What a leaf shows of itself: the projections of its triangles, row by row.
 //!
 //! A ray that hits a triangle in a leaf crosses the projections of both, so a map lists a leaf only where one of its
 //! triangles is seen too. Leaves hold little of what their cells cover; on surfaces this leaves a ray two or three of them.
 //!
+//! What the triangles reach in a row of cells is what their edges reach there, and an edge is looked at in the rows that it crosses, no others:
+//! O(edges + rows that they cross).
+//!
 //! *Error.* A corner's place x/z is off by 2e/z + u where its coordinates are by e ≤ slack/256; everything is widened by a
 //! margin of 2·slack/z, z the least depth of a corner, more than a hundred times that. On an edge u is monotone in v, and rounding a
-//! crossing with a strip's border is moving the border by less than the margin. Triangles too near for that have no outline, and
+//! crossing with a row's border (four roundings of what the edge spans, at most 2/z) is less than the margin. Rows are looked for within
+//! twice the margin, so rounding their borders loses none. Triangles too near for that have no outline, and
 //! then their leaf is seen wherever its cell is.
+
+use std::ops::Range;
 
 use glam::DVec3;
 
-use super::{footprint::RIM, frame::Kind};
+use super::{
+    footprint::RIM,
+    frame::Kind,
+    grid::{cells_between, strip},
+};
 
 /// The projections of a leaf's triangles.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
-    triangles: Box<[[[f64; 2]; 3]]>,
+    edges: Box<[Edge]>,
     margin: f64,
+    /// The columns and the rows that it reaches.
+    pub(super) reach: [[f64; 2]; 2],
+    /// The triangles' areas together.
+    pub(super) area: f64,
+}
+
+/// A projected edge, from its lower end (v) to its upper one.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    u: [f64; 2],
+    v: [f64; 2],
+    /// How u grows with v; no number where v does not change.
+    slope: f64,
+}
+
+impl Edge {
+    fn new(a: [f64; 2], b: [f64; 2]) -> Self {
+        let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
+        Self { u: [a[0], b[0]], v: [a[1], b[1]], slope: (b[0] - a[0]) / (b[1] - a[1]) }
+    }
+
+    /// The range grown by what the edge reaches in a strip that it meets.
+    #[inline(always)]
+    fn widen(&self, [low, high]: [f64; 2], strip: [f64; 2]) -> [f64; 2] {
+        // Between its ends, so that the slope is a number.
+        let at = |v: f64| self.u[0] + self.slope * (v - self.v[0]);
+        let first = if self.v[0] < strip[0] { at(strip[0]) } else { self.u[0] };
+        let last = if self.v[1] > strip[1] { at(strip[1]) } else { self.u[1] };
+        [low.min(first).min(last), high.max(first).max(last)]
+    }
 }
 
 impl Outline {
@@ -25,47 +65,57 @@ impl Outline {
         kind: Kind,
         face: usize,
         slack: f64,
-        triangles: impl Iterator<Item = [DVec3; 3]>,
+        triangles: impl ExactSizeIterator<Item = [DVec3; 3]>,
     ) -> Option<Self> {
         let (axis, sign) = (face / 2, if face.is_multiple_of(2) { 1.0 } else { -1.0 });
-        let mut margin = 2.0 * slack;
-        let project = |corner: DVec3, margin: &mut f64| {
-            let depth = if kind == Kind::Parallel { 1.0 } else { sign * corner[axis] };
-            *margin = if depth > 0.0 { margin.max(2.0 * slack / depth) } else { f64::INFINITY };
-            [corner[(axis + 1) % 3] / depth, corner[(axis + 2) % 3] / depth]
-        };
-        let triangles = triangles.map(|corners| corners.map(|corner| project(corner, &mut margin))).collect();
-        (margin < RIM).then_some(Self { triangles, margin })
+        let (mut nearest, mut area, mut reach) = (f64::INFINITY, 0.0, [EMPTY; 2]);
+        let mut edges = Vec::with_capacity(3 * triangles.len());
+        for corners in triangles {
+            let [a, b, c] = corners.map(|corner| {
+                let depth = if kind == Kind::Parallel { 1.0 } else { sign * corner[axis] };
+                nearest = nearest.min(depth);
+                let scale = depth.recip();
+                let place = [corner[(axis + 1) % 3] * scale, corner[(axis + 2) % 3] * scale];
+                reach = [0, 1].map(|k| [reach[k][0].min(place[k]), reach[k][1].max(place[k])]);
+                place
+            });
+            if nearest <= 0.0 {
+                return None;
+            }
+            area += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs();
+            edges.extend([Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)]);
+        }
+        let margin = 2.0 * slack * nearest.recip().max(1.0);
+        let reach = reach.map(|[low, high]| [low - margin, high + margin]);
+        (margin < RIM).then(|| Self { edges: edges.into(), margin, reach, area })
     }
 
-    /// The rows that it reaches.
-    pub(super) fn rows(&self) -> [f64; 2] {
-        let places = self.triangles.iter().flatten();
-        let reach = places.fold(EMPTY, |[low, high], &[_, v]| [low.min(v), high.max(v)]);
-        [reach[0] - self.margin, reach[1] + self.margin]
-    }
-
-    /// The columns that it reaches between two rows; empty (first > last) where it is not there.
-    pub(super) fn columns(&self, [low, high]: [f64; 2]) -> [f64; 2] {
-        let strip = [low - self.margin, high + self.margin];
-        let reach = self.triangles.iter().fold(EMPTY, |reach, triangle| {
-            let edges = [[0, 1], [1, 2], [2, 0]].map(|edge| edge.map(|corner| triangle[corner]));
-            edges.into_iter().fold(reach, |reach, edge| with_edge(reach, edge, strip))
-        });
-        [reach[0] - self.margin, reach[1] + self.margin]
+    /// The columns that it reaches in each of some rows of so many `cells`; empty (first > last) where it is not there.
+    pub(super) fn columns(&self, cells: u32, rows: Range<u32>, columns: &mut Vec<[f64; 2]>) {
+        columns.clear();
+        let row = strip(rows.start, cells);
+        if rows.len() == 1 && row[0] <= self.reach[1][0] && self.reach[1][1] <= row[1] {
+            columns.push(self.reach[0]);
+            return;
+        }
+        columns.resize(rows.len(), EMPTY);
+        let near = 2.0 * self.margin;
+        let all = [row[0] - near, strip(rows.end - 1, cells)[1] + near];
+        for edge in self.edges.iter().filter(|edge| edge.v[0] <= all[1] && edge.v[1] >= all[0]) {
+            let met = cells_between([edge.v[0] - near, edge.v[1] + near], cells);
+            for row in met.start.max(rows.start)..met.end.min(rows.end) {
+                let [low, high] = strip(row, cells);
+                let strip = [low - self.margin, high + self.margin];
+                if edge.v[0] <= strip[1] && edge.v[1] >= strip[0] {
+                    let reach = &mut columns[(row - rows.start) as usize];
+                    *reach = edge.widen(*reach, strip);
+                }
+            }
+        }
+        for reach in columns {
+            *reach = [reach[0] - self.margin, reach[1] + self.margin];
+        }
     }
 }
 
 const EMPTY: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
-
-/// The range grown by what an edge reaches in a strip.
-fn with_edge([low, high]: [f64; 2], [a, b]: [[f64; 2]; 2], strip: [f64; 2]) -> [f64; 2] {
-    let (a, b) = if a[1] <= b[1] { (a, b) } else { (b, a) };
-    if b[1] < strip[0] || a[1] > strip[1] {
-        return [low, high];
-    }
-    let at = |v: f64| a[0] + (b[0] - a[0]) * ((v - a[1]) / (b[1] - a[1])).clamp(0.0, 1.0);
-    let first = if a[1] < strip[0] { at(strip[0]) } else { a[0] };
-    let last = if b[1] > strip[1] { at(strip[1]) } else { b[0] };
-    [low.min(first).min(last), high.max(first).max(last)]
-}

@@ -133,27 +133,32 @@ pub(super) struct Verdicts {
 
 impl Pack {
     /// Of at least one and at most eight triangles, given with their local corners.
-    pub(super) fn new(triangles: &[(u32, [DVec3; 3])], error: f64, kind: Kind) -> Self {
+    pub(super) fn new(triangles: impl Iterator<Item = (u32, [DVec3; 3])>, error: f64, kind: Kind) -> Self {
         let mut pack = Self {
             edges: [[[0.0; WIDTH]; 3]; 3],
             nearness: [[0.0; WIDTH]; 3],
             nearness_error: [f32::INFINITY; WIDTH],
-            triangles: [triangles[0].0; WIDTH],
+            triangles: [0; WIDTH],
         };
-        let all: Vec<(u32, Functions)> =
-            triangles.iter().map(|&(name, corners)| (name, Functions::new(corners, error, kind))).collect();
-        for lane in 0..WIDTH {
-            let (name, functions) = *all.get(lane).unwrap_or(&all[0]);
-            pack.triangles[lane] = name;
-            for axis in 0..3 {
-                for edge in 0..3 {
-                    pack.edges[edge][axis][lane] = functions.edges[edge][axis] as f32;
-                }
-                pack.nearness[axis][lane] = functions.nearness[axis] as f32;
-            }
-            pack.nearness_error[lane] = (functions.nearness_error as f32).next_up();
+        for (filled, (name, corners)) in triangles.take(WIDTH).enumerate() {
+            let functions = Functions::new(corners, error, kind);
+            // The lanes that are left over are the first triangle's.
+            let lanes = if filled == 0 { 0..WIDTH } else { filled..filled + 1 };
+            lanes.for_each(|lane| pack.set(lane, name, &functions));
         }
         pack
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, name: u32, functions: &Functions) {
+        self.triangles[lane] = name;
+        for axis in 0..3 {
+            for edge in 0..3 {
+                self.edges[edge][axis][lane] = functions.edges[edge][axis] as f32;
+            }
+            self.nearness[axis][lane] = functions.nearness[axis] as f32;
+        }
+        self.nearness_error[lane] = (functions.nearness_error as f32).next_up();
     }
 
     /// Segments to the viewpoint: what is certainly met between its ends, and what is in doubt.

@@ -23,7 +23,7 @@ use super::{
     footprint::Footprint,
     map::{Changes, Map, Plan},
     tasks,
-    tree::{Grower, LEAF, Link, NOTHING, Tree},
+    tree::{Grower, LEAF, Link, NOTHING, Tree, held, number},
 };
 use crate::morton::Octant;
 
@@ -229,21 +229,21 @@ impl Growth<'_> {
         if !is_node {
             return self.grow(cell, items);
         }
-        if self.now.is_leaf(cell, &items) {
+        let (mut met, mut met_before) = (Vec::new(), Vec::new());
+        if !self.now.split(cell, &items, &mut met) {
             return self.grow(cell, items);
         }
+        self.then.children_met(cell, &before, &mut met_before);
         let node = self.tree.nodes.len();
         self.tree.nodes.push([NOTHING; 8]);
-        let moved: Vec<u32> = items.iter().copied().filter(|&item| self.moved[item as usize]).collect();
         for child in self.now.front_to_back(cell) {
-            let number = (child.bits() & 7) as usize;
-            let link = self.old.nodes[link as usize][number];
-            let before = self.then.held(child, &before);
-            let is_untouched = before.is_empty() && self.now.held(child, &moved).is_empty();
-            self.tree.nodes[node][number] = if is_untouched {
+            let link = self.old.nodes[link as usize][number(child)];
+            let before = held(child, &before, &met_before);
+            let items = held(child, &items, &met);
+            let is_untouched = before.is_empty() && !items.iter().any(|&item| self.moved[item as usize]);
+            self.tree.nodes[node][number(child)] = if is_untouched {
                 self.keep(child, link)
             } else {
-                let items = self.now.held(child, &items);
                 self.regrow(Beside { cell: child, items, before, link })
             };
         }
@@ -273,8 +273,7 @@ impl Growth<'_> {
         let node = self.tree.nodes.len();
         self.tree.nodes.push([NOTHING; 8]);
         for child in self.now.front_to_back(cell) {
-            let number = (child.bits() & 7) as usize;
-            self.tree.nodes[node][number] = self.keep(child, self.old.nodes[link as usize][number]);
+            self.tree.nodes[node][number(child)] = self.keep(child, self.old.nodes[link as usize][number(child)]);
         }
         node as Link
     }

@@ -37,7 +37,7 @@ pub(super) struct Root {
     pub(super) eye: DVec3,
 }
 
-/// How much larger than the error of a corner the slack is: 16 roundings of a corner's own, 16 of the overlap test, and as many
+/// How much larger than the error of a corner the slack is: 16 roundings of a corner's own, 24 of the overlap test, and as many
 /// for each of a ray's places, a cell's planes and a hit's parameter, with room to spare.
 const SLACK_OVER_ERROR: f64 = 256.0;
 
@@ -109,42 +109,45 @@ impl Grower<'_> {
     pub(super) fn subtree(&self, cell: Octant, items: Vec<u32>) -> Tree {
         let mut tree = Tree::default();
         if items.len() < SERIAL {
-            tree.root = self.divide(&mut tree, cell, items);
+            tree.root = self.divide(&mut tree, cell, &mut Pile { items, children: Vec::new() }, 0);
             return tree;
         }
-        let Some(children) = self.parts(cell, &items) else {
+        let mut met = Vec::new();
+        if self.budget.is_over() || !self.split(cell, &items, &mut met) {
             tree.root = self.push_leaf(&mut tree, cell, &items);
             return tree;
-        };
+        }
+        let parts = self.front_to_back(cell).map(|child| (child, held(child, &items, &met)));
+        let parts = parts.filter(|(_, items)| !items.is_empty()).collect();
         tree.nodes.push([NOTHING; 8]);
-        for (child, part) in tasks::map(children, |(child, items)| (child, self.subtree(child, items))) {
+        for (child, part) in tasks::map(parts, |(child, items)| (child, self.subtree(child, items))) {
             tree.nodes[0][number(child)] = tree.append(part);
         }
         tree
     }
 
-    /// Puts what a cell divides into at the end of the tree.
-    fn divide(&self, tree: &mut Tree, cell: Octant, items: Vec<u32>) -> Link {
-        if items.is_empty() {
+    /// Puts what a cell divides into at the end of the tree; its triangles are those of the pile from `start` on.
+    fn divide(&self, tree: &mut Tree, cell: Octant, pile: &mut Pile, start: usize) -> Link {
+        let end = pile.items.len();
+        if start == end {
             return NOTHING;
         }
-        let Some(children) = self.parts(cell, &items) else { return self.push_leaf(tree, cell, &items) };
-        drop(items);
+        if self.budget.is_over() || !self.split(cell, &pile.items[start..], &mut pile.children) {
+            return self.push_leaf(tree, cell, &pile.items[start..]);
+        }
         let node = tree.nodes.len();
         tree.nodes.push([NOTHING; 8]);
-        for (child, items) in children {
-            tree.nodes[node][number(child)] = self.divide(tree, child, items);
+        for child in self.front_to_back(cell) {
+            for place in start..end {
+                if pile.children[place] >> number(child) & 1 == 1 {
+                    pile.items.push(pile.items[place]);
+                }
+            }
+            tree.nodes[node][number(child)] = self.divide(tree, child, pile, end);
+            pile.items.truncate(end);
+            pile.children.truncate(end);
         }
         node as Link
-    }
-
-    /// What the cell is divided into; `None` for a leaf: few triangles, or deep enough, or all in every child.
-    fn parts(&self, cell: Octant, items: &[u32]) -> Option<Vec<(Octant, Vec<u32>)>> {
-        if self.budget.is_over() || self.is_leaf(cell, items) {
-            return None;
-        }
-        let children = self.front_to_back(cell).map(|child| (child, self.held(child, items)));
-        Some(children.filter(|(_, items)| !items.is_empty()).collect())
     }
 
     fn push_leaf(&self, tree: &mut Tree, cell: Octant, items: &[u32]) -> Link {
@@ -152,10 +155,16 @@ impl Grower<'_> {
         tree.push_leaf(cell, items)
     }
 
-    /// Whether a cell with these triangles is not divided.
-    pub(super) fn is_leaf(&self, cell: Octant, items: &[u32]) -> bool {
-        let is_useless = || self.front_to_back(cell).all(|child| items.iter().all(self.meets(child)));
-        items.len() <= self.leaf_items || cell.level() >= self.max_level || is_useless()
+    /// Whether a cell is divided: it has many triangles, is not deep enough, and not all of them are in every child. If so, which children
+    /// each triangle meets goes to the end of `children`, else what is there may be anything.
+    pub(super) fn split(&self, cell: Octant, items: &[u32], children: &mut Vec<u8>) -> bool {
+        let is_leaf = items.len() <= self.leaf_items || cell.level() >= self.max_level;
+        if is_leaf {
+            return false;
+        }
+        let first = children.len();
+        self.children_met(cell, items, children);
+        children[first..].iter().any(|&met| met != u8::MAX)
     }
 
     /// The children of a cell, the nearest to the viewpoint first.
@@ -164,27 +173,34 @@ impl Grower<'_> {
         (0..8).filter_map(move |order| cell.child(order ^ nearest))
     }
 
-    /// Those of the triangles that meet a cell.
-    pub(super) fn held(&self, cell: Octant, items: &[u32]) -> Vec<u32> {
-        let meets = self.meets(cell);
-        items.iter().copied().filter(|item| meets(item)).collect()
-    }
-
-    /// Whether a triangle meets a cell.
-    fn meets(&self, cell: Octant) -> impl Fn(&u32) -> bool {
+    /// Puts which children of a cell each of its triangles meets at the end of a list, a bit a child.
+    pub(super) fn children_met(&self, cell: Octant, items: &[u32], children: &mut Vec<u8>) {
         let (min, edge) = unit_cell(cell);
         let half = 0.5 * f64::from(edge);
         let middle = DVec3::from_array(min.map(f64::from)) + half;
-        let half = half + self.root.slack / self.root.edge;
-        move |&item| {
-            let corners = self.triangles[item as usize].map(|corner| self.corners[corner as usize]);
-            overlap::meets(&corners, middle, half)
-        }
+        let slack = self.root.slack / self.root.edge;
+        children.extend(items.iter().map(|&item| {
+            let [a, b, c] = self.triangles[item as usize];
+            let corners = [self.corners[a as usize], self.corners[b as usize], self.corners[c as usize]];
+            overlap::children(&corners, middle, half, slack)
+        }));
     }
 }
 
+/// The triangles of cells on the way down, those of a child behind its parent's, and which children they meet.
+struct Pile {
+    items: Vec<u32>,
+    children: Vec<u8>,
+}
+
+/// Those of the triangles that meet a child.
+pub(super) fn held(child: Octant, items: &[u32], met: &[u8]) -> Vec<u32> {
+    let is_held = |(_, met): &(&u32, &u8)| **met >> number(child) & 1 == 1;
+    items.iter().zip(met).filter(is_held).map(|(item, _)| *item).collect()
+}
+
 /// Which child of its parent a cell is.
-fn number(child: Octant) -> usize {
+pub(super) fn number(child: Octant) -> usize {
     (child.bits() & 7) as usize
 }
 
