@@ -81,15 +81,15 @@ fn list<T: Row>(grids: &Grids, offs: &[Off], rows: &[T], buckets: &mut Buckets) 
             block.see_lamp(&grids.grids[0], rows);
             block.locate(|view| (&grids.grids[view], &offs[view]));
         }
-        for index in 0..BLOCK {
+        for (index, key) in keys.iter_mut().enumerate() {
             let scale = (1u32 << block.level[index]) as f32;
             let [s, t] = [block.s[index], block.t[index]];
             let cell = cell_along(t, scale) << block.level[index] | cell_along(s, scale);
-            keys[index] = if block.is_told[index] { block.first[index] + cell } else { beside + 1 };
+            *key = if block.is_told[index] { block.first[index] + cell } else { beside + 1 };
         }
-        for index in 0..BLOCK {
+        for (index, point) in points.iter_mut().enumerate() {
             let [s, t, nearness] = [block.s[index], block.t[index], block.nearness[index] as f32];
-            points[index] = Seen { s, t, nearness, index: (number * BLOCK + index) as u32 };
+            *point = Seen { s, t, nearness, index: (number * BLOCK + index) as u32 };
         }
         buckets.extend(&keys[..rows.len()], &points[..rows.len()]);
     }
