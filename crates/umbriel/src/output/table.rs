@@ -103,10 +103,15 @@ pub(crate) fn number(value: f64) -> String {
     format!("{value:.*}", (4.0 - magnitude).clamp(0.0, 8.0) as usize)
 }
 
+/// Characters of a column that others are padded to at most. Names may be of any length, and padding every row to the longest one
+/// would multiply it by their number.
+const WIDEST: usize = 80;
+
 /// The first column to the left, all others to the right.
 pub(crate) fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
+    let length = |text: &str| text.chars().count();
     let widths: [usize; N] =
-        std::array::from_fn(|column| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0));
+        std::array::from_fn(|column| rows.iter().map(|row| length(&row[column])).max().unwrap_or(0).min(WIDEST));
     let mut text = String::new();
     for row in rows {
         let _ = write!(text, "  {:<width$}", row[0], width = widths[0]);
@@ -122,6 +127,16 @@ pub(crate) fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
 mod tests {
     use super::*;
     use umbriel_shadow::LitArea;
+
+    #[test]
+    fn a_name_of_any_length_has_its_line() {
+        let long = "x".repeat(70_000);
+        let rows = [["a".to_owned(), "1".to_owned()], [long.clone(), "2".to_owned()]];
+        let text = aligned(&rows);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], format!("  a{}  1", " ".repeat(79)));
+        assert_eq!(lines[1], format!("  {long}  2"));
+    }
 
     #[test]
     fn numbers_keep_five_digits() {
