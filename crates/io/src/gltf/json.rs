@@ -345,6 +345,7 @@ pub(super) struct Sampler {
 pub(super) struct Image {
     pub(super) uri: Option<String>,
     pub(super) buffer_view: Option<usize>,
+    pub(super) mime_type: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -357,6 +358,8 @@ pub(super) struct Skin {
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Eye {
+    #[serde(rename = "type")]
+    pub(super) kind: Option<String>,
     pub(super) perspective: Option<Perspective>,
     pub(super) orthographic: Option<Orthographic>,
 }
@@ -364,11 +367,15 @@ pub(super) struct Eye {
 #[derive(Debug, Deserialize)]
 pub(super) struct Perspective {
     pub(super) yfov: f64,
+    pub(super) znear: Option<f64>,
+    pub(super) zfar: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Orthographic {
     pub(super) ymag: f64,
+    pub(super) znear: Option<f64>,
+    pub(super) zfar: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -425,6 +432,7 @@ pub(super) struct Animation {
 pub(super) struct AnimationSampler {
     pub(super) input: usize,
     pub(super) output: usize,
+    pub(super) interpolation: Option<String>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -436,6 +444,7 @@ pub(super) struct AnimationChannel {
 #[derive(Debug, Deserialize)]
 pub(super) struct AnimationTarget {
     pub(super) node: Option<usize>,
+    pub(super) path: Option<String>,
 }
 
 /// An element of the document by its index; a message about it is told of the element.

@@ -421,14 +421,15 @@ fn lights_shine_along_minus_z() {
 
 #[test]
 fn the_first_camera_of_the_scene_is_taken() {
+    let perspective = |yfov: f64| json!({ "type": "perspective", "perspective": { "yfov": yfov, "znear": 0.1 } });
     let with = |camera: Value| {
         changed(|document, _| {
-            document["cameras"] = json!([{ "perspective": { "yfov": 9.0 } }, camera]);
+            document["cameras"] = json!([perspective(9.0), camera]);
             let nodes = document["nodes"].as_array_mut().expect("nodes");
             nodes.extend([json!({ "camera": 1, "translation": [1, 2, 3] }), json!({ "camera": 0 })]);
         })
     };
-    let camera = model(with(json!({ "perspective": { "yfov": std::f64::consts::FRAC_PI_2 } }))).camera;
+    let camera = model(with(perspective(std::f64::consts::FRAC_PI_2))).camera;
     let expected = Camera {
         eye: glam::DVec3::new(1.0, 2.0, 3.0),
         target: glam::DVec3::new(1.0, 2.0, 2.0),
@@ -438,9 +439,7 @@ fn the_first_camera_of_the_scene_is_taken() {
     assert_eq!(camera, Some(expected));
     let camera = model(with(json!({ "orthographic": { "ymag": 2.5 } }))).camera.expect("a camera");
     assert_eq!(camera.projection, Projection::Orthographic { height: 5.0 });
-    for (camera, fault) in
-        [(json!({ "perspective": { "yfov": 4.0 } }), "field of view"), (json!({}), "perspective or orthographic")]
-    {
+    for (camera, fault) in [(perspective(4.0), "field of view"), (json!({}), "perspective or orthographic")] {
         let mut input = with(camera);
         input.0["nodes"][2] = json!({});
         let model = model(input);

@@ -196,6 +196,7 @@ impl Check<'_> {
                 named(&document.nodes, node, "node", &format!("scene {index}"))?;
             }
         }
+        let roots = references::roots_of(&document.nodes);
         for (index, skin) in document.skins.iter().enumerate() {
             let place = format!("skin {index}");
             for &joint in &skin.joints {
@@ -213,13 +214,13 @@ impl Check<'_> {
             if joints.is_empty() || joints.len() < skin.joints.len() {
                 self.tell(&place, "it has no joints, or one of them twice");
             }
-            self.skin(skin, &place);
+            self.skin(skin, &roots, &place);
         }
         self.scenes();
         Ok(())
     }
 
-    fn animations(&self) -> Result<(), LoadProblem> {
+    fn animations(&mut self) -> Result<(), LoadProblem> {
         let document = self.document;
         for (index, animation) in document.animations.iter().enumerate() {
             let place = format!("animation {index}");
@@ -232,6 +233,7 @@ impl Check<'_> {
                     named(&document.nodes, node, "node", &place)?;
                 }
             }
+            self.motion(animation, &place);
         }
         Ok(())
     }

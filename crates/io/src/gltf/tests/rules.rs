@@ -229,6 +229,17 @@ fn broken_rules_of_documents_are_told() {
     let of = |key: &'static str, value: Value| told(move |document, _| document[key] = value);
     let node = |value: Value| of("nodes", json!([{ "mesh": 0 }, value]));
     let accessor = |key: &'static str, value: Value| told(move |_, data| data.accessors[0][key] = value);
+    let camera = |kind: &str, near: f64, far: f64| {
+        let perspective = json!({ "yfov": 1.0, "znear": near, "zfar": far });
+        of("cameras", json!([{ "type": kind, "perspective": perspective }]))
+    };
+    assert_eq!(camera("perspective", 0.1, 1.0), "");
+    let motion = |target: Value, way: &str| {
+        let sampler = json!({ "input": 0, "output": 0, "interpolation": way });
+        let channel = json!({ "sampler": 0, "target": target });
+        of("animations", json!([{ "samplers": [sampler], "channels": [channel] }]))
+    };
+    assert_eq!(motion(json!({ "path": "scale" }), "STEP"), "");
     let turned = [0.1826, 0.3651, 0.5477, 0.7303];
     assert_eq!(node(json!({ "rotation": turned })), "");
     for (found, fault) in [
@@ -252,7 +263,22 @@ fn broken_rules_of_documents_are_told() {
             "light 0: its colour, intensity or range",
         ),
         (of("images", json!([{}])), "image 0: it has not just one of uri and bufferView"),
+        (of("images", json!([{ "bufferView": 0 }])), "image 0: it is in a buffer view and has no mimeType"),
         (of("cameras", json!([{}])), "camera 0: it is not either"),
+        (camera("orthographic", 0.1, 1.0), "camera 0: its type is not its projection's, or its planes"),
+        (camera("perspective", 0.0, 1.0), "camera 0: its type is not its projection's, or its planes"),
+        (camera("perspective", 2.0, 1.0), "camera 0: its type is not its projection's, or its planes"),
+        (motion(json!({ "path": "colour" }), "LINEAR"), "animation 0: a path or an interpolation"),
+        (motion(json!({ "path": "scale" }), "WOBBLE"), "animation 0: a path or an interpolation"),
+        (motion(json!({}), "LINEAR"), "animation 0: a path or an interpolation"),
+        (of("extensionsUsed", json!(["KHR_mesh_quantization"])), "KHR_mesh_quantization: it is used and not required"),
+        (
+            told(|document, _| {
+                document["nodes"] = json!([{ "mesh": 0 }, { "children": [2] }, {}, {}]);
+                document["skins"] = json!([{ "joints": [1, 2] }, { "joints": [2, 3] }]);
+            }),
+            "skin 1: its joints have no common root",
+        ),
         (of("skins", json!([{ "joints": [0, 0] }])), "skin 0: it has no joints, or one of them twice"),
         (told(|_, data| data.views[0]["target"] = json!(34963)), "accessor 0: its buffer view is not for vertices"),
         (told(|_, data| data.views[0]["target"] = json!(1)), "buffer view 0: its target is none"),

@@ -77,8 +77,11 @@ impl Check<'_> {
         }
     }
 
-    /// The matrices of a skin: as many as joints, or more.
-    pub(super) fn skin(&mut self, skin: &Skin, place: &str) {
+    /// The joints of a skin hang on one root; its matrices are as many as they, or more.
+    pub(super) fn skin(&mut self, skin: &Skin, roots: &[usize], place: &str) {
+        if skin.joints.windows(2).any(|two| roots[two[0]] != roots[two[1]]) {
+            self.tell(place, "its joints have no common root");
+        }
         let Some(matrices) = skin.inverse_bind_matrices.map(|accessor| &self.document.accessors[accessor]) else {
             return;
         };
@@ -123,4 +126,19 @@ impl Check<'_> {
             }
         }
     }
+}
+
+/// For every node the one that it hangs on in the end. There are no cycles.
+pub(super) fn roots_of(nodes: &[Node]) -> Vec<usize> {
+    let mut roots: Vec<usize> = (0..nodes.len()).collect();
+    let mut is_child = vec![false; nodes.len()];
+    nodes.iter().flat_map(|node| &node.children).for_each(|&child| is_child[child] = true);
+    let mut open: Vec<usize> = (0..nodes.len()).filter(|&node| !is_child[node]).collect();
+    while let Some(node) = open.pop() {
+        for &child in &nodes[node].children {
+            roots[child] = roots[node];
+            open.push(child);
+        }
+    }
+    roots
 }

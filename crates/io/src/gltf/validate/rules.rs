@@ -6,7 +6,7 @@ use super::Check;
 use crate::{
     gltf::{
         hierarchy,
-        json::{Accessor, Document, Node, Primitive},
+        json::{Accessor, Animation, Document, Eye, Node, Primitive},
         views::compression,
     },
     transform::{is_affine, is_skewed, is_unit},
@@ -23,6 +23,10 @@ impl Check<'_> {
         let is_used = |name: &str| document.extensions_used.iter().any(|used| used == name);
         if document.extensions_required.iter().any(|name| !is_used(name)) {
             self.tell("extensionsRequired", "not all of them are among the extensionsUsed");
+        }
+        let is_required = |name: &str| document.extensions_required.iter().any(|required| required == name);
+        if is_used("KHR_mesh_quantization") && !is_required("KHR_mesh_quantization") {
+            self.tell("KHR_mesh_quantization", "it is used and not required");
         }
         for name in there(document).into_iter().filter(|name| !is_used(name)) {
             self.tell(name, "it is not among the extensionsUsed");
@@ -78,6 +82,19 @@ impl Check<'_> {
         view.is_some_and(|view| view.byte_stride.is_none() && size.is_some_and(|size| !size.is_multiple_of(4)))
     }
 
+    /// What an animation moves, and how.
+    pub(super) fn motion(&mut self, animation: &Animation, place: &str) {
+        let is_path = |path: &str| matches!(path, "translation" | "rotation" | "scale" | "weights" | "pointer");
+        let is_way = |way: &str| matches!(way, "LINEAR" | "STEP" | "CUBICSPLINE");
+        let paths_are_sound =
+            animation.channels.iter().all(|channel| channel.target.path.as_deref().is_some_and(is_path));
+        let ways_are_sound =
+            animation.samplers.iter().all(|sampler| sampler.interpolation.as_deref().is_none_or(is_way));
+        if !paths_are_sound || !ways_are_sound {
+            self.tell(place, "a path or an interpolation in it is none of glTF's");
+        }
+    }
+
     /// Lights, materials, images and cameras that say too much or too little.
     pub(super) fn looks(&mut self) {
         let document = self.document;
@@ -99,6 +116,9 @@ impl Check<'_> {
             if image.uri.is_some() == image.buffer_view.is_some() {
                 self.tell(&format!("image {index}"), "it has not just one of uri and bufferView");
             }
+            if image.buffer_view.is_some() && image.mime_type.is_none() {
+                self.tell(&format!("image {index}"), "it is in a buffer view and has no mimeType");
+            }
         }
         // A camera of a node is looked at where it is read.
         let placed: HashSet<usize> = document.nodes.iter().filter_map(|node| node.camera).collect();
@@ -106,7 +126,30 @@ impl Check<'_> {
             if !placed.contains(&index) && camera.perspective.is_some() == camera.orthographic.is_some() {
                 self.tell(&format!("camera {index}"), "it is not either perspective or orthographic");
             }
+            if !has_sound_planes(camera) {
+                self.tell(
+                    &format!("camera {index}"),
+                    "its type is not its projection's, or its planes are out of order",
+                );
+            }
         }
+    }
+}
+
+/// Whether a camera has the projection that its type names, and its planes are in order.
+fn has_sound_planes(camera: &Eye) -> bool {
+    let is_type = |name: &str| camera.kind.as_deref() == Some(name);
+    let is_behind = |near: f64, far: Option<f64>| far.is_none_or(|far| far > near);
+    match (&camera.perspective, &camera.orthographic) {
+        (Some(eye), None) => {
+            is_type("perspective") && eye.znear.is_some_and(|near| near > 0.0 && is_behind(near, eye.zfar))
+        }
+        (None, Some(eye)) => {
+            let near = eye.znear.filter(|&near| near >= 0.0 && eye.zfar.is_some() && is_behind(near, eye.zfar));
+            is_type("orthographic") && near.is_some()
+        }
+        // Told already.
+        _ => true,
     }
 }
 
