@@ -2,7 +2,8 @@
 //!
 //! Whoever reads an element checks what is needed to read it; here is the rest, so that a file that is broken somewhere
 //! does not pass because nobody looked there: references to elements that are not there, and ranges that leave their
-//! buffers, are refused; what only extensions for shading refer to, and rules that are broken without harm (alignment, strides, numbers of vertices, and those of [`rules`]) are told.
+//! buffers, are refused; what only extensions for shading refer to, and rules that are broken without harm (alignment,
+//! strides, numbers of vertices, and those of [`rules`]), are told.
 //! Only declarations are looked at, no bytes, so the time is linear in the text.
 
 mod attributes;
