@@ -122,8 +122,8 @@ impl TriangleBvh {
     /// What [`TriangleBvh::nearest_hit`] looks at for the same ray.
     pub fn nearest_steps(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Steps {
         let Some(mut search) = self.search::<true>(origin, direction, t_max) else { return Steps::default() };
-        simd::dispatch(&mut search);
-        search.steps
+        let hit = simd::dispatch(&mut search);
+        Steps { hits: u32::from(hit.is_some()), ..search.steps }
     }
 
     #[inline(always)]

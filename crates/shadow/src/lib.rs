@@ -56,6 +56,6 @@ pub use report::{
 };
 pub use request::{CellMethod, Detail, OwnDetails, Request, Sampling};
 pub use sample_points::{SamplePoint, for_each_sample, most_samples};
-pub use search::{Clutter, Expected, PointCost, Search, SearchChoice, SearchCosts};
+pub use search::{Clutter, Expected, PointCost, Search, SearchChoice, SearchCosts, WayCosts};
 pub use session::{Change, ChangeDefect, Session, Update};
 pub use soft::{AreaBounds, Fraction, SoftCell, SoftLight, SoftObject, SoftRequest, image as soft_image, soft_bake};

@@ -105,32 +105,43 @@ impl Clutter {
     }
 }
 
-/// What decides for [`Acceleration::Auto`]: nanoseconds on one thread, building included.
+/// What the ways of a kind of points cost: nanoseconds on one thread, building included.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SearchCosts {
-    /// Shafts, for [`Expected::Places`].
-    pub places: PointCost,
-    /// Light space, for [`Expected::Loose`].
-    pub loose: PointCost,
-    /// The BVH, for [`Expected::Places`].
+pub struct WayCosts {
+    /// Shafts for points asked one by one, light space for those asked together.
+    pub direct: PointCost,
+    /// The BVH.
     pub bvh: PointCost,
-    /// The BVH, for [`Expected::Loose`].
-    pub loose_bvh: PointCost,
     /// The octree.
     pub octree: PointCost,
     /// Maps.
     pub projection: PointCost,
 }
 
+/// What decides for [`Acceleration::Auto`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SearchCosts {
+    /// For [`Expected::Places`].
+    pub places: WayCosts,
+    /// For [`Expected::Loose`].
+    pub loose: WayCosts,
+}
+
 impl SearchCosts {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        places: PointCost { base: 0.0, doubling: 75.8, triangle: 771.1, item: 27.4 },
-        loose: PointCost { base: 0.0, doubling: 4.0, triangle: 612.4, item: 34.7 },
-        bvh: PointCost { base: 23.1, doubling: 33.6, triangle: 441.6, item: 1.5 },
-        loose_bvh: PointCost { base: 0.0, doubling: 19.0, triangle: 389.4, item: 0.0 },
-        octree: PointCost { base: 0.0, doubling: 65.8, triangle: 1899.2, item: 1732.7 },
-        projection: PointCost { base: 0.0, doubling: 31.1, triangle: 2413.3, item: 648.7 },
+        places: WayCosts {
+            direct: PointCost { base: 0.0, doubling: 117.1, triangle: 544.5, item: 40.0 },
+            bvh: PointCost { base: 442.4, doubling: 8.2, triangle: 287.7, item: 0.5 },
+            octree: PointCost { base: 878.5, doubling: 19.4, triangle: 2092.1, item: 287.3 },
+            projection: PointCost { base: 347.6, doubling: 17.4, triangle: 322.0, item: 245.2 },
+        },
+        loose: WayCosts {
+            direct: PointCost { base: 60.4, doubling: 0.0, triangle: 484.9, item: 38.6 },
+            bvh: PointCost { base: 34.7, doubling: 15.2, triangle: 287.1, item: 0.9 },
+            octree: PointCost { base: 1012.2, doubling: 0.0, triangle: 2146.5, item: 228.4 },
+            projection: PointCost { base: 0.0, doubling: 16.8, triangle: 159.9, item: 264.7 },
+        },
     };
 }
 
@@ -163,12 +174,12 @@ impl SearchChoice {
 
     /// What is quickest by the model, or what is asked for.
     pub fn new(asked: Acceleration, expected: Expected, clutter: Clutter, costs: &SearchCosts) -> Self {
-        let [direct, bvh] = match expected {
-            Expected::Loose(_) => [costs.loose, costs.loose_bvh],
-            Expected::Places(_) => [costs.places, costs.bvh],
+        let WayCosts { direct, bvh, octree, projection } = match expected {
+            Expected::Places(_) => costs.places,
+            Expected::Loose(_) => costs.loose,
         };
         let points = expected.count();
-        let expected = [direct, bvh, costs.octree, costs.projection].map(|cost| cost.nanoseconds(points, clutter));
+        let expected = [direct, bvh, octree, projection].map(|cost| cost.nanoseconds(points, clutter));
         let chosen = match asked {
             Acceleration::Bvh => Search::Bvh,
             Acceleration::Octree => Search::Octree,

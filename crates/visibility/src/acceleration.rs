@@ -2,7 +2,8 @@
 //!
 //! All ways give the same hits. Which is quickest depends on the mesh, on the view, and on how many rays there are: a projection is built for
 //! one viewpoint, so its building must pay in one picture. The BVH is there: some rays of the view are sent through it, and what they look at is
-//! counted ([`StepCost`]; counts, not times, so the choice is the same everywhere). What a ray costs the other ways goes with that, and building goes with the
+//! counted ([`StepCost`]; counts, not times, so the choice is the same everywhere). A ray looked up costs next to nothing where it hits nothing, and what it looks
+//! at before its hit varies little; so what counts of the sampled rays is how many hit. Building goes with the
 //! places of triangles in leaves, whose number integral geometry expects ([`LookupCost`], [`ProjectionOptions::expected_items`]). `cargo xtask calibrate`
 //! measures the coefficients.
 
@@ -55,27 +56,27 @@ impl StepCost {
 pub struct LookupCost {
     /// Of any ray.
     pub base: f64,
-    /// For each nanosecond that the ray takes in the BVH.
-    pub share: f64,
-    /// More of a ray for each doubling of the triangles' places in leaves above [`LookupCost::CACHED`].
-    pub beyond: f64,
+    /// More of a ray that hits something.
+    pub hit: f64,
+    /// More of each of the first rays, as many as there are triangles: what they look at is in no cache yet, and maps are made finer for them.
+    pub first: f64,
     /// Of building: each expected place of a triangle in a leaf.
     pub item: f64,
 }
 
 impl LookupCost {
-    /// Places of triangles in leaves that the nearest caches hold with their maps.
-    pub const CACHED: f64 = 16_384.0;
-
-    /// Nanoseconds for so many rays that take `bvh` nanoseconds each in the BVH, building included.
-    pub fn nanoseconds(&self, rays: u64, bvh: f64, items: f64) -> f64 {
-        let beyond = self.beyond * Self::doublings_beyond(items);
-        rays as f64 * (self.base + self.share * bvh + beyond) + self.item * items
+    /// Nanoseconds for rays that are expected among so many triangles, building included.
+    pub fn nanoseconds(&self, sampled: &Sampled, triangles: usize, items: f64) -> f64 {
+        let counts = Self::counts(sampled, triangles, items);
+        let costs = [self.base, self.hit, self.first, self.item];
+        counts.iter().zip(costs).map(|(count, cost)| count * cost).sum()
     }
 
-    /// How often so many places in leaves double [`LookupCost::CACHED`]; 0 where caches hold them.
-    pub fn doublings_beyond(items: f64) -> f64 {
-        (items / Self::CACHED).max(1.0).log2()
+    /// How often each of the costs arises, in the order of the fields.
+    pub fn counts(sampled: &Sampled, triangles: usize, items: f64) -> [f64; 4] {
+        let rays = sampled.rays as f64;
+        let hits = rays * f64::from(sampled.steps.hits) / sampled.sent.max(1) as f64;
+        [rays, hits, rays.min(triangles as f64), items]
     }
 }
 
@@ -93,10 +94,29 @@ pub struct CostModel {
 impl CostModel {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        bvh: StepCost { ray: 0.8, node: 45.9, pack: 4.6, triangle: 65.1 },
-        octree: LookupCost { base: 316.6, share: 0.23, beyond: 46.8, item: 1835.6 },
-        projection: LookupCost { base: 117.7, share: 0.02, beyond: 56.8, item: 847.3 },
+        bvh: StepCost { ray: 48.8, node: 26.1, pack: 24.1, triangle: 45.4 },
+        octree: LookupCost { base: 53.9, hit: 1100.7, first: 681.5, item: 663.8 },
+        projection: LookupCost { base: 0.0, hit: 356.3, first: 600.5, item: 260.4 },
     };
+
+    /// Nanoseconds for rays that are expected among so many triangles with so many places in leaves: BVH, octree, projection.
+    pub fn expected(&self, sampled: &Sampled, triangles: usize, items: f64) -> [f64; 3] {
+        let bvh = sampled.rays as f64 * self.bvh.nanoseconds(sampled.steps, sampled.sent);
+        let [octree, projection] =
+            [self.octree, self.projection].map(|cost| cost.nanoseconds(sampled, triangles, items));
+        [bvh, octree, projection]
+    }
+
+    /// The way for which the fewest nanoseconds are expected; of equals the BVH.
+    pub fn quickest([bvh, octree, projection]: [f64; 3]) -> Acceleration {
+        if octree.min(projection) >= bvh {
+            Acceleration::Bvh
+        } else if octree < projection {
+            Acceleration::Octree
+        } else {
+            Acceleration::Projection
+        }
+    }
 }
 
 impl Default for CostModel {
@@ -137,22 +157,16 @@ impl Choice {
     /// What is quickest by the model, or what is asked for. O(triangles) where an octree may pay, else O(1).
     pub fn new(object: usize, acceleration: Acceleration, mesh: &Mesh, sampled: Sampled, costs: &CostModel) -> Self {
         let triangles = mesh.triangles().len();
-        let (rays, one) = (sampled.rays, costs.bvh.nanoseconds(sampled.steps, sampled.sent));
-        let bvh = rays as f64 * one;
         // There are as many places as triangles at least. Only where so few would pay they are counted.
-        let built = |items: f64| [costs.octree, costs.projection].map(|cost| cost.nanoseconds(rays, one, items));
-        let mut others = built(triangles as f64);
-        if others[0].min(others[1]) < bvh {
-            others = built(ProjectionOptions::expected_items(mesh));
+        let mut expected = costs.expected(&sampled, triangles, triangles as f64);
+        if CostModel::quickest(expected) != Acceleration::Bvh {
+            expected = costs.expected(&sampled, triangles, ProjectionOptions::expected_items(mesh));
         }
-        let [octree, projection] = others;
         let chosen = match acceleration {
-            Acceleration::Auto if octree.min(projection) >= bvh => Acceleration::Bvh,
-            Acceleration::Auto if octree < projection => Acceleration::Octree,
-            Acceleration::Auto => Acceleration::Projection,
+            Acceleration::Auto => CostModel::quickest(expected),
             asked => asked,
         };
-        Self { object, chosen, triangles, sampled, expected: [bvh, octree, projection], built: None }
+        Self { object, chosen, triangles, sampled, expected, built: None }
     }
 }
 
@@ -218,7 +232,7 @@ mod tests {
 
     #[test]
     fn many_rays_pay_for_a_projection_and_few_do_not() {
-        let steps = Steps { nodes: 500, packs: 300, triangles: 200 };
+        let steps = Steps { nodes: 500, packs: 300, triangles: 200, hits: 9 };
         let choice = |acceleration, rays, triangles| {
             let sampled = Sampled { rays, steps, sent: 10 };
             Choice::new(0, acceleration, &strip(triangles), sampled, &CostModel::MEASURED)
@@ -227,6 +241,13 @@ mod tests {
         assert_eq!(chosen(1 << 26, 1 << 10), Acceleration::Projection);
         assert_eq!(chosen(1 << 8, 1 << 16), Acceleration::Bvh);
         assert_eq!(chosen(0, 1), Acceleration::Bvh);
+        // The same boxes and packs looked at, but everything hit, or nothing: that is what looking up costs.
+        let seen = |hits| {
+            let sampled =
+                Sampled { rays: 1 << 21, steps: Steps { nodes: 40, packs: 20, triangles: 10, hits }, sent: 10 };
+            Choice::new(0, Acceleration::Auto, &strip(1 << 12), sampled, &CostModel::MEASURED).chosen
+        };
+        assert_eq!([seen(10), seen(2)], [Acceleration::Bvh, Acceleration::Projection]);
         let asked = choice(Acceleration::Octree, 1, 1 << 16);
         assert_eq!(asked.chosen, Acceleration::Octree, "what is asked for is done");
     }

@@ -2,22 +2,24 @@
 //!
 //! Times of all ways on meshes of several sizes, with few rays and with many, are fitted by least squares of relative
 //! errors over coefficients that are not negative (coordinate descent, which converges for a convex problem). Rays of the eye have the BVH
-//! ready; points that ask for a light have nothing. Building counts, in processor time. Then the choices that the library makes, by the coefficients
-//! that it has, are held against the times.
+//! ready; points that ask for a light have nothing. Building counts, in processor time. Then choices are held against the times: those that the library
+//! makes by the coefficients that it has, those by the coefficients just fitted, and those for each model by coefficients fitted to the others.
 
-use std::sync::Arc;
+use std::{fs, path::Path, sync::Arc};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use glam::DVec3;
 use umbriel_bvh::{Ray, Steps, TriangleBvh};
 use umbriel_geometry::{LightSource, Placement};
 use umbriel_octree::{Projection, ProjectionOptions};
 use umbriel_scene::{Object, Scene, Shape, Sides};
-use umbriel_shadow::{Clutter, Expected, Place, Points, Queries, Search, SearchChoice, SearchCosts, Silent};
-use umbriel_visibility::{Acceleration, Choice, CostModel, LookupCost, Sampled, StepCost};
+use umbriel_shadow::{
+    Clutter, Expected, Place, PointCost, Points, Queries, Search, SearchChoice, SearchCosts, Silent, WayCosts,
+};
+use umbriel_visibility::{Acceleration, CostModel, LookupCost, Sampled, StepCost};
 
 use super::{
-    measure::{Method, Questions, Rays, by_bvh, by_projection, quickest},
+    measure::{Method, Questions, Rays, by_bvh, by_projection},
     models::{Model, model},
 };
 use crate::bench::clock::timed;
@@ -35,6 +37,7 @@ enum Kind {
 
 /// Seconds of all ways for so many rays through so many triangles, building included.
 struct Sample {
+    model: &'static str,
     name: String,
     kind: Kind,
     rays: u64,
@@ -45,8 +48,8 @@ struct Sample {
     items: f64,
     /// Direct, BVH, octree, maps; of the eye's rays the direct way is the BVH.
     seconds: [f64; 4],
-    /// Which of them the library takes.
-    chosen: usize,
+    /// Of the eye's rays: leaves, places in them, cells and numbers of the maps.
+    built: [usize; 4],
 }
 
 /// Rays along a side of the pictures, and how many points ask.
@@ -64,34 +67,145 @@ const ROUNDS: usize = 20_000;
 
 const WAYS: [&str; 4] = ["direct", "BVH", "octree", "maps"];
 
-pub(super) fn run(names: impl Iterator<Item = &'static str>) -> Result<()> {
+pub(super) fn run(names: impl Iterator<Item = &'static str>, csv: Option<&Path>) -> Result<()> {
     let mut samples = Vec::new();
     for name in names {
         let Some(model) = model(name)?.filter(|model| model.mesh.triangles().len() <= MOST_TRIANGLES) else { continue };
         let bvh = TriangleBvh::build(Arc::clone(&model.mesh));
+        let near = model.seen_from_near();
         for side in SIDES {
-            samples.push(eye(&model, &bvh, side)?);
+            samples.push(eye(name, &model, &bvh, side)?);
+            samples.push(eye(name, &near, &bvh, side)?);
         }
         let scene = alone(&model)?;
         for count in POINTS {
-            samples.push(points(&model, &scene, ("lamp", model.lamp_source()?), Kind::Places, count));
-            samples.push(points(&model, &scene, ("sun", model.sun_source()?), Kind::Places, count));
-            samples.push(points(&model, &scene, ("lamp", model.lamp_source()?), Kind::Loose, count));
+            samples.push(points(name, (&model, &scene), ("lamp", model.lamp_source()?), Kind::Places, count));
+            samples.push(points(name, (&model, &scene), ("sun", model.sun_source()?), Kind::Places, count));
+            samples.push(points(name, (&model, &scene), ("lamp", model.lamp_source()?), Kind::Loose, count));
         }
     }
-    let of = |kind: Kind| samples.iter().filter(|sample| sample.kind == kind).collect::<Vec<_>>();
-    tell_eye(&of(Kind::Eye));
-    tell_points(&of(Kind::Places), &of(Kind::Loose));
+    if let Some(file) = csv {
+        fs::write(file, counted(&samples)).with_context(|| format!("cannot write {}", file.display()))?;
+    }
+    let all: Vec<&Sample> = samples.iter().collect();
+    let fitted = Costs::fitted(&all);
+    println!("{:#.1?}\n{:#.1?}", fitted.pictures, fitted.points);
     println!(
         "| rays | count | direct | BVH | octree | maps | `auto` takes | over the best |\n|---|---|---|---|---|---|---|---|"
     );
-    let worst = samples.iter().map(judge).fold(1.0, f64::max);
-    println!("at worst {worst:.2} times the best");
+    for sample in &samples {
+        let chosen = Costs::MEASURED.choice(sample);
+        let told = sample.seconds.map(|seconds| format!("{:.1} ms", seconds * 1e3)).join(" | ");
+        println!("| {} | {} | {told} | {} | {:.2} |", sample.name, sample.rays, WAYS[chosen], sample.over_best(chosen));
+    }
+    tell_off("by the library's coefficients", &all, |_| Costs::MEASURED);
+    tell_off("by those fitted now", &all, |_| fitted);
+    tell_off("by those fitted to the other models", &all, |model| {
+        Costs::fitted(&all.iter().copied().filter(|sample| sample.model != model).collect::<Vec<_>>())
+    });
     Ok(())
 }
 
-/// Fits and prints the model of costs of pictures.
-fn tell_eye(samples: &[&Sample]) {
+/// Says how far choices are from the best ways; `costs` tells by which coefficients a model's are made.
+fn tell_off(title: &str, samples: &[&Sample], costs: impl Fn(&'static str) -> Costs) {
+    let mut off: Vec<(f64, &Sample)> = Vec::new();
+    for of_model in samples.chunk_by(|a, b| a.model == b.model) {
+        let costs = costs(of_model[0].model);
+        off.extend(of_model.iter().map(|sample| (sample.over_best(costs.choice(sample)), *sample)));
+    }
+    off.retain(|(ratio, _)| *ratio > NEAR);
+    off.sort_by(|a, b| b.0.total_cmp(&a.0));
+    println!("{title}: {} of {} choices take more than {NEAR} times the best", off.len(), samples.len());
+    for (ratio, Sample { name, rays, .. }) in off {
+        println!("    {ratio:.2} {name}, {rays}");
+    }
+}
+
+impl Sample {
+    /// How many times the best way's time one takes.
+    fn over_best(&self, way: usize) -> f64 {
+        self.seconds[way] / self.seconds.into_iter().fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The coefficients of all models of costs.
+#[derive(Clone, Copy)]
+struct Costs {
+    pictures: CostModel,
+    points: SearchCosts,
+}
+
+impl Costs {
+    /// The library's.
+    const MEASURED: Self = Self { pictures: CostModel::MEASURED, points: SearchCosts::MEASURED };
+
+    fn fitted(samples: &[&Sample]) -> Self {
+        let of = |kind: Kind| samples.iter().copied().filter(|sample| sample.kind == kind).collect::<Vec<_>>();
+        Self {
+            pictures: picture_costs(&of(Kind::Eye)),
+            points: SearchCosts { places: way_costs(&of(Kind::Places)), loose: way_costs(&of(Kind::Loose)) },
+        }
+    }
+
+    /// Which way is taken.
+    fn choice(&self, Sample { kind, rays, triangles, sampled, items, .. }: &Sample) -> usize {
+        let (expected, clutter) = match kind {
+            Kind::Eye => {
+                let expected = self.pictures.expected(sampled, *triangles, *items);
+                return match CostModel::quickest(expected) {
+                    Acceleration::Octree => 2,
+                    Acceleration::Projection => 3,
+                    Acceleration::Auto | Acceleration::Bvh => 1,
+                };
+            }
+            Kind::Places => (Expected::Places(*rays), Clutter { triangles: *triangles, items: *items }),
+            Kind::Loose => (Expected::Loose(*rays), Clutter { triangles: *triangles, items: *items }),
+        };
+        match SearchChoice::new(Acceleration::Auto, expected, clutter, &self.points).chosen {
+            Search::Direct => 0,
+            Search::Bvh => 1,
+            Search::Octree => 2,
+            Search::Projection => 3,
+        }
+    }
+}
+
+/// So many times the best way's time is as good as the best.
+const NEAR: f64 = 1.1;
+
+/// What was counted and measured, a row a sample.
+fn counted(samples: &[Sample]) -> String {
+    let mut text =
+        "name,rays,triangles,items,sent,nodes,packs,measured,hits,leaves,places,cells,numbers,direct,bvh,octree,maps\n"
+            .to_owned();
+    for Sample { name, rays, triangles, sampled: Sampled { steps, sent, .. }, items, seconds, built, .. } in samples {
+        let Steps { nodes, packs, triangles: measured, hits } = steps;
+        let ([leaves, places, cells, numbers], [direct, bvh, octree, maps]) = (built, seconds);
+        text += &format!(
+            "\"{name}\",{rays},{triangles},{items},{sent},{nodes},{packs},{measured},{hits},{leaves},{places},{cells},{numbers},{direct},{bvh},{octree},{maps}\n"
+        );
+    }
+    text
+}
+
+/// Least seconds of processor time of several ways, run in turn, so that what else the machine does meets all alike; quick ones more often.
+fn in_turn<const N: usize>(runs: [&dyn Fn() -> f64; N]) -> [f64; N] {
+    let mut least = runs.map(|run| run());
+    let total: f64 = least.iter().sum();
+    for _ in 0..((SPENT / total) as usize).clamp(1, 6) {
+        for (least, run) in least.iter_mut().zip(runs).filter(|(least, _)| **least < SLOW) {
+            *least = least.min(run());
+        }
+    }
+    least
+}
+
+/// Seconds for which ways are run again, and above which they are not.
+const SPENT: f64 = 0.5;
+const SLOW: f64 = 2.0;
+
+/// Fits the model of costs of pictures.
+fn picture_costs(samples: &[&Sample]) -> CostModel {
     let looked = |sample: &Sample| {
         let Sampled { steps, sent, .. } = sample.sampled;
         let each = sample.rays as f64 / sent.max(1) as f64;
@@ -103,57 +217,29 @@ fn tell_eye(samples: &[&Sample]) {
         ]
     };
     let [ray, node, pack, triangle] = fit(samples.iter().map(|sample| (looked(sample), sample.seconds[1])));
-    let bvh = StepCost { ray, node, pack, triangle };
-    println!(
-        "CostModel:\n    bvh: StepCost {{ ray: {ray:.1}, node: {node:.1}, pack: {pack:.1}, triangle: {triangle:.1} }},"
-    );
-    for (name, way) in [("octree", 2), ("projection", 3)] {
-        let terms = |sample: &Sample| {
-            let rays = sample.rays as f64;
-            let one = bvh.nanoseconds(sample.sampled.steps, sample.sampled.sent);
-            [rays, rays * one, rays * LookupCost::doublings_beyond(sample.items), sample.items]
-        };
-        let [base, share, beyond, item] = fit(samples.iter().map(|sample| (terms(sample), sample.seconds[way])));
-        println!(
-            "    {name}: LookupCost {{ base: {base:.1}, share: {share:.2}, beyond: {beyond:.1}, item: {item:.1} }},"
-        );
-    }
+    let lookup = |way: usize| {
+        let counts = |sample: &Sample| LookupCost::counts(&sample.sampled, sample.triangles, sample.items);
+        let [base, hit, first, item] = fit(samples.iter().map(|sample| (counts(sample), sample.seconds[way])));
+        LookupCost { base, hit, first, item }
+    };
+    CostModel { bvh: StepCost { ray, node, pack, triangle }, octree: lookup(2), projection: lookup(3) }
 }
 
-/// Fits and prints the model of costs of points.
-fn tell_points(places: &[&Sample], loose: &[&Sample]) {
-    let both = || places.iter().chain(loose).copied();
-    println!("SearchCosts:");
-    tell("places", places.iter().copied(), 0);
-    tell("loose", loose.iter().copied(), 0);
-    tell("bvh", places.iter().copied(), 1);
-    tell("loose_bvh", loose.iter().copied(), 1);
-    tell("octree", both(), 2);
-    tell("projection", both(), 3);
-}
-
-/// Fits and prints one way of points.
-fn tell<'a>(name: &str, samples: impl Iterator<Item = &'a Sample>, way: usize) {
+/// Fits the model of costs of a kind of points.
+fn way_costs(samples: &[&Sample]) -> WayCosts {
     let terms = |sample: &Sample| {
         let (points, triangles) = (sample.rays as f64, sample.triangles as f64);
         [points, points * triangles.log2(), triangles, sample.items]
     };
-    let [base, doubling, triangle, item] = fit(samples.map(|sample| (terms(sample), sample.seconds[way])));
-    println!(
-        "    {name}: PointCost {{ base: {base:.1}, doubling: {doubling:.1}, triangle: {triangle:.1}, item: {item:.1} }},"
-    );
-}
-
-/// What is chosen, as a row; how many times the best it takes.
-fn judge(sample: &Sample) -> f64 {
-    let ratio = sample.seconds[sample.chosen] / sample.seconds.into_iter().fold(f64::INFINITY, f64::min);
-    let told = sample.seconds.map(|seconds| format!("{:.1} ms", seconds * 1e3)).join(" | ");
-    println!("| {} | {} | {told} | {} | {ratio:.2} |", sample.name, sample.rays, WAYS[sample.chosen]);
-    ratio
+    let way = |way: usize| {
+        let [base, doubling, triangle, item] = fit(samples.iter().map(|sample| (terms(sample), sample.seconds[way])));
+        PointCost { base, doubling, triangle, item }
+    };
+    WayCosts { direct: way(0), bvh: way(1), octree: way(2), projection: way(3) }
 }
 
 /// Eye rays of a picture: those that come near the model.
-fn eye(model: &Model, bvh: &TriangleBvh, side: u64) -> Result<Sample> {
+fn eye(name_of_model: &'static str, model: &Model, bvh: &TriangleBvh, side: u64) -> Result<Sample> {
     let (eye, bounds) = (model.picture.eye, model.mesh.bounds());
     let all = (0..side * side).map(|pixel| model.picture.direction(pixel, side));
     let directions: Vec<DVec3> = all.filter(|&ray| Ray::new(eye, ray).span(&bounds).is_some()).collect();
@@ -162,28 +248,27 @@ fn eye(model: &Model, bvh: &TriangleBvh, side: u64) -> Result<Sample> {
     some.for_each(|&ray| (steps, sent) = (steps + bvh.nearest_steps(eye, ray, f64::INFINITY), sent + 1));
     let rays = directions.len() as u64;
     let sampled = Sampled { rays, steps, sent };
-    let choice = Choice::new(0, Acceleration::Auto, &model.mesh, sampled.clone(), &CostModel::MEASURED);
     let questions = Questions::Directions { eye, directions };
     let triangles = model.mesh.triangles().len();
-    let by = |method: Method, rays: u64| -> Result<f64> {
+    let build = |method: Method, rays: u64| {
         let deeper = if method == Method::Octree { 2 } else { 0 };
         let max_level = ProjectionOptions::level_for(triangles) + deeper;
         let options = ProjectionOptions { max_level, rays, ..ProjectionOptions::default() };
-        let viewpoint = Rays::Eye.viewpoint(model);
-        let (built, build) = timed(|| Projection::build(Arc::clone(&model.mesh), viewpoint, &options));
-        let built = built?;
-        Ok(build.cpu + quickest(|| by_projection(&built, method, &questions)).0)
+        Projection::build(Arc::clone(&model.mesh), Rays::Eye.viewpoint(model), &options)
     };
-    let ready = quickest(|| by_bvh(bvh, model, Rays::Eye, &questions)).0;
-    let seconds = [ready, ready, by(Method::Octree, 0)?, by(Method::Maps, rays)?];
-    let chosen = match choice.chosen {
-        Acceleration::Octree => 2,
-        Acceleration::Projection => 3,
-        Acceleration::Auto | Acceleration::Bvh => 1,
+    let report = build(Method::Maps, rays)?.report();
+    let by = |method: Method, rays: u64| {
+        timed(|| build(method, rays).map_or(0, |built| by_projection(&built, method, &questions))).1.cpu
     };
+    let [ready, octree, maps] =
+        in_turn([&|| timed(|| by_bvh(bvh, model, Rays::Eye, &questions)).1.cpu, &|| by(Method::Octree, 0), &|| {
+            by(Method::Maps, rays)
+        }]);
+    let seconds = [ready, ready, octree, maps];
+    let built = [report.leaves, report.items, report.cells, report.numbers];
     let name = format!("{} ({triangles}), eye", model.name);
     let items = ProjectionOptions::expected_items(&model.mesh);
-    Ok(Sample { name, kind: Kind::Eye, rays, triangles, sampled, items, seconds, chosen })
+    Ok(Sample { model: name_of_model, name, kind: Kind::Eye, rays, triangles, sampled, items, seconds, built })
 }
 
 /// The model as a scene of one object.
@@ -194,7 +279,13 @@ fn alone(model: &Model) -> Result<Scene> {
 }
 
 /// Points strewn over faces, or as far beside them as a light map's would be.
-fn points(model: &Model, scene: &Scene, (name, light): (&str, LightSource), kind: Kind, count: u64) -> Sample {
+fn points(
+    name_of_model: &'static str,
+    (model, scene): (&Model, &Scene),
+    (name, light): (&str, LightSource),
+    kind: Kind,
+    count: u64,
+) -> Sample {
     let triangles = model.mesh.triangles().len();
     let mut state = 1u64;
     let mut unit = || {
@@ -220,21 +311,15 @@ fn points(model: &Model, scene: &Scene, (name, light): (&str, LightSource), kind
         };
         timed(run).1.cpu
     };
-    let seconds = [None, Some(Acceleration::Bvh), Some(Acceleration::Octree), Some(Acceleration::Projection)].map(ask);
-    let (form, expected) = match kind {
-        Kind::Loose => ("loose points", Expected::Loose(count)),
-        _ => ("points of faces", Expected::Places(count)),
-    };
-    let items = ProjectionOptions::expected_items(&model.mesh);
-    let choice = SearchChoice::new(Acceleration::Auto, expected, Clutter { triangles, items }, &SearchCosts::MEASURED);
-    let chosen = match choice.chosen {
-        Search::Direct => 0,
-        Search::Bvh => 1,
-        Search::Octree => 2,
-        Search::Projection => 3,
-    };
+    let seconds =
+        in_turn([&|| ask(None), &|| ask(Some(Acceleration::Bvh)), &|| ask(Some(Acceleration::Octree)), &|| {
+            ask(Some(Acceleration::Projection))
+        }]);
+    let form = if kind == Kind::Loose { "loose points" } else { "points of faces" };
     let name = format!("{} ({triangles}), {form}, {name}", model.name);
-    Sample { name, kind, rays: count, triangles, sampled: Sampled::default(), items, seconds, chosen }
+    let items = ProjectionOptions::expected_items(&model.mesh);
+    let sampled = Sampled::default();
+    Sample { model: name_of_model, name, kind, rays: count, triangles, sampled, items, seconds, built: [0; 4] }
 }
 
 /// A point over a face, by a thousandth of its longest edge.

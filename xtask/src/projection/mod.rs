@@ -59,6 +59,9 @@ pub(crate) struct CalibrateOptions {
     /// Only these models
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     model: Vec<String>,
+    /// Write what was counted and measured
+    #[arg(long, value_name = "FILE.csv")]
+    csv: Option<PathBuf>,
 }
 
 pub(crate) fn run(options: &Options) -> Result<()> {
@@ -103,7 +106,7 @@ pub(crate) fn calibrate(options: &CalibrateOptions) -> Result<()> {
         return again_for_release();
     }
     check(&options.model)?;
-    calibrate::run(asked(&options.model))
+    calibrate::run(asked(&options.model), options.csv.as_deref())
 }
 
 fn check(models: &[String]) -> Result<()> {

@@ -197,13 +197,28 @@ pub(super) fn model_of(path: &Path) -> Option<Model> {
 fn framed(name: &str, mesh: Arc<Mesh>) -> Model {
     let bounds = mesh.bounds();
     let (middle, size) = (bounds.center(), bounds.size());
-    let radius = 0.5 * size.length();
-    let back = DVec3::new(0.41, 0.57, 0.71).normalize();
-    let distance = 3.2 * radius;
-    let forward = -back * distance;
-    let right = forward.cross(DVec3::Y).normalize() * radius;
-    let up = right.cross(forward).normalize() * radius;
-    let picture = Picture { eye: middle + back * distance, forward, right, up };
+    let picture = Picture::of(&mesh, DVec3::new(0.41, 0.57, 0.71), 3.2, 1.0 / 3.2);
     let lamp = middle + DVec3::new(0.07 * size.x, 0.4 * size.y, 0.05 * size.z);
     Model { name: name.to_owned(), mesh, picture, lamp, sun: DVec3::new(0.45, -0.8, 0.3) }
+}
+
+impl Model {
+    /// The same seen from near and low on another side, sixty degrees wide: much of it lies outside the picture.
+    pub(super) fn seen_from_near(&self) -> Self {
+        let picture = Picture::of(&self.mesh, DVec3::new(-0.61, 0.23, 0.48), 1.1, 0.58);
+        Self { name: format!("{} from near", self.name), mesh: Arc::clone(&self.mesh), picture, ..*self }
+    }
+}
+
+impl Picture {
+    /// Of a mesh from a direction, so many radii of it away, and so wide for its distance.
+    fn of(mesh: &Mesh, back: DVec3, radii: f64, width: f64) -> Self {
+        let (middle, radius) = (mesh.bounds().center(), 0.5 * mesh.bounds().size().length());
+        let back = back.normalize() * (radii * radius);
+        let forward = DVec3::ZERO - back;
+        let half = width * radii * radius;
+        let right = forward.cross(DVec3::Y).normalize() * half;
+        let up = right.cross(forward).normalize() * half;
+        Self { eye: middle + back, forward, right, up }
+    }
 }

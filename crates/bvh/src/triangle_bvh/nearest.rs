@@ -76,6 +76,8 @@ pub struct Steps {
     pub packs: u32,
     /// Triangles that were measured in f64.
     pub triangles: u32,
+    /// Rays that hit something.
+    pub hits: u32,
 }
 
 impl Add for Steps {
@@ -86,6 +88,7 @@ impl Add for Steps {
             nodes: self.nodes + other.nodes,
             packs: self.packs + other.packs,
             triangles: self.triangles + other.triangles,
+            hits: self.hits + other.hits,
         }
     }
 }
