@@ -92,6 +92,9 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     for problem in accessors.views().unused_problems() {
         model.tell("unused", &problem.to_string());
     }
+    for (fault, count) in validate::kinds::check(container.text) {
+        model.findings.add(FindingKind::BrokenRule, &fault, count);
+    }
     for rule in container.broken {
         model.tell("GLB container", rule);
     }

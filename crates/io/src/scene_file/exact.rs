@@ -4,7 +4,7 @@ use std::{fmt, marker::PhantomData};
 
 use serde::{
     Deserialize, Deserializer,
-    de::{Error, SeqAccess, Visitor},
+    de::{Error, IgnoredAny, SeqAccess, Visitor},
 };
 
 /// Reads a field with lists of a fixed length in it: `#[serde(deserialize_with = "exactly")]`.
@@ -81,7 +81,11 @@ impl<'de, T: Deserialize<'de>, const N: usize> Visitor<'de> for Reader<T, N> {
         let mut read = Vec::with_capacity(N);
         while let Some(element) = list.next_element()? {
             if read.len() == N {
-                return Err(A::Error::invalid_length(N + 1, &self));
+                let mut length = N + 1;
+                while list.next_element::<IgnoredAny>()?.is_some() {
+                    length += 1;
+                }
+                return Err(A::Error::invalid_length(length, &self));
             }
             read.push(element);
         }

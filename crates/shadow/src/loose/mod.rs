@@ -339,7 +339,8 @@ impl Queries<'_> {
             let half = part.len() / 2;
             let (first, second) = lit.split_at_mut(half);
             let mut doubtful = self.filter((pieces, grids), part.part(0, half), light, first, room)?;
-            let behind = self.filter((pieces, grids), part.part(half, part.len()), light, second, room)?.into_iter();
+            let behind = self.filter((pieces, grids), part.part(half, part.len()), light, second, room);
+            let behind = behind.map_err(|index| index + half)?.into_iter();
             doubtful.extend(behind.map(|doubt| Doubtful { index: doubt.index + half as u32, ..doubt }));
             return Ok(doubtful);
         }

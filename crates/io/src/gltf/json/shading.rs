@@ -1,4 +1,4 @@
-//! What extensions that only shade refer to: nothing of it is read, but an index out of range is a fault of the file.
+//! What extensions that only shade refer to: nothing of it is read, but an index out of range is a fault of the file. Whatever they hold, the rest is good.
 
 use std::{fmt, marker::PhantomData};
 
@@ -6,6 +6,8 @@ use serde::{
     Deserialize, Deserializer,
     de::{DeserializeOwned, IgnoredAny, MapAccess, Visitor},
 };
+
+use serde_json::value::RawValue;
 
 use super::TextureIndex;
 
@@ -17,23 +19,27 @@ pub(in crate::gltf) trait Referring: DeserializeOwned {
 
 /// The extensions of an element that refer to something; others may be anything.
 #[derive(Debug)]
-pub(in crate::gltf) struct References<R>(Vec<R>);
+pub(in crate::gltf) struct References<R> {
+    found: Vec<R>,
+    /// The names of those that do not say what they should.
+    pub(in crate::gltf) malformed: Vec<String>,
+}
 
 impl<R> Default for References<R> {
     fn default() -> Self {
-        Self(Vec::new())
+        Self { found: Vec::new(), malformed: Vec::new() }
     }
 }
 
 impl<R> References<R> {
     pub(in crate::gltf) fn iter(&self) -> impl Iterator<Item = &R> {
-        self.0.iter()
+        self.found.iter()
     }
 }
 
 impl<'de, R: Referring> Deserialize<'de> for References<R> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_map(OfExtensions(PhantomData))
+        deserializer.deserialize_any(OfExtensions(PhantomData))
     }
 }
 
@@ -46,16 +52,24 @@ impl<'de, R: Referring> Visitor<'de> for OfExtensions<R> {
         text.write_str("an object of extensions")
     }
 
+    /// Null, which is told elsewhere.
+    fn visit_unit<E>(self) -> Result<Self::Value, E> {
+        Ok(References::default())
+    }
+
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-        let mut found = Vec::new();
+        let mut references = References::default();
         while let Some(name) = map.next_key::<String>()? {
             if R::BEGINNINGS.iter().any(|beginning| name.starts_with(beginning)) {
-                found.push(map.next_value()?);
+                match serde_json::from_str(map.next_value::<Box<RawValue>>()?.get()) {
+                    Ok(extension) => references.found.push(extension),
+                    Err(_) => references.malformed.push(name),
+                }
             } else {
                 map.next_value::<IgnoredAny>()?;
             }
         }
-        Ok(References(found))
+        Ok(references)
     }
 }
 

@@ -119,11 +119,19 @@ impl Check<'_> {
             for texture in material.extensions.iter().flat_map(|extension| &extension.0) {
                 self.refer((texture.index, document.textures.len()), "texture", &format!("material {index}"));
             }
+            self.malformed(&material.extensions.malformed, &format!("material {index}"));
         }
         for (index, texture) in document.textures.iter().enumerate() {
             for image in texture.extensions.iter().filter_map(|extension| extension.source) {
                 self.refer((image, document.images.len()), "image", &format!("texture {index}"));
             }
+            self.malformed(&texture.extensions.malformed, &format!("texture {index}"));
+        }
+    }
+
+    fn malformed(&mut self, extensions: &[String], place: &str) {
+        for name in extensions {
+            self.tell(place, &format!("its extension {name} is not as it should be"));
         }
     }
 }
