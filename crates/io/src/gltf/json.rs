@@ -4,7 +4,7 @@ mod buffers;
 mod members;
 mod shading;
 
-use serde::Deserialize;
+use serde::{Deserialize, de::IgnoredAny};
 use serde_json::value::RawValue;
 
 use crate::error::LoadProblem;
@@ -68,6 +68,20 @@ pub(super) struct RootExtensions {
     pub(super) collision_shapes: Option<Shapes>,
     #[serde(rename = "KHR_materials_variants")]
     pub(super) variants: Option<Variants>,
+    #[serde(rename = "KHR_physics_rigid_bodies", default)]
+    pub(super) physics: Physics,
+}
+
+/// What rigid bodies refer to, as far as it is counted.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Physics {
+    #[serde(default)]
+    pub(super) physics_materials: Vec<IgnoredAny>,
+    #[serde(default)]
+    pub(super) collision_filters: Vec<IgnoredAny>,
+    #[serde(default)]
+    pub(super) physics_joints: Vec<IgnoredAny>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -202,13 +216,17 @@ pub(super) struct RigidBody {
 #[serde(rename_all = "camelCase")]
 pub(super) struct PhysicsJoint {
     pub(super) connected_node: Option<usize>,
+    pub(super) joint: Option<usize>,
 }
 
 /// What collides in place of a node: named by itself in the older drafts, within `geometry` in the newer ones.
 #[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
 pub(super) struct Collider {
     pub(super) shape: Option<usize>,
     pub(super) geometry: Option<ColliderGeometry>,
+    pub(super) physics_material: Option<usize>,
+    pub(super) collision_filter: Option<usize>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -161,12 +161,18 @@ fn references_of_extensions_lead_somewhere() {
             document["materials"] = json!([{}]);
             document["extensions"] = json!({ "KHR_materials_variants": { "variants": [{ "name": "a" }] } });
         }),
+        "physics" => told(|document, _| {
+            let lists = json!({ "physicsMaterials": [{}], "collisionFilters": [{}], "physicsJoints": [{}] });
+            document["extensions"] = json!({ "KHR_physics_rigid_bodies": lists });
+            document["nodes"][0]["extensions"] = json!({ "KHR_physics_rigid_bodies": {
+                "collider": { "physicsMaterial": index, "collisionFilter": index }, "joint": { "joint": index } } });
+        }),
         _ => told(|document, _| {
             document["nodes"][0]["extensions"] = json!({ "KHR_physics_rigid_bodies": {
                 "trigger": { "geometry": { "node": index } }, "joint": { "connectedNode": index } } });
         }),
     };
-    for (key, count) in [("material", 1), ("texture", 1), ("variant", 1), ("body", 1)] {
+    for (key, count) in [("material", 1), ("texture", 1), ("variant", 1), ("body", 1), ("physics", 3)] {
         assert!(extension(key, 0).is_empty(), "{key}");
         let told = extension(key, 1);
         assert!(

@@ -18,6 +18,11 @@ impl Check<'_> {
         }
     }
 
+    /// The same where an index is given.
+    fn refer_some(&mut self, (index, count): (Option<usize>, usize), kind: &str, place: &str) {
+        index.into_iter().for_each(|index| self.refer((index, count), kind, place));
+    }
+
     /// Lights and instances of a node, in the scene or not.
     pub(super) fn node_extensions(&mut self, index: usize, node: &Node) -> Result<(), LoadProblem> {
         let document = self.document;
@@ -34,8 +39,10 @@ impl Check<'_> {
         for collider in [&body.collider, &body.trigger].into_iter().flatten() {
             self.collider(collider, &place);
         }
-        if let Some(other) = body.joint.as_ref().and_then(|joint| joint.connected_node) {
-            self.refer((other, document.nodes.len()), "node", &place);
+        let joints = document.extensions.physics.physics_joints.len();
+        if let Some(joint) = &body.joint {
+            self.refer_some((joint.connected_node, document.nodes.len()), "node", &place);
+            self.refer_some((joint.joint, joints), "joint", &place);
         }
         Ok(())
     }
@@ -47,15 +54,16 @@ impl Check<'_> {
         let shapes = shapes.map_or(0, |shapes| shapes.shapes.len());
         let geometry = collider.geometry.as_ref();
         let (meshes, nodes) = (self.document.meshes.len(), self.document.nodes.len());
+        let physics = &extensions.physics;
         for (index, count, kind) in [
             (collider.shape, shapes, "shape"),
             (geometry.and_then(|geometry| geometry.shape), shapes, "shape"),
             (geometry.and_then(|geometry| geometry.mesh), meshes, "mesh"),
             (geometry.and_then(|geometry| geometry.node), nodes, "node"),
+            (collider.physics_material, physics.physics_materials.len(), "physics material"),
+            (collider.collision_filter, physics.collision_filters.len(), "collision filter"),
         ] {
-            if let Some(index) = index {
-                self.refer((index, count), kind, place);
-            }
+            self.refer_some((index, count), kind, place);
         }
     }
 
