@@ -180,6 +180,7 @@ impl<'a> Scaffold<'a> {
             let side = maps.map(|section| section.map.side()).max().unwrap_or(1);
             let is_least = max_fineness == 0 && side == 1;
             if !budget.is_over() && bytes + tree_bytes <= self.options.memory || is_least {
+                let is_coarser = is_coarser || faces.iter().flatten().any(|section| section.map.is_coarser());
                 return (faces, is_coarser);
             }
             is_coarser = true;

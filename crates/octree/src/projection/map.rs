@@ -37,6 +37,9 @@ const CHUNK: usize = 1 << 12;
 /// Places of leaves in tiles at most.
 const MOST_PLACES: usize = 1 << 29;
 
+/// Bytes that a place takes while places are sorted: found, and where it belongs.
+const PLACE: usize = size_of::<(u32, u32)>() + size_of::<u32>();
+
 /// A tile: where its cells begin, and how often it is halved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Tile {
@@ -65,7 +68,7 @@ pub(super) struct Plan<'a> {
     pub(super) max_fineness: u8,
     /// Tiles along a side at most.
     pub(super) max_side: u32,
-    /// Once it is spent cells stay empty.
+    /// Once it is spent tiles stay empty, but for those of the least maps.
     pub(super) budget: &'a Budget,
 }
 
@@ -93,7 +96,7 @@ impl Map {
     pub(super) fn new(leaves: &[(u32, Footprint)], plan: &Plan) -> Self {
         let mut side = side_for(leaves.len()).min(plan.max_side);
         // Lists of the leaves that each tile sees are as many places, and with many leaves that are seen everywhere too many.
-        let most = plan.budget.limit().min(MOST_PLACES);
+        let most = (plan.budget.limit() / PLACE).min(MOST_PLACES);
         let lists = loop {
             if let Some(lists) = TileLists::new(leaves, side, if side > 1 { most } else { usize::MAX }) {
                 break lists;
@@ -179,6 +182,11 @@ impl Map {
         self.side
     }
 
+    /// Whether its tiles are fewer than its leaves ask for, to save memory.
+    pub(super) fn is_coarser(&self) -> bool {
+        self.side < side_for(self.leaves)
+    }
+
     /// Bytes that the map takes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&*self.tiles) + size_of_val(&*self.starts) + size_of_val(&*self.numbers)
@@ -251,14 +259,24 @@ struct TileLists {
 impl TileLists {
     /// A counting sort: tiles keep the leaves' order. `None` where there are more places than `most`.
     fn new(leaves: &[(u32, Footprint)], side: u32, most: usize) -> Option<Self> {
+        let places = Budget::new(most);
         let parts = tasks::map(leaves.chunks(CHUNK).collect(), |leaves| {
-            let (mut finder, mut met) = (Finder::default(), Vec::with_capacity(2 * leaves.len()));
+            let (mut finder, mut met, mut spent) = (Finder::default(), Vec::with_capacity(2 * leaves.len()), 0);
             for (place, (_, leaf)) in (0u32..).zip(leaves) {
                 for_each_tile(&mut finder, leaf, side, |tile| met.push((place, tile as u32)));
+                // Not each leaf by itself: threads would wait for each other.
+                if met.len() - spent >= CHUNK {
+                    places.spend(met.len() - spent);
+                    spent = met.len();
+                    if places.is_over() {
+                        return Vec::new();
+                    }
+                }
             }
+            places.spend(met.len() - spent);
             met
         });
-        if parts.iter().map(Vec::len).sum::<usize>() > most {
+        if places.is_over() {
             return None;
         }
         let mut starts = vec![0u32; (side * side) as usize + 1];
@@ -293,6 +311,11 @@ fn for_each_tile(finder: &mut Finder, leaf: &Footprint, side: u32, mut visit: im
 
 /// The cells of a tile, halved as long as it pays.
 fn fill(leaves: &[&(u32, Footprint)], tile: u32, side: u32, plan: &Plan) -> Filled {
+    // Nothing is coarser than the least maps, so they are not made again.
+    let is_least = plan.max_fineness == 0 && side == 1;
+    if plan.budget.is_over() && !is_least {
+        return Filled { fineness: 0, counts: vec![0], numbers: Vec::new() };
+    }
     let tile = [tile % side, tile / side];
     let fineness = fineness(leaves, tile, side, plan);
     if fineness == 0 {
