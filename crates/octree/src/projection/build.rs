@@ -160,7 +160,7 @@ impl<'a> Scaffold<'a> {
             leaves.push(Leaf { min, edge, first_pack, packs });
             first_pack += packs;
         }
-        (leaves, parts.concat())
+        (leaves, tasks::joined(parts))
     }
 
     fn pack(&self, items: &[u32]) -> Pack {
@@ -200,7 +200,7 @@ impl<'a> Scaffold<'a> {
             let seen = |&leaf: &u32| Some((leaf, self.seen(tree, face, leaf as usize)?));
             leaves.iter().filter_map(seen).collect::<Vec<_>>()
         });
-        let mut leaves: Vec<(u32, Footprint)> = parts.concat();
+        let mut leaves = tasks::joined(parts);
         if self.options.layout == Layout::MapPerSection || self.options.numbering == Numbering::Sections {
             leaves.sort_by(|a, b| by_sections(&key(a, tree), &key(b, tree)));
         }

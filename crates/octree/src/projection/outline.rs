@@ -25,7 +25,8 @@ use super::{
 /// The projections of a leaf's triangles.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
-    edges: Box<[Edge]>,
+    /// Their projected corners: 48 bytes a triangle, where edges that know their slopes take 120.
+    triangles: Box<[[[f64; 2]; 3]]>,
     margin: f64,
     /// The columns and the rows that it reaches.
     pub(super) reach: [[f64; 2]; 2],
@@ -34,11 +35,10 @@ pub(super) struct Outline {
 }
 
 /// A projected edge, from its lower end (v) to its upper one.
-#[derive(Clone, Copy, Debug)]
 struct Edge {
     u: [f64; 2],
     v: [f64; 2],
-    /// How u grows with v; no number where v does not change.
+    /// How u grows with v; infinite or no number where v does not change.
     slope: f64,
 }
 
@@ -48,10 +48,14 @@ impl Edge {
         Self { u: [a[0], b[0]], v: [a[1], b[1]], slope: (b[0] - a[0]) / (b[1] - a[1]) }
     }
 
+    fn of([a, b, c]: [[f64; 2]; 3]) -> [Self; 3] {
+        [Self::new(a, b), Self::new(b, c), Self::new(c, a)]
+    }
+
     /// The range grown by what the edge reaches in a strip that it meets.
     #[inline(always)]
     fn widen(&self, [low, high]: [f64; 2], strip: [f64; 2]) -> [f64; 2] {
-        // Between its ends, so that the slope is a number.
+        // Asked for between its ends only, so that the slope is finite.
         let at = |v: f64| self.u[0] + self.slope * (v - self.v[0]);
         let first = if self.v[0] < strip[0] { at(strip[0]) } else { self.u[0] };
         let last = if self.v[1] > strip[1] { at(strip[1]) } else { self.u[1] };
@@ -69,7 +73,7 @@ impl Outline {
     ) -> Option<Self> {
         let (axis, sign) = (face / 2, if face.is_multiple_of(2) { 1.0 } else { -1.0 });
         let (mut nearest, mut area, mut reach) = (f64::INFINITY, 0.0, [EMPTY; 2]);
-        let mut edges = Vec::with_capacity(3 * triangles.len());
+        let mut projected = Vec::with_capacity(triangles.len());
         for corners in triangles {
             let [a, b, c] = corners.map(|corner| {
                 let depth = if kind == Kind::Parallel { 1.0 } else { sign * corner[axis] };
@@ -83,11 +87,11 @@ impl Outline {
                 return None;
             }
             area += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs();
-            edges.extend([Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)]);
+            projected.push([a, b, c]);
         }
         let margin = 2.0 * slack * nearest.recip().max(1.0);
         let reach = reach.map(|[low, high]| [low - margin, high + margin]);
-        (margin < RIM).then(|| Self { edges: edges.into(), margin, reach, area })
+        (margin < RIM).then(|| Self { triangles: projected.into(), margin, reach, area })
     }
 
     /// The columns that it reaches in each of some rows of so many `cells`; empty (first > last) where it is not there.
@@ -101,7 +105,8 @@ impl Outline {
         columns.resize(rows.len(), EMPTY);
         let near = 2.0 * self.margin;
         let all = [row[0] - near, strip(rows.end - 1, cells)[1] + near];
-        for edge in self.edges.iter().filter(|edge| edge.v[0] <= all[1] && edge.v[1] >= all[0]) {
+        let edges = self.triangles.iter().flat_map(|&triangle| Edge::of(triangle));
+        for edge in edges.filter(|edge| edge.v[0] <= all[1] && edge.v[1] >= all[0]) {
             let met = cells_between([edge.v[0] - near, edge.v[1] + near], cells);
             for row in met.start.max(rows.start)..met.end.min(rows.end) {
                 let [low, high] = strip(row, cells);

@@ -177,10 +177,9 @@ impl Former<'_> {
         }
         let old = self.projection;
         let seen = |leaves: Vec<u32>, footprint: &(dyn Fn(u32) -> Option<Footprint> + Sync)| {
-            let parts = tasks::map(leaves.chunks(CHUNK).collect(), |leaves| {
+            tasks::joined(tasks::map(leaves.chunks(CHUNK).collect(), |leaves| {
                 leaves.iter().filter_map(|&leaf| Some((leaf, footprint(leaf)?))).collect::<Vec<_>>()
-            });
-            parts.concat()
+            }))
         };
         let gone = (0..).zip(&numbers).filter(|(_, number)| **number == NOTHING).map(|(leaf, _)| leaf).collect();
         let made = (0..).zip(origins).filter(|(_, origin)| origin.is_none()).map(|(leaf, _)| leaf).collect();

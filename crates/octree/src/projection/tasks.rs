@@ -15,3 +15,10 @@ pub(super) fn map<T: Send, R: Send>(items: Vec<T>, run: impl Fn(T) -> R + Sync +
 pub(super) fn map<T: Send, R: Send>(items: Vec<T>, run: impl Fn(T) -> R + Sync + Send) -> Vec<R> {
     items.into_iter().map(run).collect()
 }
+
+/// What tasks made behind each other, moved.
+pub(super) fn joined<T>(parts: Vec<Vec<T>>) -> Vec<T> {
+    let mut all = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+    parts.into_iter().for_each(|part| all.extend(part));
+    all
+}
