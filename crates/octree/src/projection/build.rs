@@ -134,7 +134,9 @@ impl<'a> Scaffold<'a> {
                 let (leaves, packs) = self.leaves(&tree, None);
                 return (tree, leaves, packs);
             }
-            self.options.max_level = tree.depth().saturating_sub(1).min(self.options.max_level - 1);
+            // What a tree that was broken off looks like depends on the order of threads.
+            let depth = if self.tree_budget.is_over() { self.options.max_level } else { tree.depth() };
+            self.options.max_level = depth.saturating_sub(1).min(self.options.max_level - 1);
         }
     }
 
