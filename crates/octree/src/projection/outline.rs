@@ -6,9 +6,13 @@
 //! What the triangles reach in a row of cells is what their edges reach there, and an edge is looked at in the rows that it crosses, no others:
 //! O(edges + rows that they cross).
 //!
-//! *Error.* A corner's place x/z is off by 2e/z + u where its coordinates are by e ≤ slack/256; everything is widened by a
-//! margin of 2·slack/z, z the least depth of a corner, more than a hundred times that. On an edge u is monotone in v, and rounding a
-//! crossing with a row's border (four roundings of what the edge spans, at most 2/z) is less than the margin. Rows are looked for within
+//! *Error.* Let e bound what a corner's coordinates are off by, z the least depth of a corner as computed, and q a point of a triangle that
+//! is seen on the face, at the place x/d with |x/d| ≤ 1 + [`RIM`]. The same mean of the computed corners is a point q′ within e of q on each axis, at a
+//! depth d′ ≥ z, and x′/d′ − x/d = (x′ − x)/d′ + (x/d)·(d − d′)/d′, less than 3e/z. Where the corners themselves are seen does not matter:
+//! far outside the face they may be off by more. Places of the computed corners are a reciprocal and a product of coordinates ≤ 1, so rounding
+//! moves them, and the means of them, by less than 3u/z, u = 2^-53. Everything is widened by a margin of 2·slack/z, which is 512·max(e, 2u)/z at least
+//! ([`Root`](super::tree::Root)): more than a hundred times both together. On an edge u is monotone in v, and rounding a
+//! crossing with a row's border (six roundings of what the edge spans, at most 2/z) is less than what is left. Rows are looked for within
 //! twice the margin, so rounding their borders loses none. Triangles too near for that have no outline, and
 //! then their leaf is seen wherever its cell is.
 
