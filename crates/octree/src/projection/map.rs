@@ -7,7 +7,10 @@
 //! where projections overlap and coarse where they do not.
 //!
 //! How many numbers finer cells would hold is not counted but expected, from the rectangles and areas of what leaves show
-//! ([`fineness`]); so each leaf's outline is gone through once a tile. Which cells a leaf meets: [`grid`](super::grid), where nothing is missed.
+//! ([`fineness`]); so each leaf's outline is gone through once a tile. What is stored goes in each row from the first column that a triangle of the
+//! leaf reaches to the last one. So gaps between triangles beside each other are stored and not expected (cells become finer than pays), and
+//! triangles behind each other are expected as often as they are there, at most as the rectangle (cells stay coarser than pays). Answers do not depend on it,
+//! nor does the memory that is allowed: it counts what is stored. Which cells a leaf meets: [`grid`](super::grid), where nothing is missed.
 //! O(leaves × rows of cells that they meet); a look-up is O(1).
 
 use std::ops::Range;
