@@ -4,8 +4,12 @@ use glam::DVec3;
 use umbriel_geometry::Mesh;
 
 use super::{
-    Layout, Numbering, Projection, ProjectionDefect, ProjectionOptions, Renewal, Viewpoint, build::cell_box,
+    Layout, Numbering, Projection, ProjectionDefect, ProjectionOptions, Renewal, Viewpoint,
+    budget::Budget,
+    build::cell_box,
+    footprint::Footprint,
     frame::Kind,
+    map::{Map, Plan},
 };
 
 /// A fixed sequence of numbers between −1 and 1.
@@ -119,6 +123,24 @@ fn memory_is_bounded_by_coarser_maps_and_trees() {
         assert!(report.is_coarsened && report.tree_bytes + report.map_bytes < all.tree_bytes + all.map_bytes);
         assert!(report.depth == 0 || report.tree_bytes + report.map_bytes <= memory, "{report:?} within {memory}");
     }
+}
+
+#[test]
+fn leaves_that_are_seen_everywhere_have_fewer_tiles_where_memory_ends() {
+    // Parallel rays see boxes larger than the face in all 64 tiles that so many leaves ask for; 12 bytes each while they are sorted.
+    let size = DVec3::splat(2.0);
+    let everywhere = |leaf| (leaf, Footprint::new(Kind::Parallel, 4, -size, size).expect("a box"));
+    let leaves: Vec<(u32, Footprint)> = (0..512).map(everywhere).collect();
+    let of = |memory| {
+        let budget = Budget::new(memory);
+        let map = Map::new(&leaves, &Plan { rays: 0.0, max_fineness: 0, max_side: 1 << 16, budget: &budget });
+        (map.side(), map.is_coarser(), map.len(), budget.is_over())
+    };
+    let most = 512 * 64 * 12;
+    assert_eq!(of(most), (8, false, [64, 512 * 64], false));
+    assert_eq!(of(most - 1), (4, true, [16, 512 * 16], false));
+    // The least map is whole, whatever it takes.
+    assert_eq!(of(0), (1, true, [1, 512], true));
 }
 
 #[test]
