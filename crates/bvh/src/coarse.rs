@@ -67,7 +67,7 @@ pub struct Influences {
 }
 
 impl Influences {
-    /// The objects that may shadow `receiver`, ascending, itself included; none for an object that was no receiver or
+    /// The objects that may shadow `receiver`, ascending, itself included unless it is flat; none for an object that was no receiver or
     /// is unknown.
     pub fn occluders_of(&self, receiver: u32) -> &[u32] {
         match (self.starts.get(receiver as usize), self.starts.get(receiver as usize + 1)) {
@@ -97,8 +97,8 @@ pub fn level_pairs(tree: &ObjectTree, light: &LightSource) -> Vec<LevelPair> {
 
 /// The objects that may shadow each object that `is_receiver` names, for `light`: the whole coarse step.
 ///
-/// Every receiver is its own possible occluder, untested and uncounted. Pairs whose receiver is not asked for are
-/// neither tested nor counted.
+/// Every receiver is its own possible occluder, uncounted, but for one whose box is flat with the light off its plane ([`cannot_shadow`]). Pairs whose
+/// receiver is not asked for are neither tested nor counted.
 ///
 /// Source: Xie, Yu, Hao and Sun (2001), "coarse step". Cost: proportional to the pairs of boxes with influence, on all
 /// levels; O(n²) where all boxes overlap, near O(n log n + registered) where few objects influence each other.
@@ -113,7 +113,11 @@ pub fn influences_with(
     is_receiver: impl Fn(u32) -> bool,
     exclusion: Exclusion,
 ) -> Influences {
-    let own = (0..tree.objects() as u32).filter(|&object| is_receiver(object)).map(|object| (object, object));
+    let mut is_own: Vec<bool> = (0..tree.objects() as u32).map(&is_receiver).collect();
+    for (object, _) in tree.boxed_objects().filter(|(_, bounds)| cannot_shadow(bounds, bounds, light)) {
+        is_own[object as usize] = false;
+    }
+    let own = (0u32..).zip(is_own).filter(|(_, is_own)| *is_own).map(|(object, _)| (object, object));
     let mut pairs: Vec<(u32, u32)> = own.collect();
     let mut search = Search::new(tree, light, &is_receiver, exclusion);
     let siblings = search.level_pairs();

@@ -185,6 +185,14 @@ impl ObjectTree {
         marks
     }
 
+    /// The objects that have boxes, with these.
+    pub(crate) fn boxed_objects(&self) -> impl Iterator<Item = (u32, &Aabb)> {
+        self.nodes.iter().filter_map(|node| match node.content {
+            Content::Object(object) => Some((object, &node.bounds)),
+            Content::Nodes { .. } => None,
+        })
+    }
+
     /// The place of a node in lists with an entry for each.
     pub(crate) fn index(node: NodeId) -> usize {
         node.0 as usize
