@@ -51,6 +51,13 @@ pub(super) struct Document {
     pub(super) extensions: RootExtensions,
 }
 
+impl Document {
+    /// Whether it says that it uses an extension.
+    pub(super) fn uses(&self, extension: &str) -> bool {
+        self.extensions_used.iter().any(|used| used == extension)
+    }
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Asset {

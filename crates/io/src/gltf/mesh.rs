@@ -67,7 +67,7 @@ pub(super) struct Meshes<'a> {
 
 impl<'a> Meshes<'a> {
     pub(super) fn new(document: &'a Document, accessors: &'a Accessors<'a>, reading: &Reading) -> Self {
-        let quantized = document.extensions_used.iter().any(|name| name == "KHR_mesh_quantization");
+        let quantized = document.uses("KHR_mesh_quantization");
         let primitives = Primitives::new(accessors, quantized, reading.lightmap_set);
         let textures = Textures::new(document, accessors);
         Self { document, primitives, textures, reading: *reading, loaded: HashMap::new() }

@@ -1,9 +1,10 @@
 //! Elements of accessors that nothing reads: normals, joints, motions.
 //!
 //! They say nothing about surfaces, but a file that is broken there is broken. Only bytes that are at hand are looked at: of buffers
-//! that something else has read, as many elements as the scene has left, each one once. What is wrong with them is told.
+//! that something else has read, as many elements as the scene has left, each one once. What is wrong with them is told. Of sparse accessors the places are
+//! looked at, not the values.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use umbriel_scene::FindingKind;
 
@@ -51,7 +52,7 @@ fn tell(findings: &mut Findings, problem: &dyn std::fmt::Display, count: usize) 
 fn joints_of(document: &Document) -> HashMap<usize, usize> {
     let mut least: HashMap<usize, usize> = HashMap::new();
     let skinned = document.nodes.iter().filter_map(|node| Some((node.mesh?, node.skin?)));
-    let skinned: std::collections::BTreeSet<(usize, usize)> = skinned.collect();
+    let skinned: BTreeSet<(usize, usize)> = skinned.collect();
     for (mesh, skin) in skinned {
         let (mesh, skin) = (&document.meshes[mesh], &document.skins[skin]);
         let attributes = mesh.primitives.iter().flat_map(|primitive| primitive.attributes.iter());

@@ -36,11 +36,10 @@ impl Check<'_> {
     }
 
     fn formats_of(&mut self, attributes: &Members<usize>, is_target: bool, place: &str) {
-        let is_used = |extension: &str| self.document.extensions_used.iter().any(|used| used == extension);
-        let is_quantized = is_used("KHR_mesh_quantization");
+        let is_quantized = self.document.uses("KHR_mesh_quantization");
         for (name, &index) in attributes.iter() {
             let accessor = &self.document.accessors[index];
-            let is_of_extension = name.split_once(':').is_some_and(|(extension, _)| is_used(extension));
+            let is_of_extension = name.split_once(':').is_some_and(|(extension, _)| self.document.uses(extension));
             if !is_of_extension && !is_format(name, accessor, is_target, is_quantized) {
                 let name = crate::error::excerpt(name);
                 self.tell(place, &format!("{name} is no attribute of glTF, or its type is none of that attribute's"));

@@ -20,15 +20,14 @@ impl Check<'_> {
     /// Extensions that are required or there, and not among those that the document says it uses.
     pub(super) fn extensions(&mut self) {
         let document = self.document;
-        let is_used = |name: &str| document.extensions_used.iter().any(|used| used == name);
-        if document.extensions_required.iter().any(|name| !is_used(name)) {
+        if document.extensions_required.iter().any(|name| !document.uses(name)) {
             self.tell("extensionsRequired", "not all of them are among the extensionsUsed");
         }
         let is_required = |name: &str| document.extensions_required.iter().any(|required| required == name);
-        if is_used("KHR_mesh_quantization") && !is_required("KHR_mesh_quantization") {
+        if document.uses("KHR_mesh_quantization") && !is_required("KHR_mesh_quantization") {
             self.tell("KHR_mesh_quantization", "it is used and not required");
         }
-        for name in there(document).into_iter().filter(|name| !is_used(name)) {
+        for name in there(document).into_iter().filter(|name| !document.uses(name)) {
             self.tell(name, "it is not among the extensionsUsed");
         }
     }
