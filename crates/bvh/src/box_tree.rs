@@ -181,29 +181,42 @@ impl BoxTree {
     ///
     /// An item is left out only when the ray misses its box or enters it strictly behind the `t_max` of that moment,
     /// so hits at equal parameters are all visited.
-    pub fn for_each_near(&self, ray: &Ray, mut t_max: f64, mut visit: impl FnMut(u32, (f64, f64), f64) -> f64) {
-        let enter = |index: u32| ray.span(&self.nodes[index as usize].bounds).map(|(enter, _)| (enter, index));
+    pub fn for_each_near(&self, ray: &Ray, t_max: f64, visit: impl FnMut(u32, (f64, f64), f64) -> f64) {
+        self.for_each_entered(|bounds| ray.span(bounds), t_max, visit);
+    }
+
+    /// As [`BoxTree::for_each_near`] for anything that enters boxes, several rays at once for instance: `enter` tells at what parameter, and
+    /// something else that `visit` is to know; `None` where the box is missed.
+    ///
+    /// `enter` must be monotone: what it enters it enters no later with a larger box; otherwise items are left out.
+    pub fn for_each_entered<T>(
+        &self,
+        enter: impl Fn(&Aabb) -> Option<(f64, T)>,
+        mut t_max: f64,
+        mut visit: impl FnMut(u32, (f64, T), f64) -> f64,
+    ) {
+        let entry = |index: u32| enter(&self.nodes[index as usize].bounds).map(|(entry, _)| (entry, index));
         let mut stack = [(0.0, 0u32); STACK];
         let mut height = 0;
         if !self.nodes.is_empty() {
-            push(&mut stack, &mut height, enter(0));
+            push(&mut stack, &mut height, entry(0));
         }
         while height > 0 {
             height -= 1;
-            let (entry, index) = stack[height];
+            let (entered, index) = stack[height];
             let node = &self.nodes[index as usize];
-            if entry > t_max {
+            if entered > t_max {
                 continue;
             }
             if node.count > 0 {
                 for (item, bounds) in self.items_of(node) {
-                    if let Some(span) = ray.span(bounds).filter(|span| span.0 <= t_max) {
-                        t_max = visit(item, span, t_max);
+                    if let Some(entered) = enter(bounds).filter(|entered| entered.0 <= t_max) {
+                        t_max = visit(item, entered, t_max);
                     }
                 }
                 continue;
             }
-            let (left, right) = (enter(node.first), enter(node.first + 1));
+            let (left, right) = (entry(node.first), entry(node.first + 1));
             let left_is_nearer = left.zip(right).is_none_or(|(left, right)| left.0 <= right.0);
             let (near, far) = if left_is_nearer { (left, right) } else { (right, left) };
             push(&mut stack, &mut height, far);

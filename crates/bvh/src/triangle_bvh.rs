@@ -11,6 +11,7 @@ mod any_hits;
 mod bounds;
 mod boxes;
 mod build;
+mod bundle;
 mod check;
 mod frame;
 mod layout;
@@ -19,11 +20,12 @@ mod nearest;
 mod pack_test;
 mod packet;
 mod ray;
+mod shaft;
 #[cfg(test)]
 mod tests;
 mod triangle_ray;
 
-use std::sync::Arc;
+use std::{ops::Add, sync::Arc};
 
 use glam::DVec3;
 use umbriel_geometry::{
@@ -36,11 +38,12 @@ use self::{
     any_hit::{AnyHit, Stack},
     any_hits::{AnyHits, Segments},
     build::{MAX_DEPTH, Parts},
+    bundle::{BUNDLE, Bundle},
     morton::morton_order,
     nearest::Nearest,
     ray::{LocalRay, Way},
 };
-use crate::{box_tree::TreeDefect, shaft::Segment};
+use crate::{box_tree::TreeDefect, ray::Ray, shaft::Segment};
 
 pub use build::BuildQuality;
 pub use nearest::Steps;
@@ -116,21 +119,58 @@ impl TriangleBvh {
     ///
     /// `direction` may have any length but zero; t counts in that length. Rounded: for pictures, not for proofs.
     pub fn nearest_hit(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Hit> {
-        simd::dispatch(&mut self.search::<false>(origin, direction, t_max)?)
+        let mut search = self.search::<false>(origin, direction, t_max)?;
+        simd::dispatch(&mut search);
+        search.hit
+    }
+
+    /// [`TriangleBvh::nearest_hit`] of many rays, each with its own `t_max`. Sixteen that follow each other share one walk, which pays where they go nearly the same
+    /// way, as those of neighbouring pixels do; answers do not depend on it.
+    pub fn nearest_hits(&self, rays: &[(Ray, f64)]) -> Vec<Option<Hit>> {
+        let mut hits = Vec::with_capacity(rays.len());
+        let mut searches = [const { None }; BUNDLE];
+        for rays in rays.chunks(BUNDLE) {
+            if let Some(mut bundle) = Bundle::<false>::new(self, rays, &mut searches) {
+                simd::dispatch(&mut bundle);
+                let found = searches.iter().take(rays.len());
+                hits.extend(found.map(|search| search.as_ref().and_then(|search| search.hit)));
+            } else {
+                hits.extend(rays.iter().map(|(ray, t_max)| self.nearest_hit(ray.origin, ray.direction, *t_max)));
+            }
+        }
+        hits
+    }
+
+    /// What [`TriangleBvh::nearest_hits`] looks at for the same rays.
+    pub fn nearest_hits_steps(&self, rays: &[(Ray, f64)]) -> Steps {
+        let mut steps = Steps::default();
+        let mut searches = [const { None }; BUNDLE];
+        for rays in rays.chunks(BUNDLE) {
+            if let Some(mut bundle) = Bundle::<true>::new(self, rays, &mut searches) {
+                simd::dispatch(&mut bundle);
+                let nodes = bundle.nodes;
+                steps = searches.iter().flatten().fold(steps, |steps, search| steps + search.steps());
+                steps.nodes += nodes;
+            } else {
+                let single = |(ray, t_max): &(Ray, f64)| self.nearest_steps(ray.origin, ray.direction, *t_max);
+                steps = rays.iter().map(single).fold(steps, Steps::add);
+            }
+        }
+        steps
     }
 
     /// What [`TriangleBvh::nearest_hit`] looks at for the same ray.
     pub fn nearest_steps(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Steps {
         let Some(mut search) = self.search::<true>(origin, direction, t_max) else { return Steps::default() };
-        let hit = simd::dispatch(&mut search);
-        Steps { hits: u32::from(hit.is_some()), ..search.steps }
+        simd::dispatch(&mut search);
+        search.steps()
     }
 
     #[inline(always)]
     fn search<const COUNTED: bool>(&self, origin: DVec3, direction: DVec3, t_max: f64) -> Option<Nearest<'_, COUNTED>> {
         let way = Way { origin, direction, end: t_max, slack: 0.0 };
         let local = LocalRay::new(&self.parts.frame, &way, self.parts.corner_error)?;
-        Some(Nearest { bvh: self, ray: TriangleRay::new(origin, direction)?, local, t_max, steps: Steps::default() })
+        Some(Nearest { bvh: self, way, local, ray: None, t_max, hit: None, steps: Steps::default() })
     }
 }
 

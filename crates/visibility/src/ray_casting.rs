@@ -4,11 +4,11 @@
 //! pulled into local coordinates. Rectangles, boxes and analytic bodies are hit as they are, not tessellated. O(log n) a ray in
 //! practice. Double precision, rounded: for pictures, not for proofs. Equal distances go to the lower object and face.
 
-use std::{collections::HashMap, ops::Add, sync::Arc};
+use std::{collections::HashMap, ops::Range, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
-use umbriel_bvh::{BoxTree, Ray, Steps, TriangleBvh};
+use umbriel_bvh::{BoxTree, Hit, Ray, TriangleBvh};
 use umbriel_geometry::{Aabb, Cuboid, Mesh, PlacedAnalytic, Rectangle};
 use umbriel_scene::{Object, Scene, Shape};
 
@@ -96,7 +96,7 @@ impl RayCaster {
         let prepare = |(object, body): (usize, &mut Body)| {
             body.prepared = None;
             let LocalShape::Mesh(bvh) = &body.shape else { return None };
-            let sampled = sampled(view, rays_a_pixel, &body.bounds, &body.to_local, bvh);
+            let sampled = sampled(view, rays_a_pixel, body, bvh);
             let choice = Choice::new(object, acceleration, bvh.mesh(), sampled, costs);
             let (choice, prepared) = Prepared::new(choice, bvh, &body.to_local, &view.beam());
             body.prepared = prepared;
@@ -119,32 +119,97 @@ impl RayCaster {
             }
             t_max.min(hit.distance)
         });
-        best.map(|(object, hit)| {
-            let normal = self.bodies[object].world_normal(hit.normal);
-            SurfaceHit { object, face: hit.face, u: hit.u, v: hit.v, distance: hit.distance, normal }
-        })
+        best.map(|(object, hit)| self.surface_hit(object, hit))
     }
 
-    /// What is seen at the middle of every pixel, row by row from the upper left; rows are cast in parallel.
-    pub fn picture(&self, view: &View) -> Vec<Option<SurfaceHit>> {
-        let row = |y: u32| {
-            let middle = move |x: u32| view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            (0..view.width).map(move |x| self.nearest(&middle(x)))
+    /// [`RayCaster::nearest`] of many rays. Sixteen that follow each other share their way through the trees, which pays where they go nearly the same
+    /// way, as those of neighbouring pixels do; answers do not depend on it.
+    pub fn nearest_of(&self, rays: &[Ray]) -> Vec<Option<SurfaceHit>> {
+        rays.chunks(BUNDLE).flat_map(|rays| self.nearest_of_bundle(rays)).collect()
+    }
+
+    fn nearest_of_bundle(&self, rays: &[Ray]) -> Vec<Option<SurfaceHit>> {
+        let mut best: Vec<Option<(usize, LocalHit)>> = vec![None; rays.len()];
+        let mut ends = [f64::INFINITY; BUNDLE];
+        let mut bundle = Vec::with_capacity(BUNDLE);
+        let enter = |bounds: &Aabb| {
+            let met = rays.iter().enumerate().filter_map(|(lane, ray)| Some((ray.span(bounds)?.0, 1u32 << lane)));
+            met.reduce(|(entry, lanes), (other, lane)| (entry.min(other), lanes | lane))
         };
-        (0..view.height).into_par_iter().flat_map_iter(row).collect()
+        self.tree.for_each_entered(enter, f64::INFINITY, |object, (_, lanes), _| {
+            let object = object as usize;
+            bundle.clear();
+            bundle.extend(lanes_of(lanes).map(|lane| (rays[lane], ends[lane])));
+            for (lane, hit) in lanes_of(lanes).zip(self.bodies[object].nearest_of(&bundle)) {
+                let Some(hit) = hit else { continue };
+                let wins = best[lane].is_none_or(|(winner, so_far)| {
+                    hit.distance < so_far.distance || (hit.distance == so_far.distance && object < winner)
+                });
+                if wins {
+                    best[lane] = Some((object, hit));
+                    ends[lane] = ends[lane].min(hit.distance);
+                }
+            }
+            ends[..rays.len()].iter().fold(0.0, |end, &other| end.max(other))
+        });
+        best.into_iter().map(|best| best.map(|(object, hit)| self.surface_hit(object, hit))).collect()
     }
 
-    /// At how many pixels' middles each object is seen, by the objects' indices; rows are cast in parallel.
+    fn surface_hit(&self, object: usize, LocalHit { distance, face, u, v, normal }: LocalHit) -> SurfaceHit {
+        SurfaceHit { object, face, u, v, distance, normal: self.bodies[object].world_normal(normal) }
+    }
+
+    /// What is seen at the middle of every pixel, row by row from the upper left; bands are cast in parallel.
+    pub fn picture(&self, view: &View) -> Vec<Option<SurfaceHit>> {
+        let bands = (0..view.height.div_ceil(TILE)).into_par_iter();
+        bands.flat_map_iter(|band| self.band(view, band)).collect()
+    }
+
+    /// At how many pixels' middles each object is seen, by the objects' indices; bands are cast in parallel.
     pub fn coverage(&self, view: &View) -> Vec<u64> {
-        let row = |mut counts: Vec<u64>, y: u32| {
-            let seen = |x: u32| self.nearest(&view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5));
-            (0..view.width).filter_map(seen).for_each(|hit| counts[hit.object] += 1);
+        let count = |mut counts: Vec<u64>, band: u32| {
+            self.band(view, band).into_iter().flatten().for_each(|hit| counts[hit.object] += 1);
             counts
         };
         let none = || vec![0; self.bodies.len()];
         let sum = |a: Vec<u64>, b: Vec<u64>| a.into_iter().zip(b).map(|(a, b)| a + b).collect();
-        (0..view.height).into_par_iter().fold(none, row).reduce(none, sum)
+        (0..view.height.div_ceil(TILE)).into_par_iter().fold(none, count).reduce(none, sum)
     }
+
+    /// [`TILE`] rows of a picture, fewer at its end.
+    fn band(&self, view: &View, band: u32) -> Vec<Option<SurfaceHit>> {
+        let rows = band * TILE..view.height.min((band + 1) * TILE);
+        let mut hits = vec![None; rows.len() * view.width as usize];
+        let mut rays = Vec::with_capacity(BUNDLE);
+        for left in (0..view.width).step_by(TILE as usize) {
+            let pixels = tile(view, rows.clone(), left);
+            rays.clear();
+            rays.extend(pixels.clone().map(|(x, y)| view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5)));
+            for ((x, y), hit) in pixels.zip(self.nearest_of_bundle(&rays)) {
+                hits[(y - rows.start) as usize * view.width as usize + x as usize] = hit;
+            }
+        }
+        hits
+    }
+}
+
+/// Rays that share their way through the trees, and the side of a square of pixels that has so many.
+const BUNDLE: usize = 16;
+const TILE: u32 = 4;
+
+/// The pixels of a square in these rows that begins `left`.
+fn tile(view: &View, rows: Range<u32>, left: u32) -> impl Iterator<Item = (u32, u32)> + Clone {
+    let columns = left..view.width.min(left + TILE);
+    rows.flat_map(move |y| columns.clone().map(move |x| (x, y)))
+}
+
+/// The numbers of the bits that are set.
+fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = (bits != 0).then_some(bits.trailing_zeros() as usize)?;
+        bits &= bits - 1;
+        Some(lane)
+    })
 }
 
 impl Body {
@@ -184,11 +249,7 @@ impl Body {
     }
 
     fn nearest(&self, ray: &Ray, t_max: f64) -> Option<LocalHit> {
-        let local = Ray::new(
-            self.to_local.transform_point3(ray.origin),
-            // Not normalised: distances stay those of the world.
-            self.to_local.transform_vector3(ray.direction),
-        );
+        let local = self.pulled(ray);
         let hit = match &self.shape {
             LocalShape::Mesh(bvh) => mesh_hit(bvh, self.prepared.as_ref(), &local, t_max),
             LocalShape::Rectangle(rectangle) => local::rectangle(rectangle, &local),
@@ -199,34 +260,57 @@ impl Body {
         hit.filter(|hit| hit.distance <= t_max)
     }
 
+    /// The nearest hits of some rays, each with its own `t_max`.
+    fn nearest_of(&self, rays: &[(Ray, f64)]) -> Vec<Option<LocalHit>> {
+        match &self.shape {
+            LocalShape::Mesh(bvh) if self.prepared.is_none() => {
+                let local: Vec<(Ray, f64)> = rays.iter().map(|(ray, t_max)| (self.pulled(ray), *t_max)).collect();
+                bvh.nearest_hits(&local).into_iter().map(|hit| Some(triangle_hit(bvh, hit?))).collect()
+            }
+            _ => rays.iter().map(|(ray, t_max)| self.nearest(ray, *t_max)).collect(),
+        }
+    }
+
+    /// The ray in local coordinates. Not normalised: distances stay those of the world.
+    fn pulled(&self, ray: &Ray) -> Ray {
+        Ray::new(self.to_local.transform_point3(ray.origin), self.to_local.transform_vector3(ray.direction))
+    }
+
     /// Normals go by the transposed inverse. Under a mirroring map that also keeps the front at the front.
     fn world_normal(&self, local: DVec3) -> DVec3 {
         (self.to_local.matrix3.transpose() * local).normalize_or_zero()
     }
 }
 
-/// How many of the picture's rays meet a box, and what they look at in the BVH inside, by a grid of them.
-fn sampled(view: &View, rays_a_pixel: u32, bounds: &Aabb, to_local: &DAffine3, bvh: &TriangleBvh) -> Sampled {
-    const GRID: u32 = 24;
-    let [width, height] = [view.width, view.height].map(f64::from);
-    let at = |n: u32| (f64::from(n) + 0.5) / f64::from(GRID);
-    let rays = (0..GRID * GRID).map(|n| view.ray(at(n % GRID) * width, at(n / GRID) * height));
-    let met: Vec<Ray> = rays.filter(|ray| ray.span(bounds).is_some()).collect();
-    let steps = met.iter().map(|ray| {
-        let (origin, direction) = (to_local.transform_point3(ray.origin), to_local.transform_vector3(ray.direction));
-        bvh.nearest_steps(origin, direction, f64::INFINITY)
-    });
-    let pixels = u64::from(view.width) * u64::from(view.height) * met.len() as u64 / u64::from(GRID * GRID);
-    Sampled { rays: pixels * u64::from(rays_a_pixel), steps: steps.fold(Steps::default(), Steps::add), sent: met.len() }
+/// How many of the picture's rays meet a box, and what they look at in the BVH inside, by a grid of tiles.
+fn sampled(view: &View, rays_a_pixel: u32, body: &Body, bvh: &TriangleBvh) -> Sampled {
+    const GRID: u32 = 12;
+    let at =
+        |n: u32, pixels: u32| (u64::from(2 * n + 1) * u64::from(pixels) / u64::from(2 * GRID)) as u32 / TILE * TILE;
+    let (mut sampled, mut cast) = (Sampled::default(), 0);
+    for n in 0..GRID * GRID {
+        let top = at(n / GRID, view.height);
+        let pixels = tile(view, top..view.height.min(top + TILE), at(n % GRID, view.width));
+        let rays = pixels.map(|(x, y)| view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5)).inspect(|_| cast += 1);
+        let met = rays.filter(|ray| ray.span(&body.bounds).is_some());
+        let local: Vec<(Ray, f64)> = met.map(|ray| (body.pulled(&ray), f64::INFINITY)).collect();
+        sampled.sent += local.len();
+        sampled.steps = sampled.steps + bvh.nearest_hits_steps(&local);
+    }
+    let pixels = u64::from(view.width) * u64::from(view.height) * sampled.sent as u64 / cast.max(1);
+    Sampled { rays: pixels * u64::from(rays_a_pixel), ..sampled }
 }
 
 fn mesh_hit(bvh: &TriangleBvh, prepared: Option<&Prepared>, ray: &Ray, t_max: f64) -> Option<LocalHit> {
     let looked_up = prepared.and_then(|prepared| prepared.nearest_hit(ray, t_max));
     let hit = looked_up.unwrap_or_else(|| bvh.nearest_hit(ray.origin, ray.direction, t_max))?;
+    Some(triangle_hit(bvh, hit))
+}
+
+fn triangle_hit(bvh: &TriangleBvh, hit: Hit) -> LocalHit {
     let [a, b, c] = bvh.corners(hit.triangle);
-    let normal = (b - a).cross(c - a);
     let (u, v) = into_triangle(hit.u, hit.v);
-    Some(LocalHit { distance: hit.t, face: hit.triangle as usize, u, v, normal })
+    LocalHit { distance: hit.t, face: hit.triangle as usize, u, v, normal: (b - a).cross(c - a) }
 }
 
 /// Takes back what rounding carried out of u, v ≥ 0, u + v ≤ 1. Where the sum is too large the larger parameter is at

@@ -19,7 +19,7 @@ use umbriel_shadow::{
 use umbriel_visibility::{Acceleration, CostModel, LookupCost, Sampled, StepCost};
 
 use super::{
-    measure::{Method, Questions, Rays, by_bvh, by_projection},
+    measure::{Method, Questions, Rays, by_projection},
     models::{Model, model},
 };
 use crate::bench::clock::timed;
@@ -58,6 +58,10 @@ const POINTS: [u64; 4] = [1 << 10, 1 << 14, 1 << 17, 1 << 19];
 
 /// About so many rays of a picture are sent through the BVH to see what they look at.
 const SENT: usize = 512;
+
+/// Rays that share a walk through the BVH, and how many are made ready at once.
+const BUNDLE: usize = 16;
+const AT_ONCE: usize = 1 << 12;
 
 /// Larger models take too long to build so often.
 const MOST_TRIANGLES: usize = 1 << 18;
@@ -238,17 +242,24 @@ fn way_costs(samples: &[&Sample]) -> WayCosts {
     WayCosts { direct: way(0), bvh: way(1), octree: way(2), projection: way(3) }
 }
 
-/// Eye rays of a picture: those that come near the model.
+/// Eye rays of a picture, square by square as pictures are taken: those that come near the model.
 fn eye(name_of_model: &'static str, model: &Model, bvh: &TriangleBvh, side: u64) -> Result<Sample> {
     let (eye, bounds) = (model.picture.eye, model.mesh.bounds());
-    let all = (0..side * side).map(|pixel| model.picture.direction(pixel, side));
+    let all = (0..side * side).map(|n| model.picture.direction(in_squares(n, side), side));
     let directions: Vec<DVec3> = all.filter(|&ray| Ray::new(eye, ray).span(&bounds).is_some()).collect();
-    let some = directions.iter().step_by(directions.len().div_ceil(SENT).max(1));
+    let questions = Questions::Directions { eye, directions };
+    let directions = questions.directions();
+    let rays_of =
+        |directions: &[DVec3]| directions.iter().map(|&ray| (Ray::new(eye, ray), f64::INFINITY)).collect::<Vec<_>>();
+    let some = directions.chunks(BUNDLE).step_by((directions.len() / SENT).max(1));
     let (mut steps, mut sent) = (Steps::default(), 0);
-    some.for_each(|&ray| (steps, sent) = (steps + bvh.nearest_steps(eye, ray, f64::INFINITY), sent + 1));
+    some.for_each(|some| (steps, sent) = (steps + bvh.nearest_hits_steps(&rays_of(some)), sent + some.len()));
+    let by_bvh = || {
+        let hits = directions.chunks(AT_ONCE).map(|some| bvh.nearest_hits(&rays_of(some)).iter().flatten().count());
+        hits.sum::<usize>()
+    };
     let rays = directions.len() as u64;
     let sampled = Sampled { rays, steps, sent };
-    let questions = Questions::Directions { eye, directions };
     let triangles = model.mesh.triangles().len();
     let build = |method: Method, rays: u64| {
         let deeper = if method == Method::Octree { 2 } else { 0 };
@@ -261,14 +272,19 @@ fn eye(name_of_model: &'static str, model: &Model, bvh: &TriangleBvh, side: u64)
         timed(|| build(method, rays).map_or(0, |built| by_projection(&built, method, &questions))).1.cpu
     };
     let [ready, octree, maps] =
-        in_turn([&|| timed(|| by_bvh(bvh, model, Rays::Eye, &questions)).1.cpu, &|| by(Method::Octree, 0), &|| {
-            by(Method::Maps, rays)
-        }]);
+        in_turn([&|| timed(by_bvh).1.cpu, &|| by(Method::Octree, 0), &|| by(Method::Maps, rays)]);
     let seconds = [ready, ready, octree, maps];
     let built = [report.leaves, report.items, report.cells, report.numbers];
     let name = format!("{} ({triangles}), eye", model.name);
     let items = ProjectionOptions::expected_items(&model.mesh);
     Ok(Sample { model: name_of_model, name, kind: Kind::Eye, rays, triangles, sampled, items, seconds, built })
+}
+
+/// The pixel that comes at place `n` where squares of four by four are gone through one by one.
+fn in_squares(n: u64, side: u64) -> u64 {
+    let (square, within) = (n / 16, n % 16);
+    let [column, row] = [square % (side / 4) * 4 + within % 4, square / (side / 4) * 4 + within / 4];
+    row * side + column
 }
 
 /// The model as a scene of one object.
@@ -349,6 +365,14 @@ fn fit<const K: usize>(samples: impl Iterator<Item = ([f64; K], f64)>) -> [f64; 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn squares_go_through_all_pixels() {
+        let mut pixels: Vec<u64> = (0..64).map(|n| in_squares(n, 8)).collect();
+        assert_eq!(pixels[..6], [0, 1, 2, 3, 8, 9]);
+        pixels.sort_unstable();
+        assert!(pixels.into_iter().eq(0..64));
+    }
 
     #[test]
     fn a_model_that_is_one_is_found() {

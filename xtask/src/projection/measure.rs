@@ -109,6 +109,14 @@ impl Questions {
         Self::Points(seen.collect())
     }
 
+    /// Directions from the eye, if these are asked.
+    pub(super) fn directions(&self) -> &[DVec3] {
+        match self {
+            Self::Directions { directions, .. } => directions,
+            Self::Points(_) => &[],
+        }
+    }
+
     pub(super) fn len(&self) -> usize {
         match self {
             Self::Directions { directions, .. } => directions.len(),
@@ -236,7 +244,7 @@ pub(super) fn by_projection(projection: &Projection, method: Method, questions: 
     }
 }
 
-pub(super) fn by_bvh(bvh: &TriangleBvh, model: &Model, rays: Rays, questions: &Questions) -> u64 {
+fn by_bvh(bvh: &TriangleBvh, model: &Model, rays: Rays, questions: &Questions) -> u64 {
     match questions {
         Questions::Directions { eye, directions } => {
             let hit = |direction: &&DVec3| bvh.nearest_hit(*eye, **direction, f64::INFINITY).is_some();

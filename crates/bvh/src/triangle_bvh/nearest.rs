@@ -12,28 +12,28 @@ use super::{
     boxes::box_spans,
     layout::WIDTH,
     pack_test,
-    ray::{LocalRay, OUTWARD},
+    ray::{LocalRay, OUTWARD, Way},
     triangle_ray::{Hit, TriangleRay},
 };
 
 /// A box to be visited, and where the ray enters it.
 #[derive(Clone, Copy, Default)]
-struct Visit {
-    enter: f32,
-    /// A node, or a pack with [`LEAF`] added.
-    link: u32,
+pub(super) struct Visit {
+    pub(super) enter: f32,
+    /// What is in the box, in whatever way the search names it.
+    pub(super) link: u32,
 }
 
 const _: () = assert!(size_of::<Visit>() == 8);
 
-/// Marks packs among links.
+/// Marks packs among links to nodes and packs.
 const LEAF: u32 = 1 << 31;
 
 /// Visits that rays wait with as a rule. Clearing room for all that a tree may ask for would take longer than some rays.
 const USUAL: usize = 48;
 
 /// The boxes that are still to be visited, the last one first.
-struct Waiting {
+pub(super) struct Waiting {
     usual: [Visit; USUAL],
     count: usize,
     /// What has no room there; newer than all of it.
@@ -41,7 +41,7 @@ struct Waiting {
 }
 
 impl Waiting {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { usual: [Visit::default(); USUAL], count: 0, more: Vec::new() }
     }
 
@@ -56,7 +56,7 @@ impl Waiting {
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<Visit> {
+    pub(super) fn pop(&mut self) -> Option<Visit> {
         if self.count == USUAL
             && let Some(visit) = self.more.pop()
         {
@@ -64,6 +64,45 @@ impl Waiting {
         }
         self.count = self.count.checked_sub(1)?;
         Some(self.usual[self.count % USUAL])
+    }
+
+    /// The nearest of the children that are met, a bit each; the others wait, the farthest longest.
+    #[inline(always)]
+    pub(super) fn nearest_of(
+        &mut self,
+        mut met: u32,
+        enter: [f32; WIDTH],
+        link: impl Fn(usize) -> u32,
+    ) -> Option<Visit> {
+        if met == 0 {
+            return None;
+        }
+        let mut visit = || {
+            let lane = met.trailing_zeros() as usize % WIDTH;
+            met &= met - 1;
+            (Visit { enter: enter[lane], link: link(lane) }, met != 0)
+        };
+        let (first, has_more) = visit();
+        if !has_more {
+            return Some(first);
+        }
+        let mut sorted = [first; WIDTH];
+        let mut count = 1;
+        loop {
+            let (next, has_more) = visit();
+            let mut at = count;
+            while at > 0 && sorted[at - 1].enter < next.enter {
+                sorted[at] = sorted[at - 1];
+                at -= 1;
+            }
+            sorted[at] = next;
+            count += 1;
+            if !has_more {
+                break;
+            }
+        }
+        sorted[..count - 1].iter().for_each(|&visit| self.push(visit));
+        Some(sorted[count - 1])
     }
 }
 
@@ -96,100 +135,81 @@ impl Add for Steps {
 /// Finds the nearest hit for 0 < t ≤ `t_max`.
 pub(super) struct Nearest<'a, const COUNTED: bool> {
     pub(super) bvh: &'a TriangleBvh,
-    pub(super) ray: TriangleRay,
+    pub(super) way: Way,
     pub(super) local: LocalRay,
+    /// Made ready for triangles when the first is measured: most rays of a picture meet the boxes of none, or of one.
+    pub(super) ray: Option<TriangleRay>,
     pub(super) t_max: f64,
-    /// Stays zero unless `COUNTED`.
+    /// The nearest so far.
+    pub(super) hit: Option<Hit>,
+    /// Stays zero unless `COUNTED`; without the hit.
     pub(super) steps: Steps,
 }
 
 // Through a reference, which goes into the kernel in a register.
 impl<const COUNTED: bool> Kernel for &mut Nearest<'_, COUNTED> {
-    type Output = Option<Hit>;
+    type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> Option<Hit> {
-        let mut nearest = None;
+    fn run<S: Simd>(self, simd: S) {
         let mut waiting = Waiting::new();
         let mut next = Some(Visit::default());
         while let Some(Visit { enter, link }) = next {
             if enter > self.local.box_end * OUTWARD {
                 next = waiting.pop();
             } else if link & LEAF != 0 {
-                self.steps.packs += u32::from(COUNTED);
-                self.measure(simd, link & !LEAF, &mut nearest);
+                self.measure(simd, link & !LEAF);
                 next = waiting.pop();
             } else {
                 self.steps.nodes += u32::from(COUNTED);
                 next = self.open(simd, link, &mut waiting).or_else(|| waiting.pop());
             }
         }
-        nearest
     }
 }
 
 impl<const COUNTED: bool> Nearest<'_, COUNTED> {
-    /// The nearest child that the ray may meet; the others wait, the farthest longest.
+    /// What was looked at.
+    pub(super) fn steps(&self) -> Steps {
+        Steps { hits: u32::from(self.hit.is_some()), ..self.steps }
+    }
+
+    /// The nearest child that the ray may meet; the others wait.
     #[inline(always)]
     fn open<S: Simd>(&self, simd: S, node: u32, waiting: &mut Waiting) -> Option<Visit> {
         let node = &self.bvh.parts.nodes[node as usize];
         let (enter, met) = box_spans(simd, node, &self.local);
-        let mut met = met.bits();
-        if met == 0 {
-            return None;
-        }
-        let enter = enter.to_array();
-        let mut visit = || {
-            let lane = met.trailing_zeros() as usize % WIDTH;
-            let is_leaf = node.leaves >> lane & 1;
-            met &= met - 1;
-            (Visit { enter: enter[lane], link: node.children[lane] | (is_leaf * LEAF) }, met != 0)
-        };
-        let (first, has_more) = visit();
-        if !has_more {
-            return Some(first);
-        }
-        let mut sorted = [first; WIDTH];
-        let mut count = 1;
-        loop {
-            let (next, has_more) = visit();
-            let mut at = count;
-            while at > 0 && sorted[at - 1].enter < next.enter {
-                sorted[at] = sorted[at - 1];
-                at -= 1;
-            }
-            sorted[at] = next;
-            count += 1;
-            if !has_more {
-                break;
-            }
-        }
-        sorted[..count - 1].iter().for_each(|&visit| waiting.push(visit));
-        Some(sorted[count - 1])
+        let link = |lane: usize| node.children[lane] | ((node.leaves >> lane & 1) * LEAF);
+        waiting.nearest_of(met.bits(), enter.to_array(), link)
     }
 
     /// Measures the triangles of a pack that are not certainly missed.
     #[inline(always)]
-    fn measure<S: Simd>(&mut self, simd: S, pack: u32, nearest: &mut Option<Hit>) {
+    pub(super) fn measure<S: Simd>(&mut self, simd: S, pack: u32) {
+        self.steps.packs += u32::from(COUNTED);
         let pack = &self.bvh.parts.packs[pack as usize];
         let verdicts = pack_test::test(simd, pack, &self.local);
         let mut candidates = verdicts.hits | verdicts.doubts;
         while candidates != 0 {
             let triangle = pack.triangles[candidates.trailing_zeros() as usize % WIDTH];
             candidates &= candidates - 1;
-            self.measure_one(triangle, nearest);
+            self.measure_one(triangle);
         }
     }
 
-    fn measure_one(&mut self, triangle: u32, nearest: &mut Option<Hit>) {
+    fn measure_one(&mut self, triangle: u32) {
         self.steps.triangles += u32::from(COUNTED);
         let is_nearer = |hit: &Hit| {
-            hit.t < self.t_max || hit.t == self.t_max && nearest.is_none_or(|known| known.triangle > triangle)
+            hit.t < self.t_max || hit.t == self.t_max && self.hit.is_none_or(|known| known.triangle > triangle)
         };
-        if let Some(hit) = self.ray.hit_within(self.bvh.corners(triangle), triangle, self.t_max).filter(is_nearer) {
+        if self.ray.is_none() {
+            self.ray = TriangleRay::new(self.way.origin, self.way.direction);
+        }
+        let Some(ray) = &self.ray else { return };
+        if let Some(hit) = ray.hit_within(self.bvh.corners(triangle), triangle, self.t_max).filter(is_nearer) {
             self.t_max = hit.t;
             self.local.stop_at(hit.t);
-            *nearest = Some(hit);
+            self.hit = Some(hit);
         }
     }
 }

@@ -190,6 +190,25 @@ proptest! {
     }
 
     #[test]
+    fn rays_in_bundles_hit_what_they_hit_alone(
+        corners in proptest::collection::vec(a_triangle(), 0..60), eye in point(), towards in point(),
+        origins in bundle_of(point()), directions in bundle_of(point()), ends in bundle_of(prop_oneof![Just(f64::INFINITY), 0.0..3.0f64]),
+        spreads in [prop_oneof![Just(0.0), Just(1e-3), Just(0.1), Just(10.0)], prop_oneof![Just(0.0), Just(1e-3), Just(0.1), Just(10.0)]],
+        away in prop_oneof![Just(1.0), Just(30.0), Just(1e4)], scale in prop_oneof![Just(1.0), Just(2f64.powi(-90)), Just(1e50)],
+    ) {
+        // From one point, side by side, or in any direction; from among the triangles, from outside, from far away.
+        let bvh = soup(corners.iter().map(|corners| corners.map(|corner| corner * scale)).collect());
+        let rays = origins.iter().zip(&directions).map(|(origin, direction)| {
+            Ray::new((eye * away + *origin * spreads[0]) * scale, towards - eye * (away - 1.0) + *direction * spreads[1])
+        });
+        let rays: Vec<(Ray, f64)> = rays.zip(ends).map(|(ray, end)| (ray, end * scale * away)).collect();
+        let alone: Vec<_> = rays.iter().map(|(ray, end)| bvh.nearest_hit(ray.origin, ray.direction, *end)).collect();
+        let hits = alone.iter().flatten().count() as u32;
+        prop_assert_eq!(bvh.nearest_hits(&rays), alone);
+        prop_assert_eq!(bvh.nearest_hits_steps(&rays).hits, hits);
+    }
+
+    #[test]
     fn a_hit_is_where_it_says(corners in a_triangle(), weights in [0.0..1.0f64, 0.0..1.0], origin in point()) {
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a);
@@ -215,6 +234,11 @@ proptest! {
         let bvh = bvh(positions, triangles);
         prop_assert!(bvh.nearest_hit(origin, target - origin, f64::INFINITY).is_some());
     }
+}
+
+/// As many as one bundle and a bit.
+fn bundle_of<T: std::fmt::Debug>(one: impl Strategy<Value = T>) -> impl Strategy<Value = Vec<T>> {
+    proptest::collection::vec(one, BUNDLE + 3)
 }
 
 fn placed(corners: &[[DVec3; 3]], world: &World) -> Vec<[DVec3; 3]> {
@@ -284,6 +308,14 @@ fn a_ray_without_direction_hits_nothing() {
     let bvh = soup(vec![[DVec3::X, DVec3::Y, DVec3::Z]]);
     assert_eq!(bvh.nearest_hit(DVec3::ZERO, DVec3::ZERO, f64::INFINITY), None);
     assert_eq!(bvh.nearest_hit(DVec3::ZERO, DVec3::ONE, 0.3), None, "the triangle is at 1/3");
+    let rays = [DVec3::ZERO, DVec3::ONE, DVec3::ONE].map(|direction| Ray::new(DVec3::ZERO, direction));
+    let hits = bvh.nearest_hits(&[(rays[0], 1.0), (rays[1], 1.0), (rays[2], 0.3)]);
+    assert_eq!(
+        hits.iter().map(Option::is_some).collect::<Vec<_>>(),
+        [false, true, false],
+        "one without direction takes none with it"
+    );
+    assert!(bvh.nearest_hits(&[]).is_empty());
     assert!(!bvh.is_empty() && bvh.len() == 1);
     assert!(!bvh.any_hit(&Segment::new(DVec3::ONE, LightSource::point([1.0; 3]).expect("a lamp"))), "at the lamp");
 }

@@ -209,8 +209,16 @@ fn take_rows(
         if progress.is_cancelled() {
             return Err(Cancelled);
         }
-        let color = |ray: &Ray| caster.nearest(ray).map(|hit| surface(&hit, ray));
-        let pixels = (0..view.width).map(|x| to_srgb(pixel(view, subpixels, [x, y], &color))).collect::<Vec<[u8; 3]>>();
+        let places: Vec<[f64; 2]> = (0..view.width).flat_map(|x| places_of([x, y], subpixels)).collect();
+        let rays: Vec<Ray> = places.iter().map(|&[x, y]| view.ray(x, y)).collect();
+        let hits = caster.nearest_of(&rays);
+        let color = |n: usize| match &hits[n] {
+            Some(hit) => surface(hit, &rays[n]),
+            None => background(places[n][1] / f64::from(view.height)),
+        };
+        let count = (subpixels * subpixels) as usize;
+        let mean = |pixel: usize| (pixel * count..(pixel + 1) * count).map(color).sum::<DVec3>() / count as f64;
+        let pixels: Vec<[u8; 3]> = (0..view.width as usize).map(|pixel| to_srgb(mean(pixel))).collect();
         let rows = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         progress.advance("picture", rows, u64::from(view.height));
         Ok(pixels)
@@ -218,15 +226,10 @@ fn take_rows(
     Ok(rows.into_par_iter().map(row).collect::<Result<Vec<_>, Cancelled>>()?.concat())
 }
 
-/// The mean over the pixel's rays, linear light.
-fn pixel(view: &View, subpixels: u32, [x, y]: [u32; 2], color: &dyn Fn(&Ray) -> Option<DVec3>) -> DVec3 {
-    let at = |pixel: u32, part: u32| f64::from(pixel) + (f64::from(part) + 0.5) / f64::from(subpixels);
-    let parts = (0..subpixels).flat_map(|i| (0..subpixels).map(move |j| (i, j)));
-    let colors = parts.map(|(i, j)| {
-        let (x, y) = (at(x, i), at(y, j));
-        color(&view.ray(x, y)).unwrap_or_else(|| background(y / f64::from(view.height)))
-    });
-    colors.sum::<DVec3>() / f64::from(subpixels * subpixels)
+/// Where a pixel is looked at, column by column; in pixels.
+fn places_of([x, y]: [u32; 2], subpixels: u32) -> impl Iterator<Item = [f64; 2]> {
+    let at = move |pixel: u32, part: u32| f64::from(pixel) + (f64::from(part) + 0.5) / f64::from(subpixels);
+    (0..subpixels).flat_map(move |i| (0..subpixels).map(move |j| [at(x, i), at(y, j)]))
 }
 
 /// The background at a share of the picture's height, from above; linear light.

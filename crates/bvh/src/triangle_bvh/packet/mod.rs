@@ -12,10 +12,9 @@
 //! (x − L)_k/C_k times n·(c − a) + n_i p + n_j q with p = (Δ_i − Δ_k C_i/C_k)·C_k/(C_k + Δ_k), q alike (for a sun the last
 //! factor is 1). A packet is refused unless C_k + Δ_k ≥ C_k/2, so the factor in front is positive.
 //!
-//! `planes.rs` has the errors, `shaft.rs` the boxes.
+//! `planes.rs` has the errors, [`super::shaft`] the boxes.
 
 mod planes;
-mod shaft;
 mod walk;
 
 use glam::{DVec3, Vec3};
@@ -44,10 +43,10 @@ const FARTHEST: f64 = (1u64 << 40) as f64;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LocalLight {
     /// The point; for a sun the direction towards it, its largest component ±1.
-    xyz: Vec3,
-    is_sun: bool,
+    pub(super) xyz: Vec3,
+    pub(super) is_sun: bool,
     /// How far a component of `xyz` may be off.
-    error: f32,
+    pub(super) error: f32,
 }
 
 impl LocalLight {
@@ -82,9 +81,9 @@ pub(super) struct Packet {
     /// How far a coordinate of an origin may be off, and how far p and q.
     error: f32,
     seen_error: f32,
-    middle: Vec3,
+    pub(super) middle: Vec3,
     /// Half the size of the box around the origins, errors included.
-    half: Vec3,
+    pub(super) half: Vec3,
     /// The least and the greatest p and q.
     low: [f32; 2],
     high: [f32; 2],

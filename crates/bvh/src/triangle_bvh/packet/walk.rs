@@ -6,10 +6,10 @@ use super::{
     super::{
         build::{MAX_DEPTH, Parts},
         layout::{Pack, WIDTH},
+        shaft::Shaft,
     },
     GROUPS, LocalLight, Packet,
     planes::{look, ranges, segments, spread},
-    shaft::Shaft,
 };
 
 /// Nodes and packs that a packet may visit before its segments go on alone: segments that are far apart have a wide
@@ -47,7 +47,7 @@ impl Walk<'_> {
             self.open &= !self.test(simd, &self.parts.packs[last as usize]).hits;
         }
         *last = last.filter(|_| self.open == 0);
-        let shaft = Shaft::new(self.packet, self.light);
+        let shaft = Shaft::towards(self.packet, self.light);
         let mut stack = [(0u32, 0u32); MAX_DEPTH];
         let (mut depth, mut index, mut visits) = (0, 0, 0);
         let mut children = shaft.boxes_met(simd, &self.parts.nodes[0]);
