@@ -121,8 +121,10 @@ pub struct WayCosts {
 /// What decides for [`Acceleration::Auto`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchCosts {
-    /// For [`Expected::Places`].
-    pub places: WayCosts,
+    /// For [`Expected::Places`] that ask for a lamp.
+    pub lamp: WayCosts,
+    /// For [`Expected::Places`] that ask for a sun: its octrees have one map where a lamp's may have six, and its segments are longer.
+    pub sun: WayCosts,
     /// For [`Expected::Loose`].
     pub loose: WayCosts,
 }
@@ -130,7 +132,13 @@ pub struct SearchCosts {
 impl SearchCosts {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        places: WayCosts {
+        lamp: WayCosts {
+            direct: PointCost { base: 0.0, doubling: 117.1, triangle: 544.5, item: 40.0 },
+            bvh: PointCost { base: 442.4, doubling: 8.2, triangle: 287.7, item: 0.5 },
+            octree: PointCost { base: 878.5, doubling: 19.4, triangle: 2092.1, item: 287.3 },
+            projection: PointCost { base: 347.6, doubling: 17.4, triangle: 322.0, item: 245.2 },
+        },
+        sun: WayCosts {
             direct: PointCost { base: 0.0, doubling: 117.1, triangle: 544.5, item: 40.0 },
             bvh: PointCost { base: 442.4, doubling: 8.2, triangle: 287.7, item: 0.5 },
             octree: PointCost { base: 878.5, doubling: 19.4, triangle: 2092.1, item: 287.3 },
@@ -143,6 +151,15 @@ impl SearchCosts {
             projection: PointCost { base: 0.0, doubling: 16.8, triangle: 159.9, item: 264.7 },
         },
     };
+
+    /// What the points that are expected cost.
+    pub fn of(&self, expected: Expected, light: &LightSource) -> &WayCosts {
+        match expected {
+            Expected::Loose(_) => &self.loose,
+            Expected::Places(_) if light.is_sun() => &self.sun,
+            Expected::Places(_) => &self.lamp,
+        }
+    }
 }
 
 impl Default for SearchCosts {
@@ -150,9 +167,6 @@ impl Default for SearchCosts {
         Self::MEASURED
     }
 }
-
-/// An octree is built only where it should take less than this share of the quickest other way: a model is no measurement, and what it costs to build varies most.
-const CLEARLY: f64 = 0.8;
 
 /// How the points of a light find their way, and why.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -173,12 +187,8 @@ impl SearchChoice {
     const WAYS: [Search; 4] = [Search::Direct, Search::Bvh, Search::Octree, Search::Projection];
 
     /// What is quickest by the model, or what is asked for.
-    pub fn new(asked: Acceleration, expected: Expected, clutter: Clutter, costs: &SearchCosts) -> Self {
-        let WayCosts { direct, bvh, octree, projection } = match expected {
-            Expected::Places(_) => costs.places,
-            Expected::Loose(_) => costs.loose,
-        };
-        let points = expected.count();
+    pub fn new(asked: Acceleration, points: u64, clutter: Clutter, costs: &WayCosts) -> Self {
+        let WayCosts { direct, bvh, octree, projection } = *costs;
         let expected = [direct, bvh, octree, projection].map(|cost| cost.nanoseconds(points, clutter));
         let chosen = match asked {
             Acceleration::Bvh => Search::Bvh,
@@ -186,8 +196,7 @@ impl SearchChoice {
             Acceleration::Projection => Search::Projection,
             Acceleration::Auto => {
                 let quicker = |a: usize, b: usize| if expected[b] < expected[a] { b } else { a };
-                let (plain, octree) = (quicker(0, 1), quicker(2, 3));
-                Self::WAYS[if expected[octree] < CLEARLY * expected[plain] { octree } else { plain }]
+                Self::WAYS[(1..4).fold(0, quicker)]
             }
         };
         Self { chosen, clutter, points, expected, built: None }
@@ -265,7 +274,7 @@ impl Queries<'_> {
         asked: Acceleration,
         costs: &SearchCosts,
     ) -> SearchChoice {
-        let choice = SearchChoice::new(asked, expected, Clutter::of(&self.bodies), costs);
+        let choice = SearchChoice::new(asked, expected.count(), Clutter::of(&self.bodies), costs.of(expected, light));
         self.lookups.retain(|lookup| lookup.light != *light);
         let is_looked_up = choice.chosen == Search::Projection;
         let octree = match choice.chosen {
@@ -353,8 +362,15 @@ mod tests {
     #[test]
     fn what_is_quickest_to_build_serves_few_points_and_what_is_quick_many() {
         let clutter = |triangles: usize| Clutter { triangles, items: 5.0 * triangles as f64 };
-        let choice =
-            |asked, expected, triangles| SearchChoice::new(asked, expected, clutter(triangles), &SearchCosts::MEASURED);
+        let choice = |asked, expected: Expected, triangles| {
+            let costs = SearchCosts::MEASURED;
+            SearchChoice::new(
+                asked,
+                expected.count(),
+                clutter(triangles),
+                costs.of(expected, &LightSource::sun([0.0, 1.0, 0.0]).expect("up")),
+            )
+        };
         let chosen = |expected, triangles| choice(Acceleration::Auto, expected, triangles).chosen;
         assert_eq!(chosen(Expected::Places(3), 1 << 20), Search::Bvh);
         assert_eq!(chosen(Expected::Places(1 << 20), 1 << 14), Search::Bvh);

@@ -29,8 +29,10 @@ use crate::bench::clock::timed;
 enum Kind {
     /// Nearest hits of a picture.
     Eye,
-    /// Points of faces, to a lamp or a sun.
-    Places,
+    /// Points of faces, to a lamp.
+    Lamp,
+    /// Points of faces, to a sun.
+    Sun,
     /// Points by coordinates.
     Loose,
 }
@@ -83,8 +85,8 @@ pub(super) fn run(names: impl Iterator<Item = &'static str>, csv: Option<&Path>)
         }
         let scene = alone(&model)?;
         for count in POINTS {
-            samples.push(points(name, (&model, &scene), ("lamp", model.lamp_source()?), Kind::Places, count));
-            samples.push(points(name, (&model, &scene), ("sun", model.sun_source()?), Kind::Places, count));
+            samples.push(points(name, (&model, &scene), ("lamp", model.lamp_source()?), Kind::Lamp, count));
+            samples.push(points(name, (&model, &scene), ("sun", model.sun_source()?), Kind::Sun, count));
             samples.push(points(name, (&model, &scene), ("lamp", model.lamp_source()?), Kind::Loose, count));
         }
     }
@@ -147,13 +149,17 @@ impl Costs {
         let of = |kind: Kind| samples.iter().copied().filter(|sample| sample.kind == kind).collect::<Vec<_>>();
         Self {
             pictures: picture_costs(&of(Kind::Eye)),
-            points: SearchCosts { places: way_costs(&of(Kind::Places)), loose: way_costs(&of(Kind::Loose)) },
+            points: SearchCosts {
+                lamp: way_costs(&of(Kind::Lamp)),
+                sun: way_costs(&of(Kind::Sun)),
+                loose: way_costs(&of(Kind::Loose)),
+            },
         }
     }
 
     /// Which way is taken.
     fn choice(&self, Sample { kind, rays, triangles, sampled, items, .. }: &Sample) -> usize {
-        let (expected, clutter) = match kind {
+        let costs = match kind {
             Kind::Eye => {
                 let expected = self.pictures.expected(sampled, *triangles, *items);
                 return match CostModel::quickest(expected) {
@@ -162,10 +168,12 @@ impl Costs {
                     Acceleration::Auto | Acceleration::Bvh => 1,
                 };
             }
-            Kind::Places => (Expected::Places(*rays), Clutter { triangles: *triangles, items: *items }),
-            Kind::Loose => (Expected::Loose(*rays), Clutter { triangles: *triangles, items: *items }),
+            Kind::Lamp => &self.points.lamp,
+            Kind::Sun => &self.points.sun,
+            Kind::Loose => &self.points.loose,
         };
-        match SearchChoice::new(Acceleration::Auto, expected, clutter, &self.points).chosen {
+        let clutter = Clutter { triangles: *triangles, items: *items };
+        match SearchChoice::new(Acceleration::Auto, *rays, clutter, costs).chosen {
             Search::Direct => 0,
             Search::Bvh => 1,
             Search::Octree => 2,
