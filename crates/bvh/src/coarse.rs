@@ -81,8 +81,8 @@ impl Influences {
         self.counts
     }
 
-    /// Groups (receiver, occluder) pairs, in any order, by receiver.
-    fn group(mut pairs: Vec<(u32, u32)>, objects: usize, counts: PairCounts) -> Self {
+    /// Of (receiver, occluder) pairs in any order, among so many objects: what [`for_each_influence`] registers. O(n log n) in the pairs.
+    pub fn of_pairs(mut pairs: Vec<(u32, u32)>, objects: usize, counts: PairCounts) -> Self {
         pairs.sort_unstable();
         let starts = (0..=objects).map(|object| pairs.partition_point(|pair| (pair.0 as usize) < object)).collect();
         Self { starts, occluders: pairs.into_iter().map(|pair| pair.1).collect(), counts }
@@ -113,17 +113,60 @@ pub fn influences_with(
     is_receiver: impl Fn(u32) -> bool,
     exclusion: Exclusion,
 ) -> Influences {
-    let mut is_own: Vec<bool> = (0..tree.objects() as u32).map(&is_receiver).collect();
+    let mut pairs = Vec::new();
+    let register = |receiver, occluder| pairs.push((receiver, occluder));
+    let counts = search(tree, light, &is_receiver, exclusion, register);
+    Influences::of_pairs(pairs, tree.objects(), counts)
+}
+
+/// Registers each (receiver, occluder) pair of [`influences`], in no order that means anything; answers what was done. Nothing is stored: memory is linear in
+/// the objects, however many pairs there are.
+pub fn for_each_influence(
+    tree: &ObjectTree,
+    light: &LightSource,
+    is_receiver: impl Fn(u32) -> bool,
+    register: impl FnMut(u32, u32),
+) -> PairCounts {
+    search(tree, light, &is_receiver, Exclusion::Planes, register)
+}
+
+/// The objects that may shadow one receiver, found by themselves: what [`Influences::occluders_of`] answers for it, by two tests a box that is looked at.
+/// None for an object without a box, other than itself.
+pub fn occluders_of(tree: &ObjectTree, light: &LightSource, receiver: u32) -> Vec<u32> {
+    let Some(node) = tree.node_of(receiver) else { return vec![receiver] };
+    let bounds = tree.bounds_of(node);
+    let (shaft, mut found, mut open) = (Shaft::new(bounds, light), Vec::new(), Vec::from_iter(tree.root()));
+    if !cannot_shadow(bounds, bounds, light) {
+        found.push(receiver);
+    }
+    while let Some(next) = open.pop() {
+        let occluder = tree.bounds_of(next);
+        if next != node && !cannot_shadow(occluder, bounds, light) && shaft.may_meet(occluder) {
+            found.extend(tree.object_of(next));
+            open.extend(tree.children_of(next));
+        }
+    }
+    found.sort_unstable();
+    found
+}
+
+fn search(
+    tree: &ObjectTree,
+    light: &LightSource,
+    is_receiver: &impl Fn(u32) -> bool,
+    exclusion: Exclusion,
+    mut register: impl FnMut(u32, u32),
+) -> PairCounts {
+    let mut is_own: Vec<bool> = (0..tree.objects() as u32).map(is_receiver).collect();
     for (object, _) in tree.boxed_objects().filter(|(_, bounds)| cannot_shadow(bounds, bounds, light)) {
         is_own[object as usize] = false;
     }
-    let own = (0u32..).zip(is_own).filter(|(_, is_own)| *is_own).map(|(object, _)| (object, object));
-    let mut pairs: Vec<(u32, u32)> = own.collect();
-    let mut search = Search::new(tree, light, &is_receiver, exclusion);
+    (0u32..).zip(is_own).filter(|(_, is_own)| *is_own).for_each(|(object, _)| register(object, object));
+    let mut search = Search::new(tree, light, is_receiver, exclusion);
     let siblings = search.level_pairs();
     search.open.extend(siblings.iter().map(|pair| (pair.receiver, pair.occluder)));
-    search.refine(&mut pairs);
-    Influences::group(pairs, tree.objects(), search.counts)
+    search.refine(register);
+    search.counts
 }
 
 /// The pairs with influence that are still to be refined.
@@ -200,13 +243,13 @@ impl<'a> Search<'a> {
     }
 
     /// Refines all registered pairs down to objects.
-    fn refine(&mut self, pairs: &mut Vec<(u32, u32)>) {
+    fn refine(&mut self, mut register: impl FnMut(u32, u32)) {
         let tree = self.tree;
         while let Some((receiver, occluder)) = self.open.pop() {
             match (tree.object_of(receiver), tree.object_of(occluder)) {
                 (Some(receiver), Some(occluder)) => {
                     self.counts.registered += 1;
-                    pairs.push((receiver, occluder));
+                    register(receiver, occluder);
                 }
                 (None, None) if is_smaller(tree, receiver, occluder) => self.split_occluder(receiver, occluder),
                 (None, _) => self.split_receiver(receiver, occluder),

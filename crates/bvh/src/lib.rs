@@ -25,7 +25,10 @@ mod shaft;
 mod triangle_bvh;
 
 pub use box_tree::{BoxTree, TreeDefect};
-pub use coarse::{Exclusion, Influences, LevelPair, PairCounts, influences, influences_with, level_pairs};
+pub use coarse::{
+    Exclusion, Influences, LevelPair, PairCounts, for_each_influence, influences, influences_with, level_pairs,
+    occluders_of,
+};
 pub use influence::{cannot_shadow, may_shadow};
 pub use object_tree::{Families, FamilyDefect, Member, NodeId, ObjectTree};
 pub use ray::Ray;

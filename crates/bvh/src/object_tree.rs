@@ -193,6 +193,15 @@ impl ObjectTree {
         })
     }
 
+    /// The node of an object, if that has a box.
+    pub(crate) fn node_of(&self, object: u32) -> Option<NodeId> {
+        // Nodes of objects come first, ascending.
+        let is_before = |node: &Node| matches!(node.content, Content::Object(other) if other < object);
+        let node = NodeId(self.nodes.partition_point(is_before) as u32);
+        self.nodes.get(Self::index(node)).and_then(|_| self.object_of(node)).filter(|&found| found == object)?;
+        Some(node)
+    }
+
     /// The place of a node in lists with an entry for each.
     pub(crate) fn index(node: NodeId) -> usize {
         node.0 as usize

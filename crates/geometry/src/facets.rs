@@ -279,6 +279,15 @@ impl Facets {
         })
     }
 
+    /// Whether a triangle has the corners of an earlier one, in whichever order: it is the same set of points. The first call looks at all of them; a
+    /// parallelogram never is.
+    ///
+    /// # Panics
+    /// If there is no such facet.
+    pub fn is_repeat(&self, facet: usize) -> bool {
+        self.triangles().is_some_and(|triangles| self.joints().is_repeat(triangles, facet))
+    }
+
     /// A facet with its corners replaced by the first points at their positions ([`Facets::first_at`]).
     ///
     /// # Panics

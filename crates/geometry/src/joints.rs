@@ -15,12 +15,14 @@ pub(crate) struct Joints {
     /// For each point the first one at its position; nothing where no two points share one.
     firsts: Option<Vec<u32>>,
     topology: OnceLock<Topology>,
+    /// For each triangle whether an earlier one has its corners; nothing where none does.
+    repeats: OnceLock<Option<Vec<bool>>>,
 }
 
 impl Joints {
     /// One look at all points.
     pub(crate) fn of(positions: &[DVec3]) -> Self {
-        Self { firsts: weld(positions), topology: OnceLock::new() }
+        Self { firsts: weld(positions), ..Self::default() }
     }
 
     /// Whether the same points are equal, of as many.
@@ -37,5 +39,61 @@ impl Joints {
     pub(crate) fn topology(&self, triangles: &[[u32; 3]]) -> &Topology {
         self.topology
             .get_or_init(|| Topology::of(triangles.iter().map(|corners| corners.map(|corner| self.first_at(corner)))))
+    }
+    /// Whether a triangle has the corners of an earlier one, in whichever order; of the same `triangles` each time.
+    pub(crate) fn is_repeat(&self, triangles: &[[u32; 3]], triangle: usize) -> bool {
+        let repeats = self.repeats.get_or_init(|| repeats(triangles, |point| self.first_at(point)));
+        repeats.as_ref().is_some_and(|repeats| repeats[triangle])
+    }
+}
+
+/// For each triangle whether an earlier one has the same corners, in whichever order, points taken for the `first_at` their positions; `None` where none
+/// has. O(triangles), by hashing.
+fn repeats(triangles: &[[u32; 3]], first_at: impl Fn(u32) -> u32) -> Option<Vec<bool>> {
+    const EMPTY: u32 = u32::MAX;
+    let sorted = |triangle: u32| {
+        let mut corners = triangles[triangle as usize].map(&first_at);
+        corners.sort_unstable();
+        corners
+    };
+    let size = (2 * triangles.len()).next_power_of_two();
+    let mut slots = vec![EMPTY; size];
+    let mut repeats: Option<Vec<bool>> = None;
+    for triangle in 0..triangles.len() as u32 {
+        let corners = sorted(triangle);
+        let mut slot = hash(corners) as usize & (size - 1);
+        while slots[slot] != EMPTY && sorted(slots[slot]) != corners {
+            slot = (slot + 1) & (size - 1);
+        }
+        if slots[slot] == EMPTY {
+            slots[slot] = triangle;
+        } else {
+            repeats.get_or_insert_with(|| vec![false; triangles.len()])[triangle as usize] = true;
+        }
+    }
+    repeats
+}
+
+/// Mixes three numbers (multiplication by an odd constant, high half folded down).
+fn hash(corners: [u32; 3]) -> u64 {
+    corners.into_iter().fold(0, |hash: u64, corner| {
+        let mixed = (hash ^ u64::from(corner)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        mixed ^ (mixed >> 29)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn triangles_with_the_corners_of_earlier_ones_are_repeats() {
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::X];
+        let triangles = [[0, 1, 2], [0, 1, 3], [2, 0, 4], [4, 3, 1], [3, 4, 0], [0, 0, 1], [4, 1, 0], [1, 0, 0]];
+        let joints = Joints::of(&positions);
+        let found: Vec<usize> = (0..triangles.len()).filter(|&k| joints.is_repeat(&triangles, k)).collect();
+        // Points 1 and 4 are one: [4, 3, 1] has two corners only, [4, 1, 0] and [1, 0, 0] as well.
+        assert_eq!(found, [2, 4, 7]);
+        assert!(!Joints::of(&[]).is_repeat(&triangles[..1], 0));
     }
 }

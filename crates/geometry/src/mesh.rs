@@ -139,6 +139,14 @@ impl Mesh {
         &self.triangles
     }
 
+    /// Whether a triangle has the corners of an earlier one, in whichever order ([`Facets::is_repeat`](crate::Facets::is_repeat)).
+    ///
+    /// # Panics
+    /// If there is no such triangle.
+    pub fn is_repeat(&self, triangle: usize) -> bool {
+        self.joints().is_repeat(&self.triangles, triangle)
+    }
+
     /// Which vertices are equal, found when first asked for.
     pub(crate) fn joints(&self) -> &Arc<Joints> {
         self.joints.get_or_init(|| Arc::new(Joints::of(&self.positions)))

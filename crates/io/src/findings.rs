@@ -14,12 +14,11 @@ use std::{
 use glam::{DMat3, DVec3};
 use robust::{Coord, orient2d};
 use umbriel_geometry::{Facets, Mesh, Placement};
-use umbriel_scene::{Finding, FindingKind, Object, Scene, Shape};
+use umbriel_scene::{Finding, FindingKind, Object, Scene, Shape, first_alike};
 
 /// The findings about the surfaces of all triangle meshes of a scene, mesh by mesh: what is found about objects that
 /// share a mesh is one finding, with the name of the first of them, its first places, and the count over all. Of other bodies
-/// nothing is found but that the box which cuts one leaves nothing of it. Objects that repeat another one are found of all kinds, meshes
-/// where they share their triangles.
+/// nothing is found but that the box which cuts one leaves nothing of it. Objects that repeat another one ([`first_alike`]) are found of all kinds.
 pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
     let mut place_of: HashMap<*const Mesh, usize> = HashMap::new();
     let mut groups: Vec<Group> = Vec::new();
@@ -49,29 +48,18 @@ pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
     of_meshes.chain(no_surface).chain(repeated(scene)).collect()
 }
 
-/// What makes two objects one: their body, or the mesh that they share, and where it stands.
-type Identity = (Option<*const Mesh>, String, [u64; 12]);
-
 /// The objects that others repeat, with the names of these as places.
 fn repeated(scene: &Scene) -> Vec<Finding> {
-    let mut first_of: HashMap<Identity, usize> = HashMap::new();
     let mut found: BTreeMap<usize, Finding> = BTreeMap::new();
-    for (number, object) in scene.objects.iter().enumerate() {
-        let map = object.placement.map().to_cols_array().map(f64::to_bits);
-        let identity = match &object.shape {
-            Shape::Mesh(mesh) => (Some(Arc::as_ptr(mesh)), String::new(), map),
-            body => (None, format!("{body:?}"), map),
-        };
-        let first = *first_of.entry(identity).or_insert(number);
-        if first == number {
-            continue;
-        }
-        let subject = scene.objects[first].name.clone();
+    let firsts = first_alike(&scene.objects).into_iter().enumerate();
+    for (number, first) in firsts.filter(|(number, first)| number != first) {
+        let subject = || scene.objects[first].name.clone();
         let kind = FindingKind::DuplicateObjects;
-        let finding = found.entry(first).or_insert_with(|| Finding { kind, subject, count: 0, places: Vec::new() });
+        let finding =
+            found.entry(first).or_insert_with(|| Finding { kind, subject: subject(), count: 0, places: Vec::new() });
         finding.count += 1;
         if finding.places.len() < Finding::PLACES {
-            finding.places.push(object.name.clone());
+            finding.places.push(scene.objects[number].name.clone());
         }
     }
     found.into_values().collect()

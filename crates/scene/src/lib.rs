@@ -7,6 +7,7 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+mod alike;
 mod camera;
 mod cells;
 mod family;
@@ -14,6 +15,7 @@ mod finding;
 mod light;
 mod object;
 
+pub use alike::first_alike;
 pub use camera::{Camera, Projection};
 pub use cells::{CellDefect, CellEntry, CellGraph, Overlap, Portal, Region, SceneCell, convex_body};
 pub use family::{Family, FamilyTree, Member};

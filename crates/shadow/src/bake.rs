@@ -1,6 +1,7 @@
 //! The pipeline: coarse step, fine step, sums.
 
 use std::{
+    collections::HashMap,
     sync::{
         OnceLock,
         atomic::{AtomicU64, Ordering},
@@ -9,14 +10,13 @@ use std::{
 };
 
 use rayon::prelude::*;
-use umbriel_bvh::ObjectTree;
 use umbriel_geometry::{Aabb, LightSource, predicates::exact_fallbacks};
 use umbriel_scene::Scene;
 
 use crate::{
     bodies::Bodies,
     budget::{Limit, refine},
-    coarse::{coarse_step, object_tree},
+    coarse::Coarse,
     fine::{lattice::Spacing, scan::Layout},
     groups::groups,
     portals,
@@ -76,7 +76,9 @@ pub(crate) struct Stage<'a> {
     pub(crate) layouts: Vec<OnceLock<Box<Layout>>>,
     /// The solids of each object, each made when it is first asked for.
     pub(crate) solids: Vec<OnceLock<Box<Solids>>>,
-    pub(crate) tree: ObjectTree,
+    pub(crate) coarse: Coarse,
+    /// For each receiver the first one that has the same answer.
+    answered_by: Vec<usize>,
     /// When making it began, and how many seconds it took.
     begun: Instant,
     seconds: f64,
@@ -106,10 +108,12 @@ impl<'a> Stage<'a> {
 
     fn of_bodies(begun: Instant, request: &'a Request, lights: Option<&[LightSource]>, bodies: Bodies<'a>) -> Self {
         let scene = bodies.scene;
-        let (tree, spacing) = (object_tree(&bodies, &request.receivers, lights), spacing(&bodies, request));
+        let (coarse, spacing) = (Coarse::new(&bodies, &request.receivers, lights), spacing(&bodies, request));
+        let answered_by = answered_by(&coarse, scene, request);
         let layouts = scene.objects.iter().map(|_| OnceLock::new()).collect();
         let solids = scene.objects.iter().map(|_| OnceLock::new()).collect();
-        Self { bodies, request, spacing, layouts, solids, tree, begun, seconds: begun.elapsed().as_secs_f64() }
+        let seconds = begun.elapsed().as_secs_f64();
+        Self { bodies, request, spacing, layouts, solids, coarse, answered_by, begun, seconds }
     }
 
     /// The account to which lights are added.
@@ -126,14 +130,15 @@ impl<'a> Stage<'a> {
         effort: &mut Effort,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
         let (start, fallbacks) = (Instant::now(), exact_fallbacks());
-        let influences = coarse_step(&self.tree, &self.request.receivers, light);
+        let influences = self.coarse.step(&self.request.receivers, light);
         let counts = influences.counts();
         effort.work.pairs_tested += counts.tested;
         effort.work.pairs_registered += counts.registered;
         effort.work.pairs_excluded += counts.excluded;
         effort.time.coarse += start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let receivers = |detail| Receivers::new(self, light, (detail, own), &influences);
+        let influences = &influences;
+        let receivers = |detail| Receivers::new(self, light, (detail, own), influences);
         let objects = self.refine(&receivers, effort.lights, progress, &mut effort.work)?;
         effort.lights += 1;
         effort.time.fine += start.elapsed().as_secs_f64();
@@ -151,18 +156,29 @@ impl<'a> Stage<'a> {
     ) -> Result<Vec<ObjectReport>, Cancelled> {
         if self.request.detail == Detail::Faces && self.spacing.is_some() {
             let receivers = receivers(Detail::Faces);
-            let samples = Samples::new(self, receivers.light, receivers.influences);
-            let sums = run(&receivers, |receiver| !samples.takes(receiver), progress)?;
+            let is_first = |receiver: usize| self.answered_by[receiver] == receiver;
+            let samples = Samples::new(self, receivers.light, receivers.influences, is_first);
+            let sums = run(&receivers, |receiver| is_first(receiver) && !samples.takes(receiver), progress)?;
             let mut objects = reports(sums, self.request, work);
             work.rays += samples.run(&mut objects, progress)?;
+            self.repeat(&mut objects);
             return Ok(objects);
         }
         let mut receivers = receivers(self.request.detail);
-        let sums = match self.limit(lights_done) {
-            Some(limit) => refine(&mut receivers, &limit, progress)?,
-            None => run(&receivers, |_| true, progress)?,
-        };
-        Ok(reports(sums, self.request, work))
+        if let Some(limit) = self.limit(lights_done) {
+            return Ok(reports(refine(&mut receivers, &limit, progress)?, self.request, work));
+        }
+        let sums = run(&receivers, |receiver| self.answered_by[receiver] == receiver, progress)?;
+        let mut objects = reports(sums, self.request, work);
+        self.repeat(&mut objects);
+        Ok(objects)
+    }
+
+    /// Gives the answers to those receivers, too, that have the same ones.
+    fn repeat(&self, objects: &mut [ObjectReport]) {
+        for (receiver, &first) in self.answered_by.iter().enumerate().filter(|(receiver, first)| receiver != *first) {
+            objects[receiver] = ObjectReport { object: objects[receiver].object, ..objects[first].clone() };
+        }
     }
 
     /// Where to stop, if that is how the detail is given; time is shared by the lights of the request.
@@ -179,6 +195,25 @@ impl<'a> Stage<'a> {
             _ => None,
         }
     }
+}
+
+/// For each receiver the first one that has the same answer: that is the same body in the same place, with the same sides, and whose detail is the same.
+fn answered_by(coarse: &Coarse, scene: &Scene, request: &Request) -> Vec<usize> {
+    let mut firsts: HashMap<usize, Vec<usize>> = HashMap::new();
+    let of_receiver = |(place, &object): (usize, &usize)| {
+        let first = coarse.alike().first_of(object);
+        if coarse.alike().is_alone(first) {
+            return place;
+        }
+        let what = |object: usize| (scene.objects[object].sides, request.own.objects.get(&object));
+        let known = firsts.entry(first).or_default();
+        let same = known.iter().copied().find(|&other| what(request.receivers[other]) == what(object));
+        same.unwrap_or_else(|| {
+            known.push(place);
+            place
+        })
+    };
+    request.receivers.iter().enumerate().map(of_receiver).collect()
 }
 
 /// The reports, with what was done for them.

@@ -1,23 +1,153 @@
 //! The coarse step: which objects may shadow which, by their boxes and families (Xie et al. 2001, "Coarse step").
+//!
+//! Of objects that are one body in one place ([`first_alike`]) the first stands for all: what one blocks, all of them block, and none of them blocks more of
+//! another than that one blocks of itself, since faces that coincide are in contact. So equal objects cost their boxes, not the square of their number. Lists of
+//! occluders that would take too much memory are not kept, but found anew for each face.
 
-use umbriel_bvh::{Families, Influences, Member, ObjectTree, Shaft, influences};
+use std::borrow::Cow;
+
+use umbriel_bvh::{Families, Member, ObjectTree, PairCounts, Shaft, for_each_influence, occluders_of};
 use umbriel_geometry::{Aabb, LightSource};
-use umbriel_scene::FamilyTree;
+use umbriel_scene::{FamilyTree, first_alike};
 
 use crate::bodies::Bodies;
 
-/// The tree of bounding cubes over a scene's families; what no light reaches is left out, and so is what may shadow none of the receivers under `lights`, if
-/// these are known. A scene whose families do not form a tree over its objects is
-/// grouped by place instead.
-pub(crate) fn object_tree(bodies: &Bodies, receivers: &[usize], lights: Option<&[LightSource]>) -> ObjectTree {
-    let families = families_of(&bodies.scene.families);
-    let lit = |(object, bounds): (usize, &Aabb)| if bodies.is_dark(object) { Aabb::EMPTY } else { *bounds };
-    let mut boxes: Vec<Aabb> = bodies.boxes.iter().enumerate().map(lit).collect();
-    if let Some(lights) = lights.filter(|_| receivers.len() < boxes.len()) {
-        leave_out_idle(&mut boxes, receivers, lights);
+/// Pairs that are kept in any scene: 12 bytes each while they are sorted, 4 later.
+const KEPT_PAIRS: usize = 1 << 24;
+
+/// Pairs that are kept for each object besides: they take about as much as an object does.
+const KEPT_PAIRS_AN_OBJECT: usize = 64;
+
+/// The objects of a scene as the coarse step looks at them; made once for all lights.
+pub(crate) struct Coarse {
+    tree: ObjectTree,
+    alike: Alike,
+}
+
+/// Which objects are one body in one place.
+pub(crate) struct Alike {
+    /// For each object the first that is the same.
+    firsts: Vec<u32>,
+    /// How many objects each first one stands for; 0 for all others.
+    counts: Vec<u32>,
+}
+
+/// Which objects may shadow which receivers under one light.
+pub(crate) struct Influences<'a> {
+    coarse: &'a Coarse,
+    light: LightSource,
+    /// `None` where there are too many pairs to keep.
+    kept: Option<umbriel_bvh::Influences>,
+    counts: PairCounts,
+}
+
+impl Coarse {
+    /// What no light reaches is left out, and so is what may shadow none of the receivers under `lights`, if these are known.
+    pub(crate) fn new(bodies: &Bodies, receivers: &[usize], lights: Option<&[LightSource]>) -> Self {
+        let alike = Alike::of(bodies);
+        let lit = |(object, bounds): (usize, &Aabb)| {
+            if bodies.is_dark(object) || alike.counts[object] == 0 { Aabb::EMPTY } else { *bounds }
+        };
+        let mut boxes: Vec<Aabb> = bodies.boxes.iter().enumerate().map(lit).collect();
+        if let Some(lights) = lights.filter(|_| receivers.len() < boxes.len()) {
+            let receivers: Vec<usize> = receivers.iter().map(|&receiver| alike.first_of(receiver)).collect();
+            leave_out_idle(&mut boxes, &receivers, lights);
+        }
+        Self { tree: object_tree(&boxes, &bodies.scene.families), alike }
     }
-    ObjectTree::build(&boxes, &families).unwrap_or_else(|_| {
-        ObjectTree::build(&boxes, &Families::default()).expect("fewer than 2^30 objects without families")
+
+    /// Which objects are one.
+    pub(crate) fn alike(&self) -> &Alike {
+        &self.alike
+    }
+
+    /// Which objects may shadow each asked receiver.
+    pub(crate) fn step(&self, receivers: &[usize], light: &LightSource) -> Influences<'_> {
+        self.step_with(receivers, light, KEPT_PAIRS + KEPT_PAIRS_AN_OBJECT * self.alike.firsts.len())
+    }
+
+    /// As [`Coarse::step`]; at most so many pairs are kept.
+    fn step_with(&self, receivers: &[usize], light: &LightSource, most: usize) -> Influences<'_> {
+        let asked = self.alike.asked(receivers);
+        let (mut pairs, mut registered) = (Some(Vec::new()), 0);
+        let register = |receiver: u32, occluder: u32| {
+            // Of a class that is its own occluder, each but itself.
+            let others = self.alike.counts[occluder as usize] - u32::from(occluder == receiver);
+            registered += u64::from(asked[receiver as usize]) * u64::from(others);
+            if let Some(kept) = &mut pairs {
+                kept.push((receiver, occluder));
+                if kept.len() > most {
+                    pairs = None;
+                }
+            }
+        };
+        let counts = for_each_influence(&self.tree, light, |object| asked[object as usize] > 0, register);
+        let counts = PairCounts { registered, ..counts };
+        let kept = pairs.map(|pairs| umbriel_bvh::Influences::of_pairs(pairs, self.tree.objects(), counts));
+        Influences { coarse: self, light: *light, kept, counts }
+    }
+}
+
+impl Alike {
+    /// Objects of which light reaches one and not the other are two.
+    fn of(bodies: &Bodies) -> Self {
+        let is_one = |object: usize, first: usize| bodies.is_dark(object) == bodies.is_dark(first);
+        let firsts = first_alike(&bodies.scene.objects).into_iter().enumerate();
+        let firsts: Vec<u32> =
+            firsts.map(|(object, first)| if is_one(object, first) { first as u32 } else { object as u32 }).collect();
+        let mut counts = vec![0; firsts.len()];
+        firsts.iter().for_each(|&first| counts[first as usize] += 1);
+        Self { firsts, counts }
+    }
+
+    /// The first object that is the same as this one.
+    pub(crate) fn first_of(&self, object: usize) -> usize {
+        self.firsts[object] as usize
+    }
+
+    /// Whether a first object stands for itself only.
+    pub(crate) fn is_alone(&self, first: usize) -> bool {
+        self.counts[first] == 1
+    }
+
+    /// For each first object how many asked receivers it stands for.
+    fn asked(&self, receivers: &[usize]) -> Vec<u32> {
+        let mut is_asked = vec![false; self.firsts.len()];
+        receivers.iter().for_each(|&receiver| is_asked[receiver] = true);
+        let mut asked = vec![0; self.firsts.len()];
+        let firsts = self.firsts.iter().zip(is_asked).filter(|(_, is_asked)| *is_asked);
+        firsts.for_each(|(&first, _)| asked[first as usize] += 1);
+        asked
+    }
+}
+
+impl Influences<'_> {
+    /// The objects that may shadow an asked receiver, ascending, of equal ones one: `receiver` itself where it is among them, unless it is flat.
+    pub(crate) fn occluders_of(&self, receiver: u32) -> Cow<'_, [u32]> {
+        let first = self.coarse.alike.firsts[receiver as usize];
+        let found = match &self.kept {
+            Some(kept) => Cow::Borrowed(kept.occluders_of(first)),
+            None => Cow::Owned(occluders_of(&self.coarse.tree, &self.light, first)),
+        };
+        let Some(place) = found.iter().position(|&occluder| occluder == first).filter(|_| first != receiver) else {
+            return found;
+        };
+        let mut found = found.into_owned();
+        found[place] = receiver;
+        found.sort_unstable();
+        found.into()
+    }
+
+    /// What was done to find them; pairs of objects, however many are one.
+    pub(crate) fn counts(&self) -> PairCounts {
+        self.counts
+    }
+}
+
+/// The tree of bounding cubes over a scene's families. A scene whose families do not form a tree over its objects is grouped by place instead.
+pub(crate) fn object_tree(boxes: &[Aabb], families: &FamilyTree) -> ObjectTree {
+    ObjectTree::build(boxes, &families_of(families)).unwrap_or_else(|_| {
+        ObjectTree::build(boxes, &Families::default()).expect("fewer than 2^30 objects without families")
     })
 }
 
@@ -44,9 +174,60 @@ fn families_of(tree: &FamilyTree) -> Families {
     }
 }
 
-/// Which objects may shadow each asked receiver.
-pub(crate) fn coarse_step(tree: &ObjectTree, receivers: &[usize], light: &LightSource) -> Influences {
-    let mut is_asked = vec![false; tree.objects()];
-    receivers.iter().for_each(|&receiver| is_asked[receiver] = true);
-    influences(tree, light, |object| is_asked[object as usize])
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DVec3};
+    use umbriel_bvh::{cannot_shadow, may_shadow};
+    use umbriel_geometry::{Cuboid, Placement, Rectangle};
+    use umbriel_scene::{Object, Scene, Shape, Sides};
+
+    use super::*;
+
+    /// Boxes and flat squares, some of them several times, some beside each other.
+    fn scene() -> Scene {
+        let object = |k: u32| {
+            let at = DVec3::new(f64::from(k % 5), f64::from(k * k % 7), f64::from(k % 3));
+            let shape = if k.is_multiple_of(4) {
+                Shape::Rectangle(Rectangle { size: [3.0; 2] })
+            } else {
+                Shape::Cuboid(Cuboid { size: [1.0, 2.0, 1.0] })
+            };
+            let placement = Placement::new(DAffine3::from_translation(at)).expect("regular");
+            Object::new(format!("{k}"), shape, placement, Sides::Auto).expect("an object")
+        };
+        Scene { objects: (0..60).map(|k| object(k * k % 37)).collect(), ..Scene::default() }
+    }
+
+    /// Kept or found anew, the lists are those of all pairs of objects but that equal ones stand for each other, and all pairs are counted.
+    #[test]
+    fn the_first_stands_for_all_that_are_equal() {
+        let scene = scene();
+        let bodies = Bodies::new(&scene);
+        let receivers: Vec<usize> = (0..60).filter(|object| object % 3 != 1).collect();
+        let firsts = first_alike(&scene.objects);
+        assert!(firsts.iter().enumerate().filter(|&(object, &first)| object != first).count() > 20);
+        for light in [LightSource::sun([0.3, -1.0, 0.2]), LightSource::point([2.0, 5.0, 1.0])] {
+            let light = light.expect("a light");
+            let influences = |occluder: usize, receiver: usize| {
+                let [a, b] = [occluder, receiver].map(|object| &bodies.boxes[object]);
+                (occluder == receiver || may_shadow(a, b, &light)) && !cannot_shadow(a, b, &light)
+            };
+            let coarse = Coarse::new(&bodies, &receivers, Some(&[light]));
+            let [kept, anew] = [usize::MAX, 5].map(|most| coarse.step_with(&receivers, &light, most));
+            assert!(kept.kept.is_some() && anew.kept.is_none());
+            let mut registered = 0;
+            for &receiver in &receivers {
+                let all: Vec<usize> = (0..60).filter(|&occluder| influences(occluder, receiver)).collect();
+                registered += all.iter().filter(|&&occluder| occluder != receiver).count() as u64;
+                let stands = |&object: &usize| {
+                    if firsts[object] == firsts[receiver] { object == receiver } else { object == firsts[object] }
+                };
+                let expected: Vec<u32> = all.into_iter().filter(stands).map(|object| object as u32).collect();
+                assert_eq!(*kept.occluders_of(receiver as u32), expected[..], "{receiver} under {light:?}");
+                assert_eq!(*anew.occluders_of(receiver as u32), expected[..], "{receiver} under {light:?}");
+            }
+            assert_eq!((kept.counts().registered, kept.counts()), (registered, anew.counts()));
+            assert!(registered > 500, "{registered}");
+        }
+    }
 }

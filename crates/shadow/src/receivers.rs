@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use umbriel_bvh::Influences;
 use umbriel_geometry::{
     Approx, Facet, Facets, LightSource, PlacedAnalytic, Point, Surd, analytic::PatchArea, blocking::Probe,
 };
@@ -10,6 +9,7 @@ use umbriel_geometry::{
 use crate::{
     bake::Stage,
     bodies::{Bodies, Body},
+    coarse::Influences,
     exact::{Own, face_blocks, patch_probe, turned_to},
     fine::{
         Occluders,
@@ -68,7 +68,7 @@ pub(crate) struct Receivers<'a> {
     pub(crate) detail: Detail,
     /// What the light has of its own.
     own: Option<Detail>,
-    pub(crate) influences: &'a Influences,
+    pub(crate) influences: &'a Influences<'a>,
     pub(crate) occluders: Occluders<'a>,
     /// How far apart samples are.
     pub(crate) spacing: Option<Spacing>,
@@ -80,7 +80,7 @@ impl<'a> Receivers<'a> {
         stage: &'a Stage<'a>,
         light: &'a LightSource,
         (detail, own): (Detail, Option<Detail>),
-        influences: &'a Influences,
+        influences: &'a Influences<'a>,
     ) -> Self {
         let Stage { bodies, request, spacing, .. } = stage;
         let occluders = Occluders::new(bodies, light);
@@ -158,7 +158,7 @@ impl<'a> Receivers<'a> {
     ) -> Tally<Approx> {
         let chart = &body.charts()[face];
         let size = levels::FaceSize::of_patch(chart, body.placement());
-        let objects = self.influences.occluders_of(object as u32);
+        let objects = &*self.influences.occluders_of(object as u32);
         let is_lit_exactly = |u: f64, v: f64| {
             let probe = patch_probe(body, face, u, v)?;
             let own = turned_to(self.bodies, object, chart.surface, &probe, self.light);

@@ -4,12 +4,12 @@
 //! Samples prove nothing about the surface between them: the lit area is bounded by nothing and by all.
 
 use rayon::prelude::*;
-use umbriel_bvh::Influences;
 use umbriel_geometry::{Facets, LightSource, Sign};
 
 use crate::{
     bake::Stage,
     bodies::Body,
+    coarse::Influences,
     exact::flat_face_is_lit,
     fine::scan::{IsLit, Layout, Sampled, sample},
     progress::{Cancelled, Progress},
@@ -28,12 +28,20 @@ pub(crate) struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    /// Chooses the receivers; nothing is decided yet.
-    pub(crate) fn new(stage: &'a Stage<'a>, light: &'a LightSource, influences: &'a Influences) -> Self {
+    /// Chooses among the receivers that are `asked`, by their places in the request; nothing is decided yet.
+    pub(crate) fn new(
+        stage: &'a Stage<'a>,
+        light: &'a LightSource,
+        influences: &Influences,
+        asked: impl Fn(usize) -> bool,
+    ) -> Self {
         let bodies = &stage.bodies;
         let is_flat = |object: usize| matches!(bodies.get(object), Body::Flat(facets) if !facets.has_holes());
         let mut blocks = vec![false; bodies.boxes.len()];
-        let taken = stage.request.receivers.iter().map(|&object| {
+        let taken = stage.request.receivers.iter().enumerate().map(|(receiver, &object)| {
+            if !asked(receiver) {
+                return false;
+            }
             let occluders = influences.occluders_of(object as u32);
             let is_taken = is_flat(object) && occluders.iter().all(|&occluder| is_flat(occluder as usize));
             if is_taken {

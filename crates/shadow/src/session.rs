@@ -10,14 +10,13 @@
 
 use std::collections::BTreeMap;
 
-use umbriel_bvh::Influences;
 use umbriel_geometry::{Aabb, LightSource, Placement};
 use umbriel_scene::{Family, Light, Member, Object, ObjectDefect, Scene};
 use umbriel_visibility::portals::reach_of_light;
 
 use crate::{
     bake::Stage,
-    coarse::coarse_step,
+    coarse::Influences,
     fine::lattice::Spacing,
     progress::{Cancelled, Progress},
     report::{LightReport, ObjectReport, Time, Work},
@@ -235,8 +234,7 @@ impl Session {
             let source = &self.scene.lights[light].source;
             let reached = self.reached(source);
             let within = reached.as_ref().map(|reached| self.stage(&everything, source, Some(reached.clone())));
-            let tree = &within.as_ref().unwrap_or(&stage).tree;
-            let influences = coarse_step(tree, &everything.receivers, source);
+            let influences = within.as_ref().unwrap_or(&stage).coarse.step(&everything.receivers, source);
             let is_dark = |object: usize| reached.as_ref().is_some_and(|reached| !reached[object]);
             let involved: Vec<Involved> =
                 (0..self.names.len()).map(|object| self.involved(object, is_dark(object), &influences)).collect();
@@ -279,7 +277,8 @@ impl Session {
         if is_dark {
             return vec![self.names[object], DARK];
         }
-        let occluders = influences.occluders_of(object as u32).iter().map(|&other| self.names[other as usize]);
+        let occluders = influences.occluders_of(object as u32);
+        let occluders = occluders.iter().map(|&other| self.names[other as usize]);
         std::iter::once(self.names[object]).chain(occluders).collect()
     }
 }

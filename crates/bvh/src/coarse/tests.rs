@@ -44,6 +44,7 @@ proptest! {
         let found = influences(&tree, &light, |_| true);
         for receiver in 0..boxes.len() {
             prop_assert_eq!(found.occluders_of(receiver as u32), &expected(&boxes, &light, receiver)[..]);
+            prop_assert_eq!(occluders_of(&tree, &light, receiver as u32), expected(&boxes, &light, receiver));
         }
         let others = |receiver: u32| found.occluders_of(receiver).iter().filter(|&&occluder| occluder != receiver).count();
         let pairs: usize = (0..boxes.len() as u32).map(others).sum();

@@ -131,7 +131,7 @@ impl Looks<'_> {
         let object = self.object(id);
         let Body::Flat(facets) = self.all.bodies.get(object) else { return FIRST_LEVEL };
         let corners = flat_corners(facets, id.face as usize, 0);
-        let expected = self.all.occluders.expected_facets(self.all.influences.occluders_of(object as u32), &corners);
+        let expected = self.all.occluders.expected_facets(&self.all.influences.occluders_of(object as u32), &corners);
         let deeper = (1.0 + expected / CANDIDATES).log2();
         FIRST_LEVEL + (deeper as u8).min(DEEPEST_FIRST - FIRST_LEVEL)
     }

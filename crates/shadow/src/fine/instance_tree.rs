@@ -15,11 +15,15 @@ use umbriel_geometry::{Aabb, Mesh, Placement, cut_out::Opacity};
 
 use super::light_frame::LightFrame;
 
-/// A tree over the triangles of a mesh that may block; items are triangles.
+/// A tree over the triangles of a mesh that may block and block more than those before them; items are triangles.
 pub(crate) fn tree_of(mesh: &Mesh) -> BoxTree {
-    let of_triangle = |(triangle, corners): (usize, &[u32; 3])| match mesh.opacity(triangle) {
-        Opacity::Clear => Aabb::EMPTY,
-        _ => Aabb::of(corners.iter().map(|&corner| mesh.positions()[corner as usize])),
+    // Repeats may have other holes.
+    let is_repeat = |triangle: usize| !mesh.has_holes() && mesh.is_repeat(triangle);
+    let of_triangle = |(triangle, corners): (usize, &[u32; 3])| {
+        if mesh.opacity(triangle) == Opacity::Clear || is_repeat(triangle) {
+            return Aabb::EMPTY;
+        }
+        Aabb::of(corners.iter().map(|&corner| mesh.positions()[corner as usize]))
     };
     BoxTree::build(&mesh.triangles().iter().enumerate().map(of_triangle).collect::<Vec<_>>())
 }

@@ -309,7 +309,9 @@ impl<'a> Occluders<'a> {
         let trees = self.frames.iter().map(|frame| {
             let mut boxes = Vec::new();
             let mut items = Vec::new();
-            let blocks = |&facet: &usize| facets.opacity(facet) != Opacity::Clear;
+            // A repeat covers what the first covers, unless it has other holes.
+            let is_repeat = |facet: usize| !facets.has_holes() && facets.is_repeat(facet);
+            let blocks = |&facet: &usize| facets.opacity(facet) != Opacity::Clear && !is_repeat(facet);
             for facet in (0..facets.len()).filter(blocks) {
                 let (points, count) = corners_of(facets, facet);
                 if let Some(bounds) = frame.bounds(&points[..count]) {

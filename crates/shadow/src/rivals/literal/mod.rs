@@ -24,18 +24,14 @@ use std::{
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbriel_bvh::{BoxTree, Influences, TriangleBvh, may_shadow};
+use umbriel_bvh::{BoxTree, Influences, TriangleBvh, influences, may_shadow};
 use umbriel_geometry::{Aabb, Facets, LightSource, Mesh};
+use umbriel_scene::Object;
 
 pub use faults::Faults;
 
 use super::{Polygons, Rival, RivalAnswer, RivalPoint, RivalRefusal, polygons::triangles_of};
-use crate::{
-    bodies::Bodies,
-    coarse::{coarse_step, object_tree},
-    query::Precision,
-    slack::SlackBox,
-};
+use crate::{coarse::object_tree, query::Precision, slack::SlackBox};
 
 /// The method read literally.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,9 +65,9 @@ struct Method<'a> {
 impl<'a> Method<'a> {
     fn new(polygons: &'a Polygons, light: &'a LightSource) -> Self {
         let objects = polygons.boxes().len();
-        let placed = Bodies::new(polygons.scene());
-        let everything: Vec<usize> = (0..objects).collect();
-        let influences = coarse_step(&object_tree(&placed, &everything, None), &everything, light);
+        let scene = polygons.scene();
+        let boxes: Vec<Aabb> = scene.objects.par_iter().map(Object::bounds).collect();
+        let influences = influences(&object_tree(&boxes, &scene.families), light, |_| true);
         let bodies = (0..objects).into_par_iter().map(|object| Body::new(polygons.facets(object))).collect();
         Self { bodies, influences, light }
     }
