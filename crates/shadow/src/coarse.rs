@@ -129,11 +129,10 @@ impl Influences<'_> {
             Some(kept) => Cow::Borrowed(kept.occluders_of(first)),
             None => Cow::Owned(occluders_of(&self.coarse.tree, &self.light, first)),
         };
-        let Some(place) = found.iter().position(|&occluder| occluder == first).filter(|_| first != receiver) else {
-            return found;
-        };
+        let own = if first == receiver { None } else { found.binary_search(&first).ok() };
+        let Some(own) = own else { return found };
         let mut found = found.into_owned();
-        found[place] = receiver;
+        found[own] = receiver;
         found.sort_unstable();
         found.into()
     }
