@@ -99,10 +99,8 @@ impl<'a> FlatReceiver<'a> {
     fn rasterise(&self) -> Result<Tally<Units>, GiveUp> {
         let (bodies, occluders) = (self.all.bodies, &self.all.occluders);
         let is_flat = |object: usize| !bodies.is_analytic(object) && !bodies.has_holes(object);
-        let add_all = |plane: &Plane, chain: &mut Chain| {
-            let mut flat = self.objects.iter().filter(|&&object| is_flat(object as usize));
-            flat.try_for_each(|&object| occluders.add_borders(object, plane, chain))
-        };
+        let flat: Vec<u32> = self.objects.iter().copied().filter(|&object| is_flat(object as usize)).collect();
+        let add = |object: u32, plane: &Plane, chain: &mut Chain| occluders.add_borders(object, plane, chain);
         let raster = Raster {
             shape: self.shape,
             levels: self.levels,
@@ -110,7 +108,7 @@ impl<'a> FlatReceiver<'a> {
             is_lit_exactly: &|u, v| !self.point_is_blocked(u, v),
             is_cancelled: self.is_cancelled,
         };
-        raster.run(&self.corners, self.all.light, occluders.turn(self.id), &add_all)
+        raster.run(&self.corners, self.all.light, occluders.turn(self.id), (&flat, &add))
     }
 
     /// Whether anything blocks the way from a point of the face to the light. Exact.

@@ -6,6 +6,7 @@
 use umbriel_octree::Quadrant;
 
 use super::{
+    Raster,
     chain::Segment,
     tile::{TILE, Tile},
 };
@@ -14,7 +15,8 @@ use crate::fine::pattern;
 /// Points a cell.
 const POINTS: usize = 16;
 
-/// An undecided cell.
+/// An undecided cell, or one that may become so.
+#[derive(Clone)]
 struct OpenCell {
     /// From the cell's middle, in cells.
     x: [f32; POINTS],
@@ -29,11 +31,53 @@ pub(crate) struct Estimate {
     cells: Vec<OpenCell>,
 }
 
+/// The crossings in the cells of a tile, of segments that are forgotten.
+pub(crate) struct Crossings {
+    /// Which of `cells` each cell is, row by row; [`NONE`] where no segment touches it.
+    places: Vec<u16>,
+    /// Windings are changes from that of the middle.
+    cells: Vec<OpenCell>,
+}
+
+/// No cell of a tile has this number.
+const NONE: u16 = u16::MAX;
+
+impl Crossings {
+    /// No segment yet.
+    pub(crate) fn new() -> Self {
+        Self { places: vec![NONE; TILE * TILE], cells: Vec::new() }
+    }
+
+    /// Takes a segment's crossings into account in all cells that it touches.
+    pub(crate) fn add(&mut self, raster: &Raster, tile: &Tile, segment: &Segment) {
+        let net = segment.net;
+        tile.for_each_touched(segment, &[u64::MAX; TILE], |[row, column], middle, is_left| {
+            let place = &mut self.places[row * TILE + column];
+            if *place == NONE {
+                let Some(cell) = OpenCell::new(raster, tile, [row, column]) else { return };
+                *place = self.cells.len() as u16;
+                self.cells.push(cell);
+            }
+            self.cells[usize::from(*place)].cross_about(middle, segment, if is_left { -net } else { net });
+        });
+    }
+
+    fn of(&self, row: usize, column: usize) -> Option<&OpenCell> {
+        self.cells.get(usize::from(self.places[row * TILE + column]))
+    }
+}
+
 impl Estimate {
-    /// For the cells `open` of a tile, of which `halves` keep their lower half only; `carry` is the winding at the left
-    /// of the tile's rows, `level` that of the cells.
-    pub(crate) fn new(tile: &Tile, open: &[u64; TILE], halves: &[u64; TILE], carry: &[i32; TILE], level: u8) -> Self {
-        let mut estimate = Self { before: [0; TILE], cells: Vec::new() };
+    /// For the cells `open` of a tile; `carry` is the winding at the left of the tile's rows, `crossings` what is known of segments that are not added.
+    pub(crate) fn new(
+        raster: &Raster,
+        tile: &Tile,
+        open: &[u64; TILE],
+        carry: &[i32; TILE],
+        crossings: Option<&Crossings>,
+    ) -> Self {
+        let count = open.iter().map(|bits| bits.count_ones() as usize).sum();
+        let mut estimate = Self { before: [0; TILE], cells: Vec::with_capacity(count) };
         for (row, &bits) in open.iter().enumerate() {
             estimate.before[row] = estimate.cells.len();
             if bits == 0 {
@@ -41,9 +85,10 @@ impl Estimate {
             }
             let windings = tile.windings(row, carry[row]);
             for column in (0..TILE).filter(|column| bits >> column & 1 == 1) {
-                let place = [tile.place.column + column as i64, tile.place.row + row as i64].map(|k| k as u32);
-                if let Some(cell) = Quadrant::at(level, place) {
-                    estimate.cells.push(OpenCell::new(cell, halves[row] >> column & 1 == 1, windings[column]));
+                let known = crossings.and_then(|crossings| crossings.of(row, column)).cloned();
+                if let Some(mut cell) = known.or_else(|| OpenCell::new(raster, tile, [row, column])) {
+                    cell.winding.iter_mut().for_each(|winding| *winding += windings[column]);
+                    estimate.cells.push(cell);
                 }
             }
         }
@@ -55,8 +100,7 @@ impl Estimate {
         let net = segment.net;
         tile.for_each_touched(segment, open, |[row, column], middle, is_left| {
             let place = self.before[row] + (open[row] & ((1u64 << column) - 1)).count_ones() as usize;
-            let local = |point: [f64; 2]| [0, 1].map(|k| (point[k] - middle[k]) as f32);
-            self.cells[place].cross(local(segment.from), local(segment.to), if is_left { -net } else { net });
+            self.cells[place].cross_about(middle, segment, if is_left { -net } else { net });
         });
     }
 
@@ -67,14 +111,28 @@ impl Estimate {
 }
 
 impl OpenCell {
-    fn new(cell: Quadrant, is_half: bool, winding: i32) -> Self {
-        let mut open = Self { x: [0.0; POINTS], y: [0.0; POINTS], winding: [winding; POINTS] };
+    /// At a row and a column of a tile, without crossings; `None` off the face.
+    fn new(raster: &Raster, tile: &Tile, [row, column]: [usize; 2]) -> Option<Self> {
+        let place = [tile.place.column + column as i64, tile.place.row + row as i64];
+        let beyond = place[0] + place[1] - (raster.cells() - 1);
+        if raster.is_triangle() && beyond > 0 {
+            return None;
+        }
+        let is_half = raster.is_triangle() && beyond == 0;
+        let cell = Quadrant::at(raster.levels.finest, place.map(|k| k as u32))?;
+        let mut open = Self { x: [0.0; POINTS], y: [0.0; POINTS], winding: [0; POINTS] };
         for (k, point) in pattern::points(cell).enumerate() {
             // On a half cell, points beyond the long side are turned back into it.
             let [s, t] = if is_half && point[0] + point[1] > 1.0 { point.map(|c| 1.0 - c) } else { point };
             (open.x[k], open.y[k]) = ((s - 0.5) as f32, (t - 0.5) as f32);
         }
-        open
+        Some(open)
+    }
+
+    /// As [`OpenCell::cross`], by a segment of a face with the cell's middle on it.
+    fn cross_about(&mut self, middle: [f64; 2], segment: &Segment, change: i32) {
+        let local = |point: [f64; 2]| [0, 1].map(|k| (point[k] - middle[k]) as f32);
+        self.cross(local(segment.from), local(segment.to), change);
     }
 
     /// Changes the windings where the segment from a to b comes between the middle and the point. The change is negative
