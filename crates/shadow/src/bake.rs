@@ -3,7 +3,7 @@
 use std::{
     collections::HashMap,
     sync::{
-        OnceLock,
+        Arc, OnceLock,
         atomic::{AtomicU64, Ordering},
     },
     time::Instant,
@@ -72,10 +72,10 @@ pub(crate) struct Stage<'a> {
     pub(crate) request: &'a Request,
     /// How far apart samples are.
     pub(crate) spacing: Option<Spacing>,
-    /// The samples of each object's flat faces, each made when it is first asked for.
-    pub(crate) layouts: Vec<OnceLock<Box<Layout>>>,
-    /// The solids of each object, each made when it is first asked for.
-    pub(crate) solids: Vec<OnceLock<Box<Solids>>>,
+    /// The samples of each object's flat faces, each made when it is first asked for; none of instances.
+    pub(crate) layouts: Vec<OnceLock<Arc<Layout>>>,
+    /// The solids of each object, each made when it is first asked for; none of instances.
+    pub(crate) solids: Vec<OnceLock<Arc<Solids>>>,
     pub(crate) coarse: Coarse,
     /// For each receiver the first one that has the same answer.
     answered_by: Vec<usize>,

@@ -130,8 +130,20 @@ impl<'a> Bodies<'a> {
 
     /// Whether the object is placed, or would be kept for all of the bake.
     pub(crate) fn is_kept(&self, object: usize) -> bool {
-        let is_placed = || self.built[object].get().is_some_and(|built| built.body.get().is_some());
-        self.of_all.is_none() || !self.is_instance(object) || is_placed()
+        self.of_all.is_none() || !self.is_instance(object) || self.is_placed(object)
+    }
+
+    fn is_placed(&self, object: usize) -> bool {
+        self.built[object].get().is_some_and(|built| built.body.get().is_some())
+    }
+
+    /// The object's body; an instance that is not placed yet only while it is looked at.
+    pub(crate) fn look_at<T>(&self, object: usize, look: impl FnOnce(&Body) -> T) -> T {
+        if self.is_instance(object) && !self.is_placed(object) {
+            look(&Body::Flat(self.scene.objects[object].facets().unwrap_or_default()))
+        } else {
+            look(self.get(object))
+        }
     }
 
     /// Number of the object's faces; of a mesh without placing it.

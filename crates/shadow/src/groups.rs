@@ -8,7 +8,7 @@ use glam::DVec3;
 use umbriel_geometry::{Aabb, LightSource};
 use umbriel_octree::encode3;
 
-use crate::receivers::Receivers;
+use crate::{bodies::Bodies, receivers::Receivers};
 
 /// A group is complete with so many faces; tests have more groups than one.
 const FACES: usize = if cfg!(test) { 1 << 6 } else { 1 << 17 };
@@ -18,12 +18,21 @@ const STEPS: f64 = ((1u32 << 21) - 1) as f64;
 
 /// Places in the request's list of receivers, in groups.
 pub(crate) fn groups(receivers: &Receivers, asked: Vec<usize>) -> Vec<Vec<usize>> {
-    let bodies = receivers.bodies;
-    if !bodies.has_instances() {
+    if !receivers.bodies.has_instances() {
         return vec![asked];
     }
-    let object = |receiver: usize| receivers.request.receivers[receiver];
-    let place = |receiver: &usize| as_seen(receivers.light, bodies.boxes[object(*receiver)].center());
+    groups_of(receivers.bodies, &receivers.request.receivers, receivers.light, (asked, FACES))
+}
+
+/// Places in a list of receivers, in groups that are complete with `most` faces.
+pub(crate) fn groups_of(
+    bodies: &Bodies,
+    receivers: &[usize],
+    light: &LightSource,
+    (asked, most): (Vec<usize>, usize),
+) -> Vec<Vec<usize>> {
+    let object = |receiver: usize| receivers[receiver];
+    let place = |receiver: &usize| as_seen(light, bodies.boxes[object(*receiver)].center());
     let all = Aabb::of(asked.iter().map(place).filter(|place| place.is_finite()));
     let code = |receiver: &usize| {
         let step = (place(receiver) - all.min) / all.size().max_element() * STEPS;
@@ -32,9 +41,9 @@ pub(crate) fn groups(receivers: &Receivers, asked: Vec<usize>) -> Vec<Vec<usize>
     };
     let mut ordered = asked;
     ordered.sort_by_cached_key(code);
-    let (mut groups, mut faces) = (Vec::new(), FACES);
+    let (mut groups, mut faces) = (Vec::new(), most);
     for receiver in ordered {
-        if faces >= FACES {
+        if faces >= most {
             groups.push(Vec::new());
             faces = 0;
         }
@@ -64,7 +73,7 @@ mod tests {
     use umbriel_geometry::{LightSource, Mesh, Placement, Rectangle};
     use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 
-    use crate::{CellMethod, Detail, LightReport, Request, Sampling, Silent, bake};
+    use crate::{CellMethod, Detail, LightReport, Request, SampleCount, Sampling, Silent, bake};
 
     /// A bowl of 64 triangles, open above, in which vertices of one position are given twice.
     fn bowl() -> Mesh {
@@ -108,21 +117,38 @@ mod tests {
         }
     }
 
+    fn answers(is_shared: bool, request: Request) -> Vec<LightReport> {
+        bake(&bowls(is_shared), &request, &Silent).expect("nobody cancels").lights
+    }
+
     #[test]
     fn instances_answer_as_meshes_of_their_own() {
-        let answers = |is_shared: bool, sampling: Option<Sampling>, method: CellMethod| -> Vec<LightReport> {
-            let scene = bowls(is_shared);
-            let detail = Detail::Depth { interior: 2, boundary: 6 };
-            let request = Request { keep_cells: true, sampling, method, ..Request::everything(&scene, detail) };
-            bake(&scene, &request, &Silent).expect("nobody cancels").lights
-        };
+        let scene = bowls(true);
         for method in [CellMethod::Quadtree, CellMethod::Borders, CellMethod::Auto] {
             for sampling in [None, Some(Sampling::Count(3000))] {
-                let [shared, own] = [true, false].map(|is_shared| answers(is_shared, sampling, method));
+                let detail = Detail::Depth { interior: 2, boundary: 6 };
+                let request = Request { keep_cells: true, sampling, method, ..Request::everything(&scene, detail) };
+                let [shared, own] = [true, false].map(|is_shared| answers(is_shared, request.clone()));
                 assert!(shared == own, "{method:?}");
                 let shadowed = |light: &LightReport| light.objects[0].lit.upper < light.objects[0].area;
                 assert!(shared.iter().all(shadowed), "bowls shadow the floor");
             }
+        }
+    }
+
+    #[test]
+    fn samples_of_instances_are_those_of_meshes_of_their_own() {
+        let scene = bowls(true);
+        for count in [300, 30_000] {
+            let sampling = Some(Sampling::Count(count));
+            let request = Request { keep_cells: true, sampling, ..Request::everything(&scene, Detail::Faces) };
+            let [shared, own] = [true, false].map(|is_shared| answers(is_shared, request.clone()));
+            assert!(shared == own, "{count} samples");
+            let shadowed = |samples: SampleCount| samples.lit < samples.samples;
+            assert!(
+                shared.iter().all(|light| light.objects[0].samples.is_some_and(shadowed)),
+                "bowls shadow the floor"
+            );
         }
     }
 }

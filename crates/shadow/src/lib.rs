@@ -23,6 +23,7 @@ mod hours;
 mod levels;
 mod light_space;
 mod loose;
+mod parts;
 mod portals;
 mod progress;
 mod query;

@@ -1,17 +1,20 @@
-//! Samples without cells: flat receivers all at once ([`scan`](crate::fine::scan)).
+//! Samples without cells: flat receivers all at once ([`scan`](crate::fine::scan)), or in [`parts`](crate::parts) where meshes have instances.
 //!
 //! Receivers that a curved body or one with holes may shadow, and these themselves, are left to [`Receivers`](crate::receivers::Receivers).
 //! Samples prove nothing about the surface between them: the lit area is bounded by nothing and by all.
+
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use umbriel_geometry::{Facets, LightSource, Sign};
 
 use crate::{
     bake::Stage,
-    bodies::Body,
+    bodies::{Bodies, Body},
     coarse::Influences,
     exact::flat_face_is_lit,
-    fine::scan::{IsLit, Layout, Sampled, sample},
+    fine::scan::{IsLit, Layout, LitBits, Sampled, sample},
+    parts::{Lot, Part, PartOfAll, parts},
     progress::{Cancelled, Progress},
     report::{LitArea, ObjectReport, SampleCount},
     solids::{Solids, Uses},
@@ -21,10 +24,18 @@ use crate::{
 pub(crate) struct Samples<'a> {
     stage: &'a Stage<'a>,
     light: &'a LightSource,
+    influences: &'a Influences<'a>,
     /// Per receiver of the request: whether it is taken.
     taken: Vec<bool>,
-    /// Per object: whether it may block a sample of a receiver that is taken.
-    blocks: Vec<bool>,
+}
+
+/// An object of a lot.
+struct Prepared<'b> {
+    object: usize,
+    facets: &'b Facets,
+    solids: Arc<Solids>,
+    /// Of a receiver: its place in the request, and its samples.
+    receives: Option<(usize, Arc<Layout>)>,
 }
 
 impl<'a> Samples<'a> {
@@ -32,25 +43,19 @@ impl<'a> Samples<'a> {
     pub(crate) fn new(
         stage: &'a Stage<'a>,
         light: &'a LightSource,
-        influences: &Influences,
+        influences: &'a Influences<'a>,
         asked: impl Fn(usize) -> bool,
     ) -> Self {
         let bodies = &stage.bodies;
-        let is_flat = |object: usize| matches!(bodies.get(object), Body::Flat(facets) if !facets.has_holes());
-        let mut blocks = vec![false; bodies.boxes.len()];
+        let is_flat = |object: usize| !bodies.is_analytic(object) && !bodies.has_holes(object);
         let taken = stage.request.receivers.iter().enumerate().map(|(receiver, &object)| {
             if !asked(receiver) {
                 return false;
             }
             let occluders = influences.occluders_of(object as u32);
-            let is_taken = is_flat(object) && occluders.iter().all(|&occluder| is_flat(occluder as usize));
-            if is_taken {
-                occluders.iter().for_each(|&occluder| blocks[occluder as usize] = true);
-            }
-            is_taken
+            is_flat(object) && occluders.iter().all(|&occluder| is_flat(occluder as usize))
         });
-        let taken = taken.collect();
-        Self { stage, light, taken, blocks }
+        Self { stage, light, influences, taken: taken.collect() }
     }
 
     /// Whether receiver number `receiver` of the request is taken.
@@ -64,43 +69,103 @@ impl<'a> Samples<'a> {
     /// [`Cancelled`] when `progress` says so.
     pub(crate) fn run(&self, reports: &mut [ObjectReport], progress: &dyn Progress) -> Result<u64, Cancelled> {
         let Stage { bodies, request, .. } = self.stage;
-        let mut place = vec![None; bodies.boxes.len()];
-        let asked = request.receivers.iter().enumerate().filter(|&(receiver, _)| self.taken[receiver]);
-        asked.for_each(|(receiver, &object)| place[object] = Some(receiver));
-        let lit_faces: Vec<_> = (0..bodies.boxes.len())
-            .map(|object| {
-                move |face: usize, turn: Option<Sign>| flat_face_is_lit(bodies, (object, face), self.light, turn)
-            })
-            .collect();
-        let objects: Vec<Sampled> = (0..bodies.boxes.len())
-            .into_par_iter()
-            .filter(|&object| self.blocks[object] || place[object].is_some())
-            .map_init(Uses::default, |uses, object| {
-                let Body::Flat(facets) = bodies.get(object) else { return None };
-                let receives = place[object].map(|_| (self.layout(object, facets), &lit_faces[object] as &IsLit));
-                // Each object is one job, and lights go one after another: no job waits for what its own thread is making.
-                let solids = self.stage.solids[object].get_or_init(|| Box::new(Solids::of(facets, uses)));
-                Some(Sampled { object: object as u32, facets, solids, receives, bounds: bodies.boxes[object] })
-            })
-            .flatten_iter()
-            .collect();
-        let lit = sample(bodies, self.light, &objects, progress)?;
-        let mut all = 0;
-        for (object, lit) in objects.iter().zip(lit) {
-            let (Some((layout, _)), Some(receiver)) = (object.receives, place[object.object as usize]) else {
-                continue;
-            };
-            let samples = SampleCount { samples: layout.samples, lit: lit.count() };
-            reports[receiver] = report(object.object as usize, layout, samples);
-            reports[receiver].answers = request.keep_cells.then(|| layout.answers(&lit));
-            all += samples.samples;
+        let taken = (0..request.receivers.len()).filter(|&receiver| self.taken[receiver]).collect();
+        let parts = parts(bodies, &request.receivers, (self.light, self.influences), taken);
+        let all: u64 = parts.iter().flat_map(|part| &part.lots).map(|lot| lot.faces).sum();
+        let mut before = 0;
+        for part in &parts {
+            let mut known: Vec<LitBits> = Vec::new();
+            for lot in &part.lots {
+                let progress = PartOfAll { progress, before, own: lot.faces, all };
+                if bodies.has_instances() {
+                    self.run_lot(&Bodies::of_group(bodies), (part, lot), &mut known, reports, &progress)?;
+                } else {
+                    self.run_lot(bodies, (part, lot), &mut known, reports, &progress)?;
+                }
+                before += lot.faces;
+            }
         }
-        Ok(all)
+        let counts = (0..request.receivers.len()).filter(|&receiver| self.taken[receiver]);
+        Ok(counts.filter_map(|receiver| reports[receiver].samples).map(|samples| samples.samples).sum())
     }
 
-    fn layout(&self, object: usize, facets: &Facets) -> &'a Layout {
+    /// The receivers of a part before one lot of what may shadow them; `known` are the answers before those before, and then all of them.
+    fn run_lot(
+        &self,
+        bodies: &Bodies,
+        (part, lot): (&Part, &Lot),
+        known: &mut Vec<LitBits>,
+        reports: &mut [ObjectReport],
+        progress: &dyn Progress,
+    ) -> Result<(), Cancelled> {
+        let prepared = self.prepared(bodies, part, lot);
+        let lit_faces: Vec<_> = prepared
+            .iter()
+            .map(|one| {
+                move |face: usize, turn: Option<Sign>| flat_face_is_lit(bodies, (one.object, face), self.light, turn)
+            })
+            .collect();
+        let objects: Vec<Sampled> =
+            prepared.iter().zip(&lit_faces).map(|(one, is_lit)| sampled(bodies, one, is_lit)).collect();
+        let lit = sample(bodies, self.light, &objects, progress)?;
+        let lit = lit.into_iter().zip(&prepared).filter_map(|(lit, one)| one.receives.as_ref().map(|_| lit));
+        if known.is_empty() {
+            known.extend(lit);
+        } else {
+            known.iter_mut().zip(lit).for_each(|(known, lit)| known.intersect(&lit));
+        }
+        let receivers = prepared.iter().filter_map(|one| Some((one.object, one.receives.as_ref()?)));
+        for ((object, (receiver, layout)), lit) in receivers.zip(known) {
+            let samples = SampleCount { samples: layout.samples, lit: lit.count() };
+            reports[*receiver] = report(object, layout, samples);
+            reports[*receiver].answers = self.stage.request.keep_cells.then(|| layout.answers(lit));
+        }
+        Ok(())
+    }
+
+    /// The objects of a lot, ascending: receivers are in the way of others, too.
+    fn prepared<'b>(&self, bodies: &'b Bodies, part: &Part, lot: &Lot) -> Vec<Prepared<'b>> {
+        let mut objects: Vec<(usize, Option<usize>)> =
+            lot.occluders.iter().map(|&object| (object as usize, None)).collect();
+        objects.extend(part.receivers.iter().map(|&receiver| (self.stage.request.receivers[receiver], Some(receiver))));
+        // What receives comes after what only blocks; of both the last is kept.
+        objects.sort_unstable();
+        objects.reverse();
+        objects.dedup_by_key(|(object, _)| *object);
+        objects.reverse();
+        let prepare = |uses: &mut Uses, (object, receiver): (usize, Option<usize>)| {
+            let Body::Flat(facets) = bodies.get(object) else { return None };
+            let receives = receiver.map(|receiver| (receiver, self.layout(object, facets)));
+            // Each object is one job, and lights go one after another: no job waits for what its own thread is making.
+            let mut solids = || Arc::new(Solids::of(facets, uses));
+            let solids = if bodies.is_instance(object) {
+                solids()
+            } else {
+                Arc::clone(self.stage.solids[object].get_or_init(solids))
+            };
+            Some(Prepared { object, facets, solids, receives })
+        };
+        objects.into_par_iter().map_init(Uses::default, prepare).flatten_iter().collect()
+    }
+
+    fn layout(&self, object: usize, facets: &Facets) -> Arc<Layout> {
         let spacing = self.stage.spacing.expect("samples were asked for");
-        self.stage.layouts[object].get_or_init(|| Box::new(Layout::new(facets, spacing)))
+        let layout = || Arc::new(Layout::new(facets, spacing));
+        if self.stage.bodies.is_instance(object) {
+            layout()
+        } else {
+            Arc::clone(self.stage.layouts[object].get_or_init(layout))
+        }
+    }
+}
+
+fn sampled<'s>(bodies: &Bodies, one: &'s Prepared<'s>, is_lit: &'s IsLit<'s>) -> Sampled<'s> {
+    Sampled {
+        object: one.object as u32,
+        facets: one.facets,
+        solids: &one.solids,
+        receives: one.receives.as_ref().map(|(_, layout)| (&**layout, is_lit)),
+        bounds: bodies.boxes[one.object],
     }
 }
 

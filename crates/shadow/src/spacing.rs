@@ -53,17 +53,21 @@ impl Lattices {
     pub(crate) fn of(bodies: &Bodies, request: &Request) -> Self {
         let objects = request.receivers.par_iter();
         objects
-            .fold(Self::default, |lattices, &object| match bodies.get(object) {
-                Body::Flat(facets) => lattices.with_facets(facets),
-                Body::Analytic(body) => {
-                    let charts = body.charts().iter().map(|chart| chart.steps(body.placement()));
-                    charts.fold(lattices, |mut lattices, [a, b]| {
-                        lattices.add(&[a * b], &[a], &[b]);
-                        lattices
-                    })
-                }
-            })
+            .fold(Self::default, |lattices, &object| bodies.look_at(object, |body| lattices.with_body(body)))
             .reduce(Self::default, Self::joined)
+    }
+
+    fn with_body(self, body: &Body) -> Self {
+        match body {
+            Body::Flat(facets) => self.with_facets(facets),
+            Body::Analytic(body) => {
+                let charts = body.charts().iter().map(|chart| chart.steps(body.placement()));
+                charts.fold(self, |mut lattices, [a, b]| {
+                    lattices.add(&[a * b], &[a], &[b]);
+                    lattices
+                })
+            }
+        }
     }
 
     fn with_facets(self, facets: &Facets) -> Self {

@@ -22,6 +22,13 @@ impl LitBits {
         }
     }
 
+    /// Leaves those set that `other`, of the same lattice, has too.
+    pub(crate) fn intersect(&mut self, other: &Self) {
+        for (byte, other) in self.0.iter_mut().zip(&other.0) {
+            *byte.get_mut() &= other.load(Ordering::Relaxed);
+        }
+    }
+
     /// Eight bits.
     pub(super) fn byte(&self, at: u64) -> u8 {
         self.0[at as usize].load(Ordering::Relaxed)

@@ -38,5 +38,6 @@ mod tests;
 
 pub(crate) use {
     layout::Layout,
+    lit_bits::LitBits,
     sampler::{IsLit, Sampled, sample},
 };
