@@ -2,6 +2,7 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 use super::*;
+use crate::decisions::Decisions;
 
 /// A unit square's lower left half at height one, texture coordinates its x and z.
 const CORNERS: [[f64; 3]; 3] = [[0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [1.0, 1.0, 0.0]];
@@ -40,6 +41,19 @@ fn texels_are_squares_closed_where_they_begin() {
     assert!(is_opaque(&part, [0.5_f64.next_down(), 0.25]), "one float before the border");
     assert!(is_opaque(&part, [0.5, 0.5]), "the lower right texel begins here");
     assert_eq!(mesh(part).opacity(0), Opacity::Mixed);
+}
+
+#[test]
+fn a_way_through_the_border_of_texels_is_told_exactly() {
+    let part = part(cut_out(Some(checkers()), Filter::Nearest, Wrap::Repeat), 1.0);
+    let level = |place: [f64; 2]| {
+        let before = Decisions::of_thread();
+        is_opaque(&part, place);
+        Decisions::of_thread() - before
+    };
+    let (clear, border) = (level([0.3, 0.3]), level([0.5, 0.3]));
+    assert_eq!((clear.double, clear.all()), (1, 1));
+    assert_eq!((border.exact, border.all()), (1, 1));
 }
 
 #[test]

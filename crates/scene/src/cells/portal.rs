@@ -6,7 +6,7 @@
 //! coordinate, as far as a turn about the origin may move a corner.
 
 use glam::DVec3;
-use umbriel_geometry::{Approx, Brep, Decide, Dyadic, Point, Sign, accept_point, predicates};
+use umbriel_geometry::{Approx, Brep, Decide, Dyadic, Point, Ring, Sign, accept_point, decisions::decide, predicates};
 
 use super::{
     CellDefect, Region, SceneCell, face_plane,
@@ -212,5 +212,26 @@ fn turn(a: DVec3, b: DVec3, c: DVec3, axis: usize) -> Sign {
         from_a(b, j) * from_a(c, k) - from_a(b, k) * from_a(c, j)
     }
     let filtered: Approx = doubled(a, b, c, axis);
-    filtered.sign().unwrap_or_else(|| Decide::decide(&doubled::<Dyadic>(a, b, c, axis)).unwrap_or(Sign::Zero))
+    decide(filtered.sign(), || doubled::<Dyadic>(a, b, c, axis).sign())
+}
+
+#[cfg(test)]
+mod tests {
+    use umbriel_geometry::decisions::Decisions;
+
+    use super::*;
+
+    #[test]
+    fn corners_in_line_are_told_exactly() {
+        let [a, b, c] = [0.1, 0.2, 0.4].map(|t| DVec3::new(t, 1.0, 3.0 * t));
+        let before = Decisions::of_thread();
+        assert_eq!(turn(a, b, DVec3::new(0.4, 1.0, 0.7), 1), Sign::Positive);
+        assert_eq!((Decisions::of_thread() - before).exact, 0);
+        let sign = turn(a, b, c, 1);
+        assert_eq!((Decisions::of_thread() - before).exact, 1);
+        let numbers = |p: DVec3| [p.x, p.z].map(Dyadic::new);
+        let [[ax, az], [bx, bz], [cx, cz]] = [a, b, c].map(numbers);
+        let across = (bz - az.clone()) * (cx - ax.clone()) - (bx - ax) * (cz - az);
+        assert_eq!(sign, across.sign());
+    }
 }

@@ -10,6 +10,7 @@ use umbriel_bvh::Ray;
 use umbriel_geometry::{
     Approx, Decide, Dyadic, Facets, PlacedAnalytic, Point, Sign,
     analytic::{Crossing, Root},
+    decisions::decide,
     predicates,
 };
 
@@ -70,7 +71,7 @@ impl Shot {
                 work.judged += 1;
                 let ray = self.ray(pixel);
                 let filtered = self.distance::<Approx>(footprint, &ray).map(|distance| distance.is_some());
-                filtered.unwrap_or_else(|| self.distance::<Dyadic>(footprint, &ray).flatten().is_some())
+                decide(filtered, || self.distance::<Dyadic>(footprint, &ray).flatten().is_some())
             }
         }
     }
@@ -89,7 +90,7 @@ impl Shot {
             return face < other;
         }
         let ray = self.ray(pixel);
-        match self.order::<Approx>(a, b, &ray).or_else(|| self.order::<Dyadic>(a, b, &ray)) {
+        match decide(self.order::<Approx>(a, b, &ray).map(Some), || self.order::<Dyadic>(a, b, &ray)) {
             Some(Sign::Negative) => true,
             Some(Sign::Positive) => false,
             Some(Sign::Zero) | None => face < other,

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3};
-use umbriel_geometry::{Analytic, Cuboid, Dyadic, Mesh, Placement, Rectangle, Ring, Sign};
+use umbriel_geometry::{Analytic, Cuboid, Dyadic, Mesh, Placement, Rectangle, Ring, Sign, decisions::Decisions};
 use umbriel_scene::{Camera, Object, Projection, Scene, Shape, Sides};
 
 use super::*;
@@ -57,6 +57,26 @@ fn common_picture(scene: &Scene, view: &View) -> (Shot, FacePicture) {
         assert!(differing.is_empty(), "{}: {} pixels differ, {sample:?}", method.name(), differing.len());
     }
     (shot, first)
+}
+
+/// A ray through an edge, and one on which two faces are met at one depth: floats leave both open.
+#[test]
+fn what_footprints_and_floats_leave_open_is_told_exactly() {
+    let triangle = |height: f64| {
+        let corners = vec![[1.0, 1.0, 0.0], [5.0, 1.0, 0.0], [1.0, 5.0, height]];
+        object(mesh(corners, vec![[0, 1, 2]]), DAffine3::IDENTITY)
+    };
+    let before = Decisions::of_thread();
+    let (shot, picture) = common_picture(&scene(vec![triangle(0.0)]), &over_lattice());
+    let edges = Decisions::of_thread() - before;
+    assert!(edges.exact > 0, "{edges:?}");
+    assert_eq!(picture.seen(&shot, [3, 4]).map(|seen| seen.object), Some(0), "on the slanted edge");
+    // Both hold the edge from (1, 1) to (5, 1), and the second one is nearer everywhere else.
+    let (shot, picture) = common_picture(&scene(vec![triangle(0.0), triangle(1.0)]), &over_lattice());
+    let depths = Decisions::of_thread() - before - edges;
+    assert!(depths.exact > edges.exact, "{depths:?}");
+    assert_eq!(picture.seen(&shot, [3, 6]).map(|seen| seen.object), Some(0), "at one depth");
+    assert_eq!(picture.seen(&shot, [2, 5]).map(|seen| seen.object), Some(1), "before it");
 }
 
 #[test]

@@ -11,7 +11,7 @@
 //! neither overflows nor loses the filter's bound. Where a plane only touches a cone, the cone stays as it is: larger, never smaller.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, Approx, Decide, Dyadic, LightSource, Sign, predicates};
+use umbriel_geometry::{Aabb, Approx, Decide, Dyadic, LightSource, Sign, decisions::decide, predicates};
 use umbriel_scene::Projection;
 
 use crate::view::{View, corners};
@@ -122,7 +122,7 @@ impl Frustum {
     /// The side of a plane on which the corner ray between two others lies. Exact.
     fn sign_of_corner(&self, plane: &SidePlane, before: &SidePlane, after: &SidePlane) -> Sign {
         let filtered = dot(&plane.normal, &cross(&before.normal, &after.normal));
-        filtered.sign().unwrap_or_else(|| {
+        decide(filtered.sign(), || {
             let [plane, before, after] = [plane, before, after].map(|side| side.exact(&self.eye));
             known(&dot(&plane, &cross(&before, &after)))
         })
@@ -177,7 +177,7 @@ fn cone(eye: &LightSource, corners: &[Corner]) -> Option<Vec<SidePlane>> {
     let turn = |i: usize| {
         let [a, b, c] = [0, 1, 2].map(|k| corners[(i + k) % count]);
         let filtered = dot(&scaled_image(eye, c), &cross(&scaled_image(eye, a), &scaled_image(eye, b)));
-        filtered.sign().unwrap_or_else(|| {
+        decide(filtered.sign(), || {
             let [a, b, c] = [a, b, c].map(|corner| image::<Dyadic>(eye, corner));
             known(&dot(&c, &cross(&a, &b)))
         })

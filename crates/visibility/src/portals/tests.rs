@@ -1,6 +1,6 @@
 use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
-use umbriel_geometry::{Aabb, Brep, Cuboid, Placement};
+use umbriel_geometry::{Aabb, Brep, Cuboid, Placement, decisions::Decisions};
 use umbriel_scene::{Camera, Portal, Region, SceneCell, Shape, Sides};
 
 use super::*;
@@ -50,6 +50,16 @@ fn doors_in_line_show_what_is_in_line() {
     // From beside the door nothing of the third room is seen.
     let reach = reach_of_light(&scene, &lamp(3.5, 1.0, 0.25));
     assert_eq!(reach.cells, [0, 1]);
+}
+
+#[test]
+fn doors_whose_edges_are_in_one_plane_with_the_eye_are_told_exactly() {
+    // The plane z = 1.5 through the lamp holds a side of every door, and y = 2.5 another one.
+    let before = Decisions::of_thread();
+    let reach = reach_of_light(&enfilade(6), &lamp(1.0, 2.5, 1.5));
+    let decisions = Decisions::of_thread() - before;
+    assert!(decisions.exact > 0, "{decisions:?}");
+    assert_eq!((reach.cells.len(), reach.passages), (6, 5));
 }
 
 #[test]
