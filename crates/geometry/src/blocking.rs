@@ -9,13 +9,17 @@ use std::cell::LazyCell;
 use glam::DVec3;
 
 use crate::{
+    analytic::{Chart, HomogeneousPoint},
     approx::Approx,
-    decisions::{Level, count, decide},
+    decide::Decide,
+    decisions::decide_by_pairs,
     light::LightSource,
     pair::Pair,
+    placement::Placement,
     point::{ExactPoint, Point},
-    predicates::{Target, side_filter, side_of_pairs, side_value},
+    predicates::{Target, exact_side, side_filter, side_of_pairs, side_value},
     ring::{Ring, Sign, determinant, dot},
+    surd::Surd,
 };
 
 /// How the exact coordinates of a point are made when they are asked for.
@@ -26,7 +30,19 @@ pub struct Probe<'a, R = crate::Dyadic> {
     /// The bounds; its `exact` is not used.
     pub bounds: Point<'static>,
     exact: LazyCell<ExactPoint<R>, Recipe<'a, R>>,
-    place: Option<FacePlace<'a>>,
+    /// Where it is on a flat face, if it is known as a point of one.
+    face: Option<FacePlace<'a>>,
+    /// The same of a patch.
+    patch: Option<PatchPlace<'a>>,
+}
+
+/// The point (u, v) of a patch of a placed body.
+#[derive(Clone, Copy)]
+struct PatchPlace<'a> {
+    chart: &'a Chart,
+    placement: &'a Placement,
+    u: f64,
+    v: f64,
 }
 
 /// A place on a planar face: A + u·(B − A) + v·(D − A) for its first, second and last corner.
@@ -40,7 +56,7 @@ struct FacePlace<'a> {
 impl<'a, R: Ring> Probe<'a, R> {
     /// A point inside `bounds` whose exact coordinates `exact` gives; called once at most.
     pub fn new(bounds: Point<'static>, exact: impl FnOnce() -> ExactPoint<R> + 'a) -> Self {
-        Self { bounds, exact: LazyCell::new(Box::new(exact)), place: None }
+        Self { bounds, exact: LazyCell::new(Box::new(exact)), face: None, patch: None }
     }
 
     /// The point A + u·(B − A) + v·(D − A) of a planar face with the corners A, B and D, its first, second and last one.
@@ -57,7 +73,7 @@ impl<'a, R: Ring> Probe<'a, R> {
             let xyz = std::array::from_fn(|k| a[k].clone() + along(&a[k], &b[k], u) + along(&a[k], &d[k], v));
             ExactPoint { xyz, w: R::from_f64(1.0) }
         };
-        Self { place: Some(FacePlace { corners, u, v }), ..Self::new(bounds, exact) }
+        Self { face: Some(FacePlace { corners, u, v }), ..Self::new(bounds, exact) }
     }
 
     /// The point with these float coordinates.
@@ -67,7 +83,7 @@ impl<'a, R: Ring> Probe<'a, R> {
 
     /// The coordinates in pairs of floats: of a place on a face, or of floats.
     fn pairs(&self) -> Option<[Pair; 3]> {
-        let Some(FacePlace { corners, u, v }) = &self.place else {
+        let Some(FacePlace { corners, u, v }) = &self.face else {
             return (self.bounds.slack == DVec3::ZERO).then(|| self.bounds.position.to_array().map(Pair::exact));
         };
         let [a, b, d] = corners.each_ref().map(Pair::of_point);
@@ -75,9 +91,47 @@ impl<'a, R: Ring> Probe<'a, R> {
         Some(std::array::from_fn(|k| a[k] + (b[k] - a[k]) * u + (d[k] - a[k]) * v))
     }
 
+    /// Points in pairs of floats whose weighted mean this is: the corners of its face, or itself.
+    fn weighted_pairs(&self) -> Option<Vec<([Pair; 3], Pair)>> {
+        let one = Pair::exact(1.0);
+        match &self.face {
+            None => self.pairs().map(|point| vec![(point, one)]),
+            Some(FacePlace { corners, u, v }) => {
+                let [u, v] = [*u, *v].map(Pair::exact);
+                Some(corners.iter().map(Pair::of_point).zip([one - u - v, u, v]).collect())
+            }
+        }
+    }
+
+    /// The point in pairs of floats and a root of such: of a point of a patch, of a place on a face, or of floats.
+    pub(crate) fn in_pairs(&self) -> Option<ExactPoint<Surd<Pair>>> {
+        match self.patch {
+            Some(PatchPlace { chart, placement, u, v }) => chart.point_in_pairs(placement, u, v),
+            None => self.pairs().map(ExactPoint::of_pairs),
+        }
+    }
+
+    /// The same in the local coordinates of a body, homogeneous; `None` unless the point is one of a patch of that body.
+    pub(crate) fn local_in_pairs(&self, body: &Placement) -> Option<HomogeneousPoint<Pair>> {
+        let PatchPlace { chart, placement, u, v } = self.patch?;
+        if std::ptr::eq(placement, body) { chart.local_point_in_pairs(u, v) } else { None }
+    }
+
     /// The exact point.
     pub fn exact(&self) -> &ExactPoint<R> {
         &self.exact
+    }
+}
+
+impl<'a> Probe<'a, Surd> {
+    /// The point (u, v) of a patch of a body under this placement.
+    ///
+    /// # Panics
+    /// When its exact coordinates are asked for and the patch has no such point ([`Chart::has_point`]).
+    pub fn on_patch(chart: &'a Chart, placement: &'a Placement, u: f64, v: f64) -> Self {
+        let exact = move || chart.exact_point(placement, u, v).expect("the point is surface");
+        let bounds = chart.bounded_point(placement, u, v);
+        Self { patch: Some(PatchPlace { chart, placement, u, v }), ..Self::new(bounds, exact) }
     }
 }
 
@@ -90,14 +144,12 @@ impl<R: std::fmt::Debug> std::fmt::Debug for Probe<'_, R> {
 /// Whether the closed planar convex polygon with these corners meets the open segment from `x` to the light.
 pub fn polygon_blocks<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSource) -> bool {
     let filtered = polygon_blocks_filter(corners, &x.bounds, light)
-        .or_else(|| x.place.and_then(|place| polygon_blocks_place(corners, &place, light)));
-    if filtered.is_none()
-        && let Some(blocks) = polygon_blocks_pairs(corners, x, light)
-    {
-        count(Level::Pair, 1);
-        return blocks;
-    }
-    decide(filtered, || {
+        .or_else(|| x.face.and_then(|place| polygon_blocks_place(corners, &place, light)));
+    let by_pairs = || match x.patch {
+        Some(_) => polygon_blocks_roots(corners, &x.in_pairs()?, light),
+        None => polygon_blocks_pairs(corners, x, light),
+    };
+    decide_by_pairs(filtered, by_pairs, || {
         let corners: Vec<ExactPoint<R>> = corners.iter().map(Point::to_exact).collect();
         exact_polygon_blocks(&corners, x.exact(), &ExactPoint::from_light(light))
     })
@@ -125,15 +177,31 @@ fn polygon_blocks_place(corners: &[Point], place: &FacePlace, light: &LightSourc
     })
 }
 
-/// The same in pairs of floats, for a point that pairs can hold.
+/// The same in pairs of floats, for a point that pairs can hold. On a face the signs follow from those at its corners, whose
+/// coordinates have fewer digits than the point's.
 fn polygon_blocks_pairs<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSource) -> Option<bool> {
-    let x = x.pairs()?;
+    let points = x.weighted_pairs()?;
+    let mean = |function: &dyn Fn(&[Pair; 3]) -> Pair| {
+        points.iter().fold(Pair::default(), |sum, (point, weight)| sum + function(point) * *weight)
+    };
     let corners: Vec<[Pair; 3]> = corners.iter().map(Pair::of_point).collect();
     let (towards, w) = (light.xyz().to_array().map(Pair::exact), light.w());
     let plane = [corners[0], corners[1], corners[corners.len() - 1]];
     let light_side = side_of_pairs(&plane, &towards, w).sign()?;
-    blocks_by_signs(corners.len(), light_side, side_of_pairs(&plane, &x, 1.0).sign()?, |i| {
-        side_of_pairs(&[corners[i], corners[(i + 1) % corners.len()], x], &towards, w).sign()
+    blocks_by_signs(corners.len(), light_side, mean(&|x| side_of_pairs(&plane, x, 1.0)).sign()?, |i| {
+        mean(&|x| side_of_pairs(&[corners[i], corners[(i + 1) % corners.len()], *x], &towards, w)).sign()
+    })
+}
+
+/// The same for a point in pairs of floats and a root of such.
+fn polygon_blocks_roots(corners: &[Point], x: &ExactPoint<Surd<Pair>>, light: &LightSource) -> Option<bool> {
+    let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
+    let light_side = Sign::of(side_value(a, b, c, Target::Light(light)).value);
+    let corners: Vec<_> = corners.iter().map(|corner| ExactPoint::of_pairs(Pair::of_point(corner))).collect();
+    let (light, last) = (ExactPoint::from_light(light), &corners[corners.len() - 1]);
+    let plane = exact_side(&corners[0], &corners[1], last, x);
+    blocks_by_signs(corners.len(), light_side, plane.decide()?, |i| {
+        exact_side(&corners[i], &corners[(i + 1) % corners.len()], x, &light).decide()
     })
 }
 

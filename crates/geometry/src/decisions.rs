@@ -101,6 +101,21 @@ pub fn decide<T>(filtered: Option<T>, exact: impl FnOnce() -> T) -> T {
     filtered.unwrap_or_else(exact)
 }
 
+/// As [`decide`], with pairs of floats between the filter and big numbers.
+pub(crate) fn decide_by_pairs<T>(
+    filtered: Option<T>,
+    by_pairs: impl FnOnce() -> Option<T>,
+    exact: impl FnOnce() -> T,
+) -> T {
+    if filtered.is_none()
+        && let Some(answer) = by_pairs()
+    {
+        count(Level::Pair, 1);
+        return answer;
+    }
+    decide(filtered, exact)
+}
+
 /// The counts of one thread, in a cache line of their own.
 #[derive(Debug, Default)]
 #[repr(align(64))]

@@ -92,6 +92,16 @@ impl Pair {
         Self { value, rest, error: if value.is_finite() { error } else { f64::INFINITY } }
     }
 
+    /// Whether this is zero, exactly.
+    fn is_zero(self) -> bool {
+        self.value == 0.0 && self.is_float()
+    }
+
+    /// Whether something is known of the number.
+    fn is_bounded(self) -> bool {
+        self.value.is_finite() && self.error.is_finite()
+    }
+
     fn is_float(self) -> bool {
         self.rest == 0.0 && self.error == 0.0
     }
@@ -129,6 +139,9 @@ impl Mul for Pair {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let (a, b) = (self, other);
+        if a.is_zero() && b.is_bounded() || b.is_zero() && a.is_bounded() {
+            return Self::default();
+        }
         let [upper, lower] = two_product(a.value, b.value);
         let absolute = |product: f64, x: f64, y: f64| {
             // What is below this may have lost its rest, or is lost itself.

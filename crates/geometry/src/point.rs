@@ -4,9 +4,13 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
-use crate::{approx::Approx, dyadic::Dyadic, expansion::two_sum, light::LightSource, placement::Placement, ring::Ring};
+use crate::{
+    approx::Approx, decide::Decide, dyadic::Dyadic, expansion::two_sum, light::LightSource, pair::Pair,
+    placement::Placement, ring::Ring, surd::Surd,
+};
 
-/// A homogeneous point with exact coordinates: (x, y, z)/w, w > 0; w = 0 only for a direction (a sun).
+/// A homogeneous point whose coordinates are exact, or pairs of floats with their bounds: (x, y, z)/w, w > 0; w = 0 only for a
+/// direction (a sun).
 #[derive(Clone, Debug)]
 pub struct ExactPoint<R = Dyadic> {
     /// Homogeneous x, y, z.
@@ -15,15 +19,22 @@ pub struct ExactPoint<R = Dyadic> {
     pub w: R,
 }
 
-impl<R: Ring> ExactPoint<R> {
+impl<T: Decide> ExactPoint<T> {
     /// The point with these float coordinates.
     pub fn from_position(position: DVec3) -> Self {
-        Self { xyz: position.to_array().map(R::from_f64), w: R::from_f64(1.0) }
+        Self { xyz: position.to_array().map(T::number), w: T::number(1.0) }
     }
 
     /// A light's homogeneous point.
     pub fn from_light(light: &LightSource) -> Self {
-        Self { xyz: light.xyz().to_array().map(R::from_f64), w: R::from_f64(light.w()) }
+        Self { xyz: light.xyz().to_array().map(T::number), w: T::number(light.w()) }
+    }
+}
+
+impl ExactPoint<Surd<Pair>> {
+    /// The point with these coordinates.
+    pub(crate) fn of_pairs(coordinates: [Pair; 3]) -> Self {
+        Self { xyz: coordinates.map(Surd::plain), w: Surd::number(1.0) }
     }
 }
 

@@ -5,13 +5,14 @@ use glam::DVec3;
 
 use crate::{
     approx::{Approx, UNIT_ROUNDOFF, sorted},
+    decide::Decide,
     decisions::{Decisions, Level, count, decide},
     dyadic::Dyadic,
     expansion::{self, difference},
     light::LightSource,
     pair::Pair,
     point::{ExactPoint, Point},
-    ring::{Ring, Sign, determinant},
+    ring::{Sign, determinant},
 };
 
 /// How many decisions of this process went on to exact arithmetic so far: exact sums of floats, or big numbers.
@@ -173,10 +174,11 @@ pub fn symmetric_sum(terms: DVec3) -> f64 {
     least + greatest + middle
 }
 
-/// The exact determinant behind [`side_value`], times the positive weights w_a·w_b·w_c (for weights 1 it is equal).
-pub fn exact_side<R: Ring>(a: &ExactPoint<R>, b: &ExactPoint<R>, c: &ExactPoint<R>, x: &ExactPoint<R>) -> R {
+/// The determinant behind [`side_value`], as exact as its numbers, times the positive weights w_a·w_b·w_c (for weights 1 it is
+/// equal).
+pub fn exact_side<T: Decide>(a: &ExactPoint<T>, b: &ExactPoint<T>, c: &ExactPoint<T>, x: &ExactPoint<T>) -> T {
     // Rows w_c·a − w_a·c; the common factor w_c² is not divided out: it is positive.
-    let row = |p: &ExactPoint<R>| -> [R; 3] {
+    let row = |p: &ExactPoint<T>| -> [T; 3] {
         std::array::from_fn(|i| p.xyz[i].clone() * c.w.clone() - c.xyz[i].clone() * p.w.clone())
     };
     determinant(&[row(a), row(b), row(x)])
@@ -207,6 +209,7 @@ fn exact_vector(v: DVec3) -> [Approx; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ring::Ring;
     use glam::Vec3Swizzles;
     use proptest::prelude::*;
 

@@ -70,7 +70,7 @@ pub(crate) fn determinant<T: Decide>(rows: &[[T; 3]; 3]) -> T {
     T::sum_of_three([term(0), term(1), term(2)])
 }
 
-/// The exact dot product.
-pub(crate) fn dot<R: Ring>(a: &[R; 3], b: &[R; 3]) -> R {
+/// The dot product, as exact as its numbers.
+pub(crate) fn dot<T: Decide>(a: &[T; 3], b: &[T; 3]) -> T {
     a[0].clone() * b[0].clone() + a[1].clone() * b[1].clone() + a[2].clone() * b[2].clone()
 }

@@ -1,27 +1,21 @@
-//! Exact numbers p + q·√n: coordinates of points of curved bodies.
+//! Numbers p + q·√n: coordinates of points of curved bodies.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
 use crate::{
+    decide::Decide,
     dyadic::Dyadic,
+    pair::Pair,
     ring::{Ring, Sign},
 };
 
-/// p + q·√n with dyadic p, q and a dyadic n > 0. Two surds that meet in an operation must have the same n, unless
-/// one of them is dyadic.
+/// p + q·√n with p, q and n > 0 in `T`: exact numbers, or pairs of floats with their bounds. Two surds that meet in an operation
+/// must have the same n, unless one of them has no root.
 #[derive(Clone, Debug)]
-pub struct Surd {
-    rational: Dyadic,
+pub struct Surd<T = Dyadic> {
+    rational: T,
     /// The factor q and the radicand n; `None` is q = 0.
-    root: Option<(Dyadic, Dyadic)>,
-}
-
-impl Surd {
-    /// q·√n; n must be positive.
-    pub fn root(factor: Dyadic, radicand: Dyadic) -> Self {
-        debug_assert!(radicand.sign() == Sign::Positive, "the root of a positive number");
-        Self { rational: Dyadic::zero(), root: Some((factor, radicand)) }
-    }
+    root: Option<(T, T)>,
 }
 
 impl Surd {
@@ -31,41 +25,70 @@ impl Surd {
     }
 }
 
-impl Default for Surd {
+impl<T: Decide> Surd<T> {
+    /// q·√n; n must be positive.
+    pub fn root(factor: T, radicand: T) -> Self {
+        debug_assert!(radicand.decide().is_none_or(|sign| sign == Sign::Positive), "the root of a positive number");
+        Self { rational: T::number(0.0), root: Some((factor, radicand)) }
+    }
+
+    /// A number without a root.
+    pub(crate) fn plain(rational: T) -> Self {
+        Self { rational, root: None }
+    }
+
+    /// The sign, if those that it follows from are known.
+    fn known_sign(&self) -> Option<Sign> {
+        let rational = self.rational.decide()?;
+        let Some((factor, radicand)) = &self.root else { return Some(rational) };
+        let irrational = factor.decide()?;
+        if irrational == Sign::Zero || rational == irrational {
+            return Some(rational);
+        }
+        if rational == Sign::Zero {
+            return Some(irrational);
+        }
+        let rational_square = self.rational.clone() * self.rational.clone();
+        let root_square = factor.clone() * factor.clone() * radicand.clone();
+        // Opposite signs: the larger magnitude wins.
+        Some(match (rational_square - root_square).decide()? {
+            Sign::Positive => rational,
+            Sign::Negative => irrational,
+            Sign::Zero => Sign::Zero,
+        })
+    }
+}
+
+impl<T: Decide> Default for Surd<T> {
     fn default() -> Self {
-        Self::from(Dyadic::zero())
+        Self::plain(T::number(0.0))
     }
 }
 
 impl From<Dyadic> for Surd {
     fn from(rational: Dyadic) -> Self {
-        Self { rational, root: None }
+        Self::plain(rational)
     }
 }
 
 impl Ring for Surd {
     fn sign(&self) -> Sign {
-        let rational = self.rational.sign();
-        let Some((factor, radicand)) = &self.root else { return rational };
-        let irrational = factor.sign();
-        if irrational == Sign::Zero || rational == irrational {
-            return rational;
-        }
-        if rational == Sign::Zero {
-            return irrational;
-        }
-        let rational_square = self.rational.clone() * self.rational.clone();
-        let root_square = factor.clone() * factor.clone() * radicand.clone();
-        // Opposite signs: the larger magnitude wins.
-        match (rational_square - root_square).sign() {
-            Sign::Positive => rational,
-            Sign::Negative => irrational,
-            Sign::Zero => Sign::Zero,
-        }
+        // Signs of exact numbers are always known.
+        self.known_sign().unwrap_or(Sign::Zero)
     }
 }
 
-impl Add for Surd {
+impl Decide for Surd<Pair> {
+    fn number(value: f64) -> Self {
+        Self::plain(Pair::number(value))
+    }
+
+    fn decide(&self) -> Option<Sign> {
+        self.known_sign()
+    }
+}
+
+impl<T: Decide> Add for Surd<T> {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         let root = match (self.root, other.root) {
@@ -76,14 +99,14 @@ impl Add for Surd {
     }
 }
 
-impl Sub for Surd {
+impl<T: Decide> Sub for Surd<T> {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         self + -other
     }
 }
 
-impl Mul for Surd {
+impl<T: Decide> Mul for Surd<T> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let mut rational = self.rational.clone() * other.rational.clone();
@@ -100,7 +123,7 @@ impl Mul for Surd {
     }
 }
 
-impl Neg for Surd {
+impl<T: Decide> Neg for Surd<T> {
     type Output = Self;
     fn neg(self) -> Self {
         Self { rational: -self.rational, root: self.root.map(|(factor, radicand)| (-factor, radicand)) }

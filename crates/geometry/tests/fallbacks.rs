@@ -83,6 +83,27 @@ fn a_way_through_an_edge_is_blocked_exactly() {
     assert_ne!(by_pairs(|| blocks(1)), by_pairs(|| blocks(-1)), "beside it on either side");
 }
 
+/// A point with all its digits on a plane of symmetry, which holds an edge and the lamp.
+#[test]
+fn a_place_on_a_plane_of_symmetry_is_told_by_pairs() {
+    let own = triangle([[1.5, 3.0, -0.5], [0.5, 3.0, -0.5], [1.5, 3.0, -1.5]]);
+    let roof = triangle([[0.0, 3.1875, 0.0], [2.0, 3.1875, -2.0], [2.0, 3.1875, 0.0]]);
+    let lamp = LightSource::point([-1.0, 4.0, 1.0]).expect("a lamp");
+    let blocks = |u: f64, v: f64| polygon_blocks(&roof, &Probe::<Dyadic>::on_face(own, u, v), &lamp);
+    // Its corner (1.5, −0.5) is off the plane x + z = 0, the middle of the opposite side on it.
+    let on_plane = |u: f64| blocks(u, 1.0 - u);
+    for u in [1.0 / 3.0, 0.1, 0.7] {
+        let (_, decisions) = counted(|| on_plane(u));
+        assert_eq!(decisions.exact, 0, "{u}: {decisions:?}");
+    }
+    let own = triangle([[0.5, 3.0, -0.5], [0.5, 3.0, -1.5], [1.5, 3.0, -0.5]]);
+    let blocks = |u: f64, v: f64| polygon_blocks(&roof, &Probe::<Dyadic>::on_face(own, u, v), &lamp);
+    for u in [1.0 / 3.0, 0.1, 0.45] {
+        assert!(by_pairs(|| blocks(u, u)), "{u}: closed faces hold their edges");
+        assert!(by_pairs(|| blocks(u, u.next_up())) != by_pairs(|| blocks(u, u.next_down())), "{u}");
+    }
+}
+
 #[test]
 fn a_way_in_the_plane_of_a_face_is_followed_exactly() {
     let wall = triangle([[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.5, 1.0, 0.5]]);
@@ -132,8 +153,13 @@ fn a_way_that_grazes_a_ball_is_blocked_exactly() {
     let overhead = sun([0.0, -1.0, 0.0]);
     let blocks = |x: [f64; 3]| ball.blocks(&Probe::<Dyadic>::at(x.into()), None, &overhead);
     assert!(by_floats(|| blocks([0.5, -3.0, 0.0])));
-    assert!(exactly(|| blocks([1.0, -3.0, 0.0])), "the outline itself");
-    assert!(!exactly(|| blocks([1.0f64.next_up(), -3.0, 0.0])), "one ulp outside");
+    assert!(by_pairs(|| blocks([1.0, -3.0, 0.0])), "the outline itself");
+    assert!(!by_pairs(|| blocks([1.0f64.next_up(), -3.0, 0.0])), "one ulp outside");
+    // A radius with all its digits: its square beside that of the way is longer than pairs are.
+    let ball = PlacedAnalytic::new(Analytic::Sphere { radius: 0.1 }, Placement::IDENTITY).expect("a ball");
+    let blocks = |x: f64| ball.blocks(&Probe::<Dyadic>::at(DVec3::new(x, -3.0, 0.0)), None, &overhead);
+    assert!(exactly(|| blocks(0.1)), "the outline itself");
+    assert!(by_pairs(|| blocks(0.1f64.next_down())) && !by_pairs(|| blocks(0.1f64.next_up())), "beside it");
 }
 
 #[test]
@@ -143,7 +169,53 @@ fn a_light_in_the_tangent_plane_is_told_exactly() {
     assert!(matches!(part, Surface::Quadric(_)));
     let facing = |x: [f64; 3], light: &LightSource| ball.facing(part, &Probe::<Dyadic>::at(x.into()), light);
     assert_eq!(by_floats(|| facing([1.0, 0.0, 0.0], &sun([-1.0, -0.1, 0.0]))), Sign::Positive);
-    assert_eq!(exactly(|| facing([0.6, 0.8, 0.0], &sun([0.8, -0.6, 1.0]))), Sign::Zero);
+    assert_eq!(by_pairs(|| facing([0.6, 0.8, 0.0], &sun([0.8, -0.6, 1.0]))), Sign::Zero);
+    // Factors that are no pairs.
+    let egg = Analytic::Ellipsoid { radii: [0.1, 0.1, 0.3] };
+    let egg = PlacedAnalytic::new(egg, Placement::IDENTITY).expect("an ellipsoid");
+    let x = Probe::<Dyadic>::at(DVec3::new(0.06, 0.08, 0.0));
+    assert_eq!(exactly(|| egg.facing(part, &x, &sun([0.08, -0.06, 1.0]))), Sign::Zero);
+}
+
+/// On the terminator the root of a sample's coordinates drops out of the sign: pairs tell it, wherever the body stands.
+#[test]
+fn points_of_patches_on_the_terminator_are_told_by_pairs() {
+    let slant = sun([0.5, -1.0, 0.0]);
+    let moved = Placement::new(DAffine3::from_translation(DVec3::new(0.1, 0.7, -0.3))).expect("regular");
+    for placement in [Placement::IDENTITY, moved] {
+        let ball = Analytic::Sphere { radius: 0.3 };
+        let ball = PlacedAnalytic::new(ball, placement).expect("a ball");
+        // Of the face +x the points at v, and there y is half of x.
+        let chart = &ball.charts()[1];
+        let facing =
+            |u: f64, v: f64| ball.facing(chart.surface, &Probe::on_patch(chart, ball.placement(), u, v), &slant);
+        for t in [0.1, 0.5, 0.9] {
+            assert_eq!([(0.75, t), (t, 0.75)].map(|(u, v)| counted(|| facing(u, v)).1.exact), [0; 2]);
+            assert_eq!(by_pairs(|| facing(0.75, t)), Sign::Zero, "{t}");
+        }
+        assert_eq!(by_pairs(|| facing(0.75f64.next_up(), 0.3)), Sign::Positive);
+    }
+}
+
+#[test]
+fn a_lamp_in_a_tip_is_told_exactly() {
+    let cone = PlacedAnalytic::new(Analytic::Cone { radius: 0.3, height: 1.1 }, Placement::IDENTITY).expect("a cone");
+    let lamp = |y: f64| LightSource::point([0.0, y, 0.0]).expect("a lamp");
+    assert!(exactly(|| cone.is_tip(0, &lamp(0.55))));
+    assert!(!exactly(|| cone.is_tip(0, &lamp(0.55f64.next_up()))));
+    assert!(!by_floats(|| cone.is_tip(0, &lamp(0.6))));
+}
+
+#[test]
+fn the_border_of_a_sheet_is_told_exactly() {
+    let mut matrix = [[0.0; 4]; 4];
+    (matrix[0][0], matrix[2][2]) = (0.3, -0.3);
+    let body = Analytic::Quadric { matrix, within: [[-1.0; 3], [1.0; 3]] };
+    let body = PlacedAnalytic::new(body, Placement::IDENTITY).expect("a quadric");
+    // The side y = 1, where |x| ≤ |z|; as a sheet the cylinder has the point where both gradients are one.
+    let side = &body.charts()[9];
+    assert!(by_floats(|| side.has_point(0.1, 0.5)) != by_floats(|| side.has_point(0.5, 0.1)));
+    assert!(exactly(|| side.has_point(0.1, 0.1)), "on the border");
 }
 
 #[test]

@@ -1,10 +1,6 @@
 //! One point, exactly: lit or not, by the definition and without cells.
 
-use umbriel_geometry::{
-    LightSource, PlacedAnalytic, Ring, Sign, Surd,
-    analytic::{Occupied, Surface},
-    blocking::Probe,
-};
+use umbriel_geometry::{LightSource, PlacedAnalytic, Ring, Sign, Surd, analytic::Surface, blocking::Probe};
 
 use crate::bodies::{Bodies, Body};
 
@@ -90,11 +86,5 @@ pub(crate) fn turned_to<R: Ring>(
 /// The exact point (u, v) of a patch, and floats round it; `None` where there is no surface.
 pub(crate) fn patch_probe(body: &PlacedAnalytic, face: usize, u: f64, v: f64) -> Option<Probe<'_, Surd>> {
     let chart = &body.charts()[face];
-    let bounds = chart.bounded_point(body.placement(), u, v);
-    if chart.occupied([u, v], 0.0) == Occupied::Whole {
-        let exact = move || chart.exact_point(body.placement(), u, v).expect("the point is surface");
-        return Some(Probe::new(bounds, exact));
-    }
-    let exact = chart.exact_point(body.placement(), u, v)?;
-    Some(Probe::new(bounds, || exact))
+    chart.has_point(u, v).then(|| Probe::on_patch(chart, body.placement(), u, v))
 }

@@ -8,16 +8,19 @@ use glam::DVec3;
 
 use super::{
     Analytic,
-    graph::Graph,
+    graph::{Graph, HomogeneousPoint},
     layout::{Surface, symmetric_form},
     outline::Outline,
 };
 use crate::{
+    decide::Decide,
+    decisions::decide_by_pairs,
     dyadic::Dyadic,
+    pair::Pair,
     placement::Placement,
     point::{ExactPoint, Point},
     predicates::symmetric_sum,
-    ring::{Ring, Sign, dot},
+    ring::{Sign, dot},
     surd::Surd,
 };
 
@@ -104,31 +107,69 @@ impl Chart {
 
     /// The exact world point (u, v); `None` where that point of the square is no surface.
     pub fn exact_point(&self, placement: &Placement, u: f64, v: f64) -> Option<ExactPoint<Surd>> {
-        let number = Dyadic::new;
-        let (local, weight) = match &self.kind {
+        self.local_point(u, v, Dyadic::clone).flatten().map(|point| placed(placement, point))
+    }
+
+    /// The world point (u, v) in pairs of floats; `None` where that point of the square is no surface, or that is not known.
+    pub(crate) fn point_in_pairs(&self, placement: &Placement, u: f64, v: f64) -> Option<ExactPoint<Surd<Pair>>> {
+        self.local_point_in_pairs(u, v).map(|point| placed(placement, point))
+    }
+
+    /// The same point in local coordinates.
+    pub(crate) fn local_point_in_pairs(&self, u: f64, v: f64) -> Option<HomogeneousPoint<Pair>> {
+        self.local_point(u, v, |number| Pair::from(number)).flatten()
+    }
+
+    /// Whether the point (u, v) of the square is surface. Exact.
+    pub fn has_point(&self, u: f64, v: f64) -> bool {
+        if !matches!(self.kind, Kind::Graph(_)) {
+            return true;
+        }
+        let filtered = match self.occupied([u, v], 0.0) {
+            Occupied::Whole => Some(true),
+            Occupied::Nowhere => Some(false),
+            Occupied::Partly => None,
+        };
+        decide_by_pairs(
+            filtered,
+            || self.local_point(u, v, |number| Pair::from(number)).map(|point| point.is_some()),
+            || self.local_point(u, v, Dyadic::clone).flatten().is_some(),
+        )
+    }
+
+    /// The local point (u, v) over the numbers that `of` makes; `Some(None)` where that point of the square is no surface, `None` where
+    /// that is not known.
+    fn local_point<T>(&self, u: f64, v: f64, of: impl Fn(&Dyadic) -> T) -> Option<Option<HomogeneousPoint<T>>>
+    where
+        T: Decide + Default,
+        Surd<T>: Decide,
+    {
+        let number = T::number;
+        let point = match &self.kind {
             Kind::Radial { center, radii, origin, along } => {
-                let d: [Dyadic; 3] = std::array::from_fn(|k| {
+                let d: [T; 3] = std::array::from_fn(|k| {
                     number(origin[k]) + number(u) * number(along[0][k]) + number(v) * number(along[1][k])
                 });
                 let weight = dot(&d, &d);
-                let mut local: [Surd; 3] =
+                let mut local: [Surd<T>; 3] =
                     std::array::from_fn(|k| Surd::root(number(radii[k]) * d[k].clone(), weight.clone()));
-                local[1] = local[1].clone() + Surd::from(number(*center) * weight.clone());
+                local[1] = local[1].clone() + Surd::plain(number(*center) * weight.clone());
                 (local, weight)
             }
             Kind::Turned { quarter, outline } => {
                 let [x, z] = quarter_direction(*quarter, number(u), number);
                 let weight = x.clone() * x.clone() + z.clone() * z.clone();
-                let (factor, radius_squared, y) = outline.exact_at(v);
-                let root = |d: Dyadic| match radius_squared.sign() {
-                    Sign::Positive => Surd::root(d * factor.clone(), radius_squared.clone() * weight.clone()),
-                    _ => Surd::from(Dyadic::zero()),
+                let (factor, radius_squared, y) = outline.exact_at::<T>(v);
+                let has_radius = radius_squared.decide()? == Sign::Positive;
+                let root = |d: T| match has_radius {
+                    true => Surd::root(d * factor.clone(), radius_squared.clone() * weight.clone()),
+                    false => Surd::default(),
                 };
-                ([root(x), Surd::from(y * weight.clone()), root(z)], weight)
+                ([root(x), Surd::plain(y * weight.clone()), root(z)], weight)
             }
-            Kind::Graph(graph) => graph.exact_point(u, v)?,
+            Kind::Graph(graph) => return graph.local_point(u, v, of),
         };
-        Some(placed(placement, &local, weight))
+        Some(Some(point))
     }
 
     /// The world point (u, v) by floats that bound it.
@@ -272,12 +313,15 @@ fn direction(origin: &[f64; 3], along: &[[f64; 3]; 2], u: f64, v: f64) -> DVec3 
 }
 
 /// The image of a homogeneous local point.
-fn placed(placement: &Placement, local: &[Surd; 3], weight: Dyadic) -> ExactPoint<Surd> {
+fn placed<T: Decide>(placement: &Placement, (local, weight): HomogeneousPoint<T>) -> ExactPoint<Surd<T>>
+where
+    Surd<T>: Decide,
+{
     let map = placement.map();
-    let weight = Surd::from(weight);
+    let weight = Surd::plain(weight);
     let xyz = std::array::from_fn(|axis| {
-        let row = map.matrix3.row(axis).to_array().map(Surd::from_f64);
-        dot(&row, local) + Surd::from_f64(map.translation[axis]) * weight.clone()
+        let row = map.matrix3.row(axis).to_array().map(Surd::number);
+        dot(&row, &local) + Surd::number(map.translation[axis]) * weight.clone()
     });
     ExactPoint { xyz, w: weight }
 }

@@ -13,13 +13,12 @@ use super::{
     chart::{CellHull, HULL, Occupied, PADDING},
     forms::{LocalPoint, QuadricForm, linear_value},
     jet::Jet,
+    polynomial::all_known,
 };
-use crate::{
-    approx::Approx,
-    dyadic::Dyadic,
-    ring::{Ring, Sign},
-    surd::Surd,
-};
+use crate::{approx::Approx, decide::Decide, dyadic::Dyadic, ring::Sign, surd::Surd};
+
+/// Homogeneous local coordinates, metres: (x, y, z)/weight, the weight positive.
+pub(crate) type HomogeneousPoint<T> = ([Surd<T>; 3], T);
 
 /// A patch of a quadric cut by a box.
 #[derive(Clone, Debug)]
@@ -124,61 +123,73 @@ impl Graph {
         coefficients(&self.form, self.axis, base)
     }
 
-    /// The exact local point over (u, v) and its weight; `None` where there is no surface.
-    pub(crate) fn exact_point(&self, u: f64, v: f64) -> Option<([Surd; 3], Dyadic)> {
-        let number = Dyadic::new;
-        let mut base = [Dyadic::zero(), Dyadic::zero(), Dyadic::zero(), number(1.0)];
+    /// The local point over (u, v) and its weight; `Some(None)` where there is no surface, `None` where that is not known.
+    pub(crate) fn local_point<T>(
+        &self,
+        u: f64,
+        v: f64,
+        of: impl Fn(&Dyadic) -> T,
+    ) -> Option<Option<HomogeneousPoint<T>>>
+    where
+        T: Decide + Default,
+        Surd<T>: Decide,
+    {
+        let (number, form) = (T::number, self.exact.map(of));
+        let mut base = [0.0, 0.0, 0.0, 1.0].map(number);
         for (k, t) in [u, v].into_iter().enumerate() {
             let [low, high] = self.within.map(|corner| number(corner[self.across[k]]));
             base[self.across[k]] = low.clone() + number(t) * (high - low);
         }
         if self.is_side {
             base[self.axis] = number(self.side());
-            let is_inside = self.exact.value(&base, &base).sign() != Sign::Positive;
-            let [x, y, z, _] = base.map(Surd::from);
-            return is_inside.then(|| ([x, y, z], number(1.0)));
+            let is_inside = form.value(&base, &base).decide()? != Sign::Positive;
+            let [x, y, z, _] = base.map(Surd::plain);
+            return Some(is_inside.then(|| ([x, y, z], number(1.0))));
         }
-        let [a, b, c] = coefficients(&self.exact, self.axis, &base);
-        let (height, weight) = self.exact_height(a, b, c)?;
-        let mut local: [Surd; 3] = std::array::from_fn(|k| Surd::from(base[k].clone() * weight.clone()));
+        let [a, b, c] = coefficients(&form, self.axis, &base);
+        let Some((height, weight)) = self.exact_height(a, b, c)? else { return Some(None) };
+        let mut local: [Surd<T>; 3] = std::array::from_fn(|k| Surd::plain(base[k].clone() * weight.clone()));
         local[self.axis] = height;
-        self.holds(&local, &weight).then_some((local, weight))
+        Some(self.holds(&form, &local, &weight)?.then_some((local, weight)))
     }
 
-    /// The root where a·t + b has the wanted sign, over its positive weight.
-    fn exact_height(&self, a: Dyadic, b: Dyadic, c: Dyadic) -> Option<(Surd, Dyadic)> {
+    /// The root where a·t + b has the wanted sign, over its positive weight; `Some(None)` where there is none, `None` where that is not
+    /// known.
+    fn exact_height<T: Decide>(&self, a: T, b: T, c: T) -> Option<Option<(Surd<T>, T)>> {
         let wanted = if self.is_positive { Sign::Positive } else { Sign::Negative };
-        let turned = |value: Dyadic, sign: Sign| if sign == Sign::Negative { -value } else { value };
-        match a.sign() {
+        let turned = |value: T, sign: Sign| if sign == Sign::Negative { -value } else { value };
+        Some(match a.decide()? {
             Sign::Zero => {
                 let weight = turned(b.clone() + b.clone(), wanted);
-                (b.sign() == wanted).then(|| (Surd::from(turned(-c, wanted)), weight))
+                (b.decide()? == wanted).then(|| (Surd::plain(turned(-c, wanted)), weight))
             }
             sign => {
                 let discriminant = b.clone() * b.clone() - a.clone() * c;
-                let root = |factor: Sign| Surd::root(turned(Dyadic::new(1.0), factor), discriminant.clone());
-                (discriminant.sign() == Sign::Positive)
-                    .then(|| (Surd::from(turned(-b, sign)) + root(wanted.times(sign)), turned(a, sign)))
+                let is_there = discriminant.decide()? == Sign::Positive;
+                let root = |factor: Sign| Surd::root(turned(T::number(1.0), factor), discriminant.clone());
+                is_there.then(|| (Surd::plain(turned(-b, sign)) + root(wanted.times(sign)), turned(a, sign)))
             }
-        }
+        })
     }
 
     /// Whether a point of the surface belongs to this sheet: in the box, and of the largest gradients along this axis.
-    fn holds(&self, local: &[Surd; 3], weight: &Dyadic) -> bool {
-        let [low, high] = self.within.map(|corner| Surd::from(Dyadic::new(corner[self.axis]) * weight.clone()));
+    fn holds<T>(&self, form: &QuadricForm<T>, local: &[Surd<T>; 3], weight: &T) -> Option<bool>
+    where
+        T: Decide,
+        Surd<T>: Decide,
+    {
+        let [low, high] = self.within.map(|corner| Surd::plain(T::number(corner[self.axis]) * weight.clone()));
         let height = || local[self.axis].clone();
-        let is_within = (height() - low).sign() != Sign::Negative && (high - height()).sign() != Sign::Negative;
+        if (height() - low).decide()? == Sign::Negative || (high - height()).decide()? == Sign::Negative {
+            return Some(false);
+        }
         let [x, y, z] = local.clone();
-        let x = [x, y, z, Surd::from(weight.clone())];
-        let form = self.exact.map(|factor| Surd::from(factor.clone()));
-        is_within
-            && slopes(&form, self.axis, self.across, self.is_positive).iter().all(|slope| {
-                match linear_value(&slope.row, &x).sign() {
-                    Sign::Negative => false,
-                    Sign::Zero => !slope.is_strict,
-                    Sign::Positive => true,
-                }
-            })
+        let x = [x, y, z, Surd::plain(weight.clone())];
+        let form = form.map(|factor| Surd::plain(factor.clone()));
+        all_known(slopes(&form, self.axis, self.across, self.is_positive).iter().map(|slope| {
+            let sign = linear_value(&slope.row, &x).decide()?;
+            Some(sign == Sign::Positive || sign == Sign::Zero && !slope.is_strict)
+        }))
     }
 
     /// Eight points whose hull holds all surface over a cell.

@@ -69,9 +69,9 @@ impl Layout {
         // Exact: a power of two, far from the ends of the range.
         let s = |size: f64| Dyadic::new(size / unit);
         let mut layout = match *body {
-            Analytic::Sphere { radius } => Self::ellipsoid([s(radius), s(radius), s(radius)]),
+            Analytic::Sphere { radius } => Self::sphere(&s(radius)),
             Analytic::Ellipsoid { radii } => Self::ellipsoid(radii.map(s)),
-            Analytic::Cylinder { radius, height } => Self::frustum(s(radius), s(radius), s(height), true),
+            Analytic::Cylinder { radius, height } => Self::cylinder(&s(radius), &s(height)),
             Analytic::Cone { radius, height } => Self::frustum(s(radius), Dyadic::zero(), s(height), false),
             Analytic::Frustum { bottom_radius, top_radius, height } => {
                 Self::frustum(s(bottom_radius), s(top_radius), s(height), true)
@@ -100,6 +100,21 @@ impl Layout {
     fn with_piece(mut self, quadric: usize, planes: &[usize], is_convex: bool) -> Self {
         self.pieces.push(Piece { quadric, planes: planes.to_vec(), flat: None, is_convex });
         self
+    }
+
+    /// x² + y² + z² ≤ radius²·w².
+    fn sphere(radius: &Dyadic) -> Self {
+        let one = || Dyadic::new(1.0);
+        let form = QuadricForm::new([one(), one(), one(), -squared(radius)], Vec::new());
+        Self::new(vec![form], Vec::new()).with_part(Surface::Quadric(0), &[]).with_piece(0, &[], true)
+    }
+
+    /// x² + z² ≤ radius²·w² between the ends.
+    fn cylinder(radius: &Dyadic, height: &Dyadic) -> Self {
+        let one = || Dyadic::new(1.0);
+        let form = QuadricForm::new([one(), Dyadic::zero(), one(), -squared(radius)], Vec::new());
+        let half = half(height);
+        Self::new(vec![form], vec![above(half.clone()), below(half)]).with_ends(true, true)
     }
 
     /// b²c²·x² + c²a²·y² + a²b²·z² ≤ a²b²c²·w².

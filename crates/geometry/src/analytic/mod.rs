@@ -27,6 +27,7 @@ pub use area::PatchArea;
 pub use chart::{CellHull, Chart, HULL, Occupied};
 pub use crossing::Crossing;
 pub use forms::{Forms, LocalPoint, QuadricForm};
+pub(crate) use graph::HomogeneousPoint;
 pub use layout::{Part, Piece, Surface, Trim};
 pub use placed::PlacedAnalytic;
 pub use polynomial::Root;

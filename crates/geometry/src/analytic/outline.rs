@@ -1,7 +1,7 @@
 //! Outlines of surfaces of revolution: (radius, y) as v runs from 0 to 1.
 
 use super::jet::Jet;
-use crate::{approx::Approx, dyadic::Dyadic};
+use crate::{approx::Approx, decide::Decide};
 
 /// A piece of an outline; lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,9 +32,9 @@ impl Outline {
         }
     }
 
-    /// The exact point at v: the radius as factor·√(square), and y.
-    pub(crate) fn exact_at(&self, v: f64) -> (Dyadic, Dyadic, Dyadic) {
-        let number = Dyadic::new;
+    /// The point at v, as exact as the numbers: the radius as factor·√(square), and y.
+    pub(crate) fn exact_at<T: Decide>(&self, v: f64) -> (T, T, T) {
+        let number = T::number;
         let one = || number(1.0);
         match *self {
             Self::Line { from, to } => {

@@ -7,21 +7,23 @@ use std::{cell::LazyCell, sync::OnceLock};
 use super::{
     Analytic, AnalyticDefect,
     chart::{Chart, charts},
-    forms::{Forms, LocalPoint},
+    forms::{Forms, LocalPoint, linear_value},
     layout::{Layout, Part, Piece, Surface, Trim, power_of_two},
-    polynomial::{Polynomial, Way, any_known, is_met},
+    polynomial::{Polynomial, Way, all_known, any_known, is_met},
 };
 use crate::{
     aabb::Aabb,
     approx::Approx,
     blocking::Probe,
     decide::Decide,
-    decisions::decide,
+    decisions::{decide, decide_by_pairs},
     dyadic::Dyadic,
     light::LightSource,
+    pair::Pair,
     placement::Placement,
     point::{ExactPoint, Point},
     ring::{Ring, Sign},
+    surd::Surd,
 };
 
 /// An analytic body under a placement, ready for questions.
@@ -34,6 +36,8 @@ pub struct PlacedAnalytic {
     /// What pulled-back points are multiplied by in `forms`: a power of two.
     scale: f64,
     exact: OnceLock<Forms<Dyadic>>,
+    /// Times `scale`, as `forms`.
+    in_pairs: OnceLock<Forms<Surd<Pair>>>,
     /// In local coordinates, rounded.
     float: OnceLock<Forms<f64>>,
     charts: Vec<Chart>,
@@ -56,6 +60,7 @@ impl PlacedAnalytic {
             forms,
             scale,
             exact: OnceLock::new(),
+            in_pairs: OnceLock::new(),
             float: OnceLock::new(),
         })
     }
@@ -95,6 +100,20 @@ impl PlacedAnalytic {
         self.exact.get_or_init(|| exact_forms(&self.layout, &self.placement))
     }
 
+    /// The forms in pairs of floats, in the scale of [`PlacedAnalytic::forms`]; made when first asked for.
+    fn forms_in_pairs(&self) -> &Forms<Surd<Pair>> {
+        self.in_pairs.get_or_init(|| {
+            let exact = self.exact_forms();
+            let number = |number: &Dyadic| Surd::plain(Pair::from(number));
+            let scaled = |value: &Dyadic| number(&(value.clone() * Dyadic::new(self.scale)));
+            Forms {
+                adjugate: exact.adjugate.each_ref().map(|row| row.each_ref().map(scaled)),
+                weight: scaled(&exact.weight),
+                ..exact.map(number)
+            }
+        })
+    }
+
     /// The forms in floats; made when first asked for.
     pub(crate) fn float_forms(&self) -> &Forms<f64> {
         self.float.get_or_init(|| self.forms.map(|number| number.value))
@@ -117,7 +136,11 @@ impl PlacedAnalytic {
             return Sign::Positive;
         }
         let local = self.forms.pull_back_point(x);
-        decide(self.side_of(&self.forms, &local), || {
+        let by_pairs = || {
+            let (forms, x) = (self.forms_in_pairs(), ExactPoint::of_pairs(Pair::of_point(x)));
+            self.side_of(forms, &forms.pull_back(&x.xyz, &x.w))
+        };
+        decide_by_pairs(self.side_of(&self.forms, &local), by_pairs, || {
             let (forms, exact) = (self.exact_forms(), x.to_exact::<Dyadic>());
             self.side_of(forms, &forms.pull_back(&exact.xyz, &exact.w)).unwrap_or(Sign::Zero)
         })
@@ -145,6 +168,27 @@ impl PlacedAnalytic {
         let planes =
             (0..forms.planes.len()).map(|index| told(forms.plane(index, &at), &|x| self.exact_forms().plane(index, x)));
         [quadrics.collect(), planes.collect()]
+    }
+
+    /// Whether a light is a tip of a quadric: a point of it without a tangent plane, as that of a cone. Exact.
+    pub fn is_tip(&self, quadric: usize, light: &LightSource) -> bool {
+        let at = self.forms.pull_back_light(light);
+        let filtered = self.vanishes_beside(&self.forms, quadric, &at);
+        decide(filtered, || {
+            let (forms, light) = (self.exact_forms(), ExactPoint::from_light(light));
+            self.vanishes_beside(forms, quadric, &forms.pull_back(&light.xyz, &light.w)).unwrap_or(false)
+        })
+    }
+
+    /// Whether a quadric is zero at all pairs of this point with another one.
+    fn vanishes_beside<T: Decide + Default>(
+        &self,
+        forms: &Forms<T>,
+        quadric: usize,
+        x: &LocalPoint<T>,
+    ) -> Option<bool> {
+        let row = |k: usize| linear_value(&forms.quadrics[quadric].row(k), x);
+        all_known((0..4).map(|k| row(k).decide().map(|sign| sign == Sign::Zero)))
     }
 
     fn side_of<T: Decide>(&self, forms: &Forms<T>, x: &LocalPoint<T>) -> Option<Sign> {
@@ -175,7 +219,11 @@ impl PlacedAnalytic {
     pub fn blocks<R: Ring>(&self, x: &Probe<R>, own: Option<Surface>, light: &LightSource) -> bool {
         let way = if light.is_sun() { Way::ToSun } else { Way::ToPoint };
         let segment = Segment::bounded(&self.forms, &x.bounds, light);
-        decide(self.is_met(&self.forms, &segment, own, way), || {
+        let by_pairs = || {
+            let (forms, x) = (self.forms_in_pairs(), x.in_pairs()?);
+            self.is_met(forms, &Segment::exact(forms, &x, &ExactPoint::from_light(light)), own, way)
+        };
+        decide_by_pairs(self.is_met(&self.forms, &segment, own, way), by_pairs, || {
             let forms = self.exact_forms().lifted::<R>();
             let segment = Segment::exact(&forms, x.exact(), &ExactPoint::from_light(light));
             self.is_met(&forms, &segment, own, way).unwrap_or(false)
@@ -207,7 +255,15 @@ impl PlacedAnalytic {
     /// On which side of the tangent plane at `x`, a point of `surface`, the light lies: positive outside.
     pub fn facing<R: Ring>(&self, surface: Surface, x: &Probe<R>, light: &LightSource) -> Sign {
         let (local_light, local_x) = (self.forms.pull_back_light(light), self.forms.pull_back_point(&x.bounds));
-        decide(facing_value(&self.forms, surface, &local_x, &local_light).sign(), || {
+        let by_pairs = || {
+            let (forms, light) = (self.forms_in_pairs(), ExactPoint::from_light(light));
+            let local_x = match x.local_in_pairs(&self.placement) {
+                Some(([x, y, z], weight)) => [x, y, z, Surd::plain(weight * Pair::exact(self.layout.unit))],
+                None => x.in_pairs().map(|x| forms.pull_back(&x.xyz, &x.w))?,
+            };
+            facing_value(forms, surface, &local_x, &forms.pull_back(&light.xyz, &light.w)).decide()
+        };
+        decide_by_pairs(facing_value(&self.forms, surface, &local_x, &local_light).sign(), by_pairs, || {
             let (forms, x, light) = (self.exact_forms().lifted::<R>(), x.exact(), ExactPoint::<R>::from_light(light));
             let (local_x, local_light) = (forms.pull_back(&x.xyz, &x.w), forms.pull_back(&light.xyz, &light.w));
             facing_value(&forms, surface, &local_x, &local_light).sign()

@@ -29,13 +29,21 @@ pub(crate) struct LightValues {
     side: Sign,
     quadrics: Vec<Approx>,
     planes: Vec<Approx>,
+    /// Of which quadrics it is the tip.
+    tips: Vec<bool>,
 }
 
 impl LightValues {
     /// Of a light that lies on this side of the body.
     pub(crate) fn new(body: &PlacedAnalytic, light: &LightSource, side: Sign) -> Self {
         let [quadrics, planes] = body.light_values(light);
-        Self { side, quadrics, planes }
+        let is_tip = |(index, value): (usize, &Approx)| value.value == 0.0 && body.is_tip(index, light);
+        Self { side, tips: quadrics.iter().enumerate().map(is_tip).collect(), quadrics, planes }
+    }
+
+    /// Whether it is the tip of a quadric, where there is no tangent plane.
+    pub(crate) fn is_tip(&self, quadric: usize) -> bool {
+        self.tips[quadric]
     }
 
     /// Negative inside.
@@ -172,8 +180,11 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
             if light.is_outside(piece) { values.misses(piece) } else { values.leaves_outwards(piece, light, is_convex) }
         };
         let all_outside = || pieces.iter().all(|piece| values.lies_outside(piece));
+        let all_inside = || is_convex && self.holds(values);
         let ends_inside = || pieces.iter().any(|piece| values.ends_inside(piece, light));
-        (pieces.iter().all(is_missed), all_outside() && ends_inside())
+        // From a point of a convex body a way that ends in its inside meets its border nowhere else.
+        let is_missed = pieces.iter().all(is_missed) || all_inside() && ends_inside();
+        (is_missed, all_outside() && ends_inside())
     }
 
     /// Whether all points are blocked, with the light outside. The shadow of a convex body is convex: its corners decide.
@@ -235,6 +246,8 @@ impl<const N: usize> Values<N> {
         let q = &self.quadrics[piece.quadric];
         let in_quadric = match light.quadric(piece.quadric) {
             Sign::Negative => true,
+            // From a tip the quadric grows with the square of the distance, along all ways.
+            Sign::Zero if light.is_tip(piece.quadric) => over_pairs::<N>(|[k, l]| negative(q.pairs[k][l])),
             Sign::Zero => q.polar.iter().all(|&value| negative(value)),
             Sign::Positive => false,
         };
@@ -247,12 +260,17 @@ impl<const N: usize> Values<N> {
     }
 
     /// Whether a plane that touches a piece in the light, on its border, has the piece on its one closed side and all points strictly on the
-    /// other one.
+    /// other one; or, where the light is a tip, no way to it runs in the quadric.
     fn leaves_outwards(&self, piece: &Piece, light: &LightValues, is_convex: bool) -> bool {
         let touches = |plane: usize| light.plane(plane) == Sign::Zero;
         let all_below = |plane: usize| self.planes[plane].points.iter().all(|&value| negative(value));
         let all_above = |plane: usize| self.planes[plane].points.iter().all(|&value| positive(value));
+        let is_beside_tip = || {
+            let pairs = &self.quadrics[piece.quadric].pairs;
+            light.is_tip(piece.quadric) && over_pairs::<N>(|[k, l]| positive(pairs[k][l]))
+        };
         piece.planes.iter().any(|&plane| touches(plane) && all_below(plane))
+            || is_beside_tip()
             || piece.flat.is_some_and(|plane| touches(plane) && (all_below(plane) || all_above(plane)))
             || is_convex
                 && light.quadric(piece.quadric) == Sign::Zero

@@ -119,6 +119,10 @@ impl Patch<'_> {
         let (forms, source) = (self.body.forms(), self.occluders.light);
         let (light, local) = (forms.pull_back_light(source), points.map(|point| forms.pull_back_point(&point)));
         let outward = match (self.chart().surface, &self.plane) {
+            // From the tip all of a cone is seen edge-on.
+            (Surface::Quadric(quadric), _) if self.occluders.light_is_tip(self.object, self.body, quadric) => {
+                Some(Sign::Zero)
+            }
             (Surface::Quadric(quadric), _) => {
                 let polar = local.map(|x| forms.quadric(quadric, &x, &light));
                 common_sign(polar.map(|value| value.sign()))

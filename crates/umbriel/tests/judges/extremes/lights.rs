@@ -1,13 +1,13 @@
 //! Lights far away, very near, on vertices and edges, in planes, inside of things; suns on the horizon and overhead.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{Analytic, Cuboid, LightSource};
 use umbriel_io::sun_from_angles;
 use umbriel_scene::{Object, Scene};
 
 use super::{judge, lamp, sampled, sun};
 use crate::{
-    oracle::fixtures::{analytic, at, cuboid, l_prism, mesh, object, rectangle, scene, sphere},
+    oracle::fixtures::{analytic, at, cuboid, l_prism, mesh, object, quadric, rectangle, scene, sphere},
     proving::Case,
 };
 
@@ -132,6 +132,36 @@ fn lamps_on_curved_surfaces_are_told_from_their_tangent_planes() {
             lit.lower <= truth && truth <= lit.upper && lit.upper - lit.lower < 3.5,
             "{name}: {lit:?}, not {truth}"
         );
+    }
+}
+
+/// From the tip of a cone all is hidden that the cone would hold if it went on, and the cone itself is seen edge-on.
+#[test]
+fn lamps_in_tips_are_told() {
+    let cone = analytic(Analytic::Cone { radius: 1.0, height: 2.0 });
+    let upside_down = DAffine3::from_scale(DVec3::new(1.0, -1.0, 1.0));
+    let leaning = DMat3::from_cols(DVec3::X, DVec3::new(0.25, 1.0, 0.0), DVec3::Z);
+    let leaning = DAffine3 { matrix3: leaning, translation: DVec3::new(-0.25, 2.0, 0.0) };
+    // Two cones on one tip, as wide as they are high.
+    let cones = quadric([1.0, -1.0, 1.0], 0.0, 0.0, [1.0, 1.0, 1.0]);
+    for (name, shape, map, tip, radius) in [
+        // Its base is in contact with the floor, which lets light through.
+        ("on the floor", &cone, at(0.0, 1.0, 0.0), [0.0, 2.0, 0.0], 0.0),
+        ("above", &cone, at(0.0, 2.0, 0.0), [0.0, 3.0, 0.0], 1.5),
+        ("leaning", &cone, leaning, [0.0, 3.0, 0.0], 1.5),
+        ("upside down", &cone, at(0.0, 2.0, 0.0) * upside_down, [0.0, 1.0, 0.0], 0.0),
+        ("two cones", &cones, at(0.0, 2.0, 0.0), [0.0, 2.0, 0.0], 2.0),
+    ] {
+        let whole = scene(vec![floor(), object("cone", shape.clone(), map)]);
+        judge(name, &whole, lamp(tip));
+        let case = Case::new(name, &whole, lamp(tip), 6);
+        let [floor, cone] = [0, 1].map(|k| case.report.lights[0].objects[k].lit);
+        let truth = 64.0 - std::f64::consts::PI * radius * radius;
+        assert!(
+            floor.lower <= truth && truth <= floor.upper && floor.upper - floor.lower < 3.5,
+            "{name}: {floor:?}, not {truth}"
+        );
+        assert_eq!([cone.lower, cone.upper], [0.0; 2], "{name}");
     }
 }
 
