@@ -106,8 +106,8 @@ impl Hash for Body<'_> {
             Shape::Rectangle(rectangle) => hash_numbers(rectangle.size, state),
             Shape::Cuboid(cuboid) => hash_numbers(cuboid.size, state),
             Shape::Convex(body) => hash_points(body.points(), state),
-            // The text of a number is the number's own. Writing to a hash cannot fail.
-            Shape::Analytic(body) => drop(write!(Text(state), "{body:?}")),
+            // The text without signs: −0 and 0 are equal, and have different texts. Writing to a hash cannot fail.
+            Shape::Analytic(body) => drop(write!(Unsigned(state), "{body:?}")),
         }
     }
 }
@@ -121,12 +121,12 @@ fn hash_points<H: Hasher>(points: &[DVec3], state: &mut H) {
     points.iter().for_each(|point| hash_numbers(point.to_array(), state));
 }
 
-/// A hash that takes text.
-struct Text<'a, H>(&'a mut H);
+/// A hash that takes text but for its minus signs.
+struct Unsigned<'a, H>(&'a mut H);
 
-impl<H: Hasher> Write for Text<'_, H> {
+impl<H: Hasher> Write for Unsigned<'_, H> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        self.0.write(text.as_bytes());
+        text.bytes().filter(|&byte| byte != b'-').for_each(|byte| self.0.write_u8(byte));
         Ok(())
     }
 }
@@ -177,5 +177,19 @@ mod tests {
         let expected: Vec<usize> = (0..18).chain([0, 1, 8, 0]).chain(2..6).collect();
         assert_eq!(first_alike(&objects), expected);
         assert!(first_alike(&[]).is_empty());
+    }
+
+    #[test]
+    fn zeros_of_both_signs_are_one_number_in_every_shape() {
+        let hash = |zero: f64| {
+            let matrix = [[1.0, 0.0, zero, 0.0], [0.0, 1.0, 0.0, 0.0], [zero, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, -1.0]];
+            let shape = Shape::Analytic(Analytic::Quadric { matrix, within: [[-1.0, zero, -1.0], [1.0; 3]] });
+            let object = Object::new("quadric".into(), shape, Placement::IDENTITY, Sides::Auto).expect("an object");
+            let mut state = std::hash::DefaultHasher::new();
+            Body { object: &object, mesh: None }.hash(&mut state);
+            state.finish()
+        };
+        assert_eq!(hash(0.0), hash(-0.0));
+        assert_ne!(hash(0.0), hash(0.5));
     }
 }

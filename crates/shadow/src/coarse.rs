@@ -22,6 +22,8 @@ const KEPT_PAIRS_AN_OBJECT: usize = 64;
 pub(crate) struct Coarse {
     tree: ObjectTree,
     alike: Alike,
+    /// Which objects the tree does not have.
+    is_left_out: Vec<bool>,
 }
 
 /// Which objects are one body in one place.
@@ -53,7 +55,8 @@ impl Coarse {
             let receivers: Vec<usize> = receivers.iter().map(|&receiver| alike.first_of(receiver)).collect();
             leave_out_idle(&mut boxes, &receivers, lights);
         }
-        Self { tree: object_tree(&boxes, &bodies.scene.families), alike }
+        let is_left_out = boxes.iter().map(Aabb::is_empty).collect();
+        Self { tree: object_tree(&boxes, &bodies.scene.families), alike, is_left_out }
     }
 
     /// Which objects are one.
@@ -71,8 +74,11 @@ impl Coarse {
         let asked = self.alike.asked(receivers);
         let (mut pairs, mut registered) = (Some(Vec::new()), 0);
         let register = |receiver: u32, occluder: u32| {
-            // Of a class that is its own occluder, each but itself.
-            let others = self.alike.counts[occluder as usize] - u32::from(occluder == receiver);
+            // Of a class that is its own occluder, each but itself; without a box it is paired with nothing.
+            let is_own = occluder == receiver;
+            let equal =
+                if is_own && self.is_left_out[receiver as usize] { 1 } else { self.alike.counts[occluder as usize] };
+            let others = equal - u32::from(is_own);
             registered += u64::from(asked[receiver as usize]) * u64::from(others);
             if let Some(kept) = &mut pairs {
                 kept.push((receiver, occluder));

@@ -1,6 +1,6 @@
 //! One flat face of a receiver: which way its cells are proved, and with what.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, sync::OnceLock};
 
 use umbriel_geometry::{Facet, Facets, Point, blocking::Probe};
 use umbriel_octree::Face;
@@ -24,8 +24,8 @@ use crate::{
 pub(crate) struct FlatReceiver<'a> {
     all: &'a Receivers<'a>,
     id: FacetId,
-    /// Objects that may shadow this one.
-    objects: Cow<'a, [u32]>,
+    /// Objects that may shadow this one, found when first asked for: faces that are turned away do not ask.
+    objects: OnceLock<Cow<'a, [u32]>>,
     shape: FaceShape,
     corners: [Point<'a>; FLAT],
     levels: Levels,
@@ -50,7 +50,7 @@ impl<'a> FlatReceiver<'a> {
         Self {
             all,
             id: FacetId { object: object as u32, facet: face as u32 },
-            objects: all.influences.occluders_of(object as u32),
+            objects: OnceLock::new(),
             shape: FaceShape { face: face as u32, domain, corner },
             corners,
             levels: all.levels(object, &size, level),
@@ -69,6 +69,11 @@ impl<'a> FlatReceiver<'a> {
         by_borders.unwrap_or_else(|| self.divide())
     }
 
+    /// Objects that may shadow this one.
+    fn objects(&self) -> &[u32] {
+        self.objects.get_or_init(|| self.all.influences.occluders_of(self.id.object))
+    }
+
     /// Whether the face is one for [`raster`], and likely to be done sooner by it.
     fn suits_borders(&self) -> bool {
         let level = self.levels.finest;
@@ -78,7 +83,7 @@ impl<'a> FlatReceiver<'a> {
             return false;
         }
         let (mut facets, mut others) = (0, Vec::new());
-        for &object in self.objects.iter() {
+        for &object in self.objects().iter() {
             let (bodies, number) = (self.all.bodies, object as usize);
             if bodies.is_analytic(number) || bodies.has_holes(number) {
                 others.push(object);
@@ -92,14 +97,14 @@ impl<'a> FlatReceiver<'a> {
         if facets >= raster::MAX_FACETS || meets_others {
             return false;
         }
-        let expected = || occluders.expected_facets(&self.objects, &self.corners);
+        let expected = || occluders.expected_facets(self.objects(), &self.corners);
         method == CellMethod::Borders || raster::is_sooner(level, facets, expected())
     }
 
     fn rasterise(&self) -> Result<Tally<Units>, GiveUp> {
         let (bodies, occluders) = (self.all.bodies, &self.all.occluders);
         let is_flat = |object: usize| !bodies.is_analytic(object) && !bodies.has_holes(object);
-        let flat: Vec<u32> = self.objects.iter().copied().filter(|&object| is_flat(object as usize)).collect();
+        let flat: Vec<u32> = self.objects().iter().copied().filter(|&object| is_flat(object as usize)).collect();
         let add = |object: u32, plane: &Plane, chain: &mut Chain| occluders.add_borders(object, plane, chain);
         let raster = Raster {
             shape: self.shape,
@@ -114,7 +119,7 @@ impl<'a> FlatReceiver<'a> {
     /// Whether anything blocks the way from a point of the face to the light. Exact.
     fn point_is_blocked(&self, u: f64, v: f64) -> bool {
         let probe = flat::flat_probe(&self.corners, u, v);
-        let candidates = self.all.occluders.candidates(&self.objects, &[probe.bounds]);
+        let candidates = self.all.occluders.candidates(self.objects(), &[probe.bounds]);
         let facets = candidates.facets.iter().filter(|&&id| id != self.id);
         let facets = facets.map(|id| (id.object as usize, id.facet as usize));
         let bodies = candidates.bodies.iter().map(|&object| (object as usize, 0));
@@ -132,7 +137,7 @@ impl<'a> FlatReceiver<'a> {
             facing: Some(occluders.turn(self.id)),
             plane: Some([corners[0], corners[1], corners[FLAT - 1]]),
         };
-        let mut candidates = occluders.candidates(&self.objects, &corners);
+        let mut candidates = occluders.candidates(self.objects(), &corners);
         candidates.facets.retain(|&candidate| candidate != self.id);
         let blocks_exactly = |blockers: &Blockers<FLAT>, entry: Entry, probe: &Probe| {
             let (object, facet) = match entry.blocker() {

@@ -164,17 +164,17 @@ pub struct LightReport {
 /// What was done; the names are those of the JSON contract.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Pairs of boxes tested for influence.
+    /// Pairs of boxes tested for influence; of equal objects (same shape, same place) one is looked at.
     pub pairs_tested: u64,
-    /// Pairs of objects that may shadow one another.
+    /// Pairs of objects that may shadow one another; equal ones count each.
     pub pairs_registered: u64,
-    /// Pairs left out because the opposite direction is proved to exclude them.
+    /// Pairs left out because the opposite direction is proved to exclude them; of equal objects one is looked at.
     pub pairs_excluded: u64,
-    /// Receivers whose surface was divided into cells.
+    /// Receivers whose surface was divided into cells; equal ones have one answer and count once.
     pub octrees_built: u64,
-    /// Cells examined.
+    /// Cells examined; of equal receivers once.
     pub cells: u64,
-    /// Points decided one by one.
+    /// Points decided one by one; of equal receivers once.
     pub rays: u64,
     /// Decisions that went to exact arithmetic; where a mesh has instances, some are made once more or less by chance.
     pub exact_fallbacks: u64,

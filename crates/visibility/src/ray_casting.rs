@@ -123,7 +123,7 @@ impl RayCaster {
     }
 
     /// [`RayCaster::nearest`] of many rays. Sixteen that follow each other share their way through the trees, which pays where they go nearly the same
-    /// way, as those of neighbouring pixels do; answers do not depend on it.
+    /// way, as those of neighbouring pixels do. The answers are the same, but where surfaces of two objects coincide up to rounding either may be answered.
     pub fn nearest_of(&self, rays: &[Ray]) -> Vec<Option<SurfaceHit>> {
         rays.chunks(BUNDLE).flat_map(|rays| self.nearest_of_bundle(rays)).collect()
     }

@@ -7,7 +7,7 @@
 //!
 //! **Boxes.** All directions are multiplied by one number, so that their largest component is 1, and rounded to f32; a bundle is refused
 //! where a ray's own largest component is below 1/4, or an origin farther than 64 from the frame's centre. So a ray leaves the frame before τ = 4·65 < 2^9,
-//! and what is said of boxes in [`super::ray`] holds with 2^9·2^-40 for components below 2^-40.
+//! and what is said of boxes in [`super::ray`] holds with 2^9·2·2^-40 for components below 2^-40, as these are replaced by 2^-40 whatever their sign.
 
 use umbriel_geometry::simd::{Float, Kernel, Lanes, Mask, Simd};
 
@@ -31,7 +31,7 @@ const LEAST_COMPONENT: f64 = 0.25;
 const BEYOND: f32 = (1u32 << 10) as f32;
 
 /// What replacing small components moves a ray by, at most; see the header.
-const SLACK: f32 = LEAST_SLOPE * (1u32 << 9) as f32;
+const SLACK: f32 = LEAST_SLOPE * (1u32 << 10) as f32;
 
 /// The rays of a bundle in the frame, by axis and lane.
 pub(super) struct Lines {
