@@ -288,6 +288,11 @@ impl Facets {
         self.triangles().is_some_and(|triangles| self.joints().is_repeat(triangles, facet))
     }
 
+    /// How many facets are such.
+    pub fn repeat_count(&self) -> usize {
+        self.triangles().map_or(0, |triangles| self.joints().repeat_count(triangles))
+    }
+
     /// A facet with its corners replaced by the first points at their positions ([`Facets::first_at`]).
     ///
     /// # Panics

@@ -9,14 +9,21 @@ use glam::DVec3;
 
 use crate::{edge_uses::weld, topology::Topology};
 
+/// Triangles that have the corners of earlier ones.
+#[derive(Clone, Debug, Default)]
+struct Repeats {
+    /// For each triangle whether it is one; empty where none is.
+    are: Vec<bool>,
+    count: usize,
+}
+
 /// Equal points, and what follows from them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Joints {
     /// For each point the first one at its position; nothing where no two points share one.
     firsts: Option<Vec<u32>>,
     topology: OnceLock<Topology>,
-    /// For each triangle whether an earlier one has its corners; nothing where none does.
-    repeats: OnceLock<Option<Vec<bool>>>,
+    repeats: OnceLock<Repeats>,
 }
 
 impl Joints {
@@ -42,36 +49,47 @@ impl Joints {
     }
     /// Whether a triangle has the corners of an earlier one, in whichever order; of the same `triangles` each time.
     pub(crate) fn is_repeat(&self, triangles: &[[u32; 3]], triangle: usize) -> bool {
-        let repeats = self.repeats.get_or_init(|| repeats(triangles, |point| self.first_at(point)));
-        repeats.as_ref().is_some_and(|repeats| repeats[triangle])
+        self.repeats(triangles).are.get(triangle) == Some(&true)
+    }
+
+    /// How many of the same `triangles` are such.
+    pub(crate) fn repeat_count(&self, triangles: &[[u32; 3]]) -> usize {
+        self.repeats(triangles).count
+    }
+
+    fn repeats(&self, triangles: &[[u32; 3]]) -> &Repeats {
+        self.repeats.get_or_init(|| Repeats::of(triangles, |point| self.first_at(point)))
     }
 }
 
-/// For each triangle whether an earlier one has the same corners, in whichever order, points taken for the `first_at` their positions; `None` where none
-/// has. O(triangles), by hashing.
-fn repeats(triangles: &[[u32; 3]], first_at: impl Fn(u32) -> u32) -> Option<Vec<bool>> {
-    const EMPTY: u32 = u32::MAX;
-    let sorted = |triangle: u32| {
-        let mut corners = triangles[triangle as usize].map(&first_at);
-        corners.sort_unstable();
-        corners
-    };
-    let size = (2 * triangles.len()).next_power_of_two();
-    let mut slots = vec![EMPTY; size];
-    let mut repeats: Option<Vec<bool>> = None;
-    for triangle in 0..triangles.len() as u32 {
-        let corners = sorted(triangle);
-        let mut slot = hash(corners) as usize & (size - 1);
-        while slots[slot] != EMPTY && sorted(slots[slot]) != corners {
-            slot = (slot + 1) & (size - 1);
+impl Repeats {
+    /// Points are taken for the `first_at` their positions. O(triangles), by hashing.
+    fn of(triangles: &[[u32; 3]], first_at: impl Fn(u32) -> u32) -> Self {
+        const EMPTY: u32 = u32::MAX;
+        let sorted = |triangle: u32| {
+            let mut corners = triangles[triangle as usize].map(&first_at);
+            corners.sort_unstable();
+            corners
+        };
+        let size = (2 * triangles.len()).next_power_of_two();
+        let mut slots = vec![EMPTY; size];
+        let mut repeats = Self::default();
+        for triangle in 0..triangles.len() as u32 {
+            let corners = sorted(triangle);
+            let mut slot = hash(corners) as usize & (size - 1);
+            while slots[slot] != EMPTY && sorted(slots[slot]) != corners {
+                slot = (slot + 1) & (size - 1);
+            }
+            if slots[slot] == EMPTY {
+                slots[slot] = triangle;
+            } else {
+                repeats.are.resize(triangles.len(), false);
+                repeats.are[triangle as usize] = true;
+                repeats.count += 1;
+            }
         }
-        if slots[slot] == EMPTY {
-            slots[slot] = triangle;
-        } else {
-            repeats.get_or_insert_with(|| vec![false; triangles.len()])[triangle as usize] = true;
-        }
+        repeats
     }
-    repeats
 }
 
 /// Mixes three numbers (multiplication by an odd constant, high half folded down).
@@ -94,6 +112,7 @@ mod tests {
         let found: Vec<usize> = (0..triangles.len()).filter(|&k| joints.is_repeat(&triangles, k)).collect();
         // Points 1 and 4 are one: [4, 3, 1] has two corners only, [4, 1, 0] and [1, 0, 0] as well.
         assert_eq!(found, [2, 4, 7]);
+        assert_eq!(joints.repeat_count(&triangles), 3);
         assert!(!Joints::of(&[]).is_repeat(&triangles[..1], 0));
     }
 }

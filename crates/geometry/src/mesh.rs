@@ -147,6 +147,11 @@ impl Mesh {
         self.joints().is_repeat(&self.triangles, triangle)
     }
 
+    /// How many triangles are such.
+    pub fn repeat_count(&self) -> usize {
+        self.joints().repeat_count(&self.triangles)
+    }
+
     /// Which vertices are equal, found when first asked for.
     pub(crate) fn joints(&self) -> &Arc<Joints> {
         self.joints.get_or_init(|| Arc::new(Joints::of(&self.positions)))

@@ -153,6 +153,10 @@ impl Placement {
 
 /// The correctly rounded image of a point under an affine map, regular or not (ties to even); −0 becomes 0.
 pub(crate) fn rounded_image(map: &DAffine3, local: DVec3) -> DVec3 {
+    if map.matrix3 == DMat3::IDENTITY {
+        // A single sum is correctly rounded as it is.
+        return local + map.translation + DVec3::ZERO;
+    }
     DVec3::from_array(std::array::from_fn(|axis| rounded_sum(&row(map, axis), local.to_array())))
 }
 
@@ -308,6 +312,17 @@ mod tests {
         let half_ulp = f64::EPSILON / 2.0;
         assert_eq!(placement.round(DVec3::new(half_ulp, 0.0, 0.0)).x, 1.0);
         assert_eq!(placement.round(DVec3::new(3.0 * half_ulp, 0.0, 0.0)).x, 1.0 + 2.0 * f64::EPSILON);
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_only_moved_is_correctly_rounded(far in proptest::array::uniform3(-1e9..1e9f64), v in proptest::array::uniform3(-1e3..1e3f64)) {
+            let [far, local] = [far, v].map(DVec3::from_array);
+            let placement = Placement::new(DAffine3::from_translation(far)).expect("regular");
+            let exact = placement.exact(local);
+            prop_assert_eq!(placement.round(local).to_array(), std::array::from_fn(|axis| exact.xyz[axis].to_nearest()));
+            prop_assert_eq!(placement.round(-far).to_array().map(f64::to_bits), [0; 3], "and no -0");
+        }
     }
 
     #[test]

@@ -20,9 +20,11 @@ use umbriel_scene::{Finding, FindingKind, Object, Scene, Shape, first_alike};
 /// share a mesh is one finding, with the name of the first of them, its first places, and the count over all. Of other bodies
 /// nothing is found but that the box which cuts one leaves nothing of it. Objects that repeat another one ([`first_alike`]) are found of all kinds.
 pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
+    let firsts = first_alike(&scene.objects);
+    let times = times(&scene.objects, &firsts);
     let mut place_of: HashMap<*const Mesh, usize> = HashMap::new();
     let mut groups: Vec<Group> = Vec::new();
-    for object in &scene.objects {
+    for (object, &times) in scene.objects.iter().zip(&times).filter(|(_, times)| **times > 0) {
         let Shape::Mesh(mesh) = &object.shape else { continue };
         let place = *place_of.entry(Arc::as_ptr(mesh)).or_insert_with(|| {
             groups.push(Group {
@@ -32,7 +34,7 @@ pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
             });
             groups.len() - 1
         });
-        groups[place].add(object, mesh);
+        groups[place].add(object, mesh, times);
     }
     let without_surface = scene.objects.iter().filter(|object| match &object.shape {
         Shape::Analytic(_) => object.bounds().is_empty(),
@@ -45,14 +47,27 @@ pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
         places: Vec::new(),
     });
     let of_meshes = groups.into_iter().flat_map(|group| group.found.into_iter().flatten());
-    of_meshes.chain(no_surface).chain(repeated(scene)).collect()
+    of_meshes.chain(no_surface).chain(repeated(scene, &firsts)).collect()
 }
 
-/// The objects that others repeat, with the names of these as places.
-fn repeated(scene: &Scene) -> Vec<Finding> {
+/// For each object how many instances of its mesh it stands for: of those in one place the first one for all.
+fn times(objects: &[Object], firsts: &[usize]) -> Vec<usize> {
+    let mesh_of =
+        |object: usize| if let Shape::Mesh(mesh) = &objects[object].shape { Some(Arc::as_ptr(mesh)) } else { None };
+    let mut times = vec![1; objects.len()];
+    for (number, &first) in firsts.iter().enumerate().filter(|&(number, &first)| number != first) {
+        if mesh_of(number) == mesh_of(first) {
+            times[number] = 0;
+            times[first] += 1;
+        }
+    }
+    times
+}
+
+/// The objects that others repeat, with the names of these as places; for each object the first that is the same.
+fn repeated(scene: &Scene, firsts: &[usize]) -> Vec<Finding> {
     let mut found: BTreeMap<usize, Finding> = BTreeMap::new();
-    let firsts = first_alike(&scene.objects).into_iter().enumerate();
-    for (number, first) in firsts.filter(|(number, first)| number != first) {
+    for (number, &first) in firsts.iter().enumerate().filter(|&(number, &first)| number != first) {
         let subject = || scene.objects[first].name.clone();
         let kind = FindingKind::DuplicateObjects;
         let finding =
@@ -73,7 +88,8 @@ struct Group {
 }
 
 impl Group {
-    fn add(&mut self, object: &Object, mesh: &Arc<Mesh>) {
+    /// Adds an object, which stands for so many in one place.
+    fn add(&mut self, object: &Object, mesh: &Arc<Mesh>, times: usize) {
         let placed: Vec<DVec3> = mesh.positions().iter().map(|&position| object.placement.round(position)).collect();
         let kept_apart =
             stay_apart(self.gap, &object.placement.map().matrix3, &placed) || distinct(&placed) == self.own.positions;
@@ -88,7 +104,7 @@ impl Group {
         ];
         for (found, (kind, faults)) in self.found.iter_mut().zip(faults).filter(|(_, (_, faults))| faults.count > 0) {
             let finding = || Finding { kind, subject: object.name.clone(), count: 0, places: faults.places() };
-            found.get_or_insert_with(finding).count += faults.count;
+            found.get_or_insert_with(finding).count += times * faults.count;
         }
     }
 }

@@ -23,7 +23,7 @@ use crate::{
     transform::{from_parts, has_no_surface, rotation_matrix},
 };
 
-/// Instances that may be given without any bytes, so that all stand in one place: each is compared with each other.
+/// Instances that may be given without any bytes, so that all stand in one place: more of them mean nothing but work.
 const MOST_ALIKE: usize = 256;
 
 /// Walks the nodes of the scene.
