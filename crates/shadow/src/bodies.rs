@@ -157,6 +157,19 @@ impl<'a> Bodies<'a> {
         }
     }
 
+    /// Number of the object's faces without those that repeat others, where none has holes; of an instance without placing it.
+    pub(crate) fn distinct_faces(&self, object: usize) -> usize {
+        let repeats = match (&self.scene.objects[object].shape, self.is_instance(object)) {
+            (Shape::Mesh(mesh), _) if mesh.has_holes() => 0,
+            (Shape::Mesh(mesh), true) => mesh.repeat_count(),
+            _ => match self.get(object) {
+                Body::Flat(facets) => facets.repeat_count(),
+                Body::Analytic(_) => 0,
+            },
+        };
+        self.face_count(object) - repeats
+    }
+
     /// Whether an object is given by formulas.
     pub(crate) fn is_analytic(&self, object: usize) -> bool {
         matches!(self.scene.objects[object].shape, Shape::Analytic(_)) && matches!(self.get(object), Body::Analytic(_))

@@ -107,10 +107,10 @@ impl<'a> Receivers<'a> {
         (0..faces).step_by(step).map(move |first| Job { receiver, faces: first..(first + step).min(faces) })
     }
 
-    /// Classifies the faces of a job.
+    /// Classifies the faces of a job; those that are left when it is cancelled are left out.
     pub(crate) fn run(&self, job: &Job, is_cancelled: &(dyn Fn() -> bool + Sync)) -> FaceSums {
         let mut sums = FaceSums::default();
-        for face in job.faces.clone() {
+        for face in job.faces.clone().take_while(|_| !is_cancelled()) {
             if let Some(found) = self.look(job.receiver, face, None, is_cancelled) {
                 sums.add(found);
             }

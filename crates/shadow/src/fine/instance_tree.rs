@@ -15,15 +15,16 @@ use umbriel_geometry::{Aabb, Mesh, Placement, cut_out::Opacity};
 
 use super::light_frame::LightFrame;
 
-/// A tree over the triangles of a mesh that may block and block more than those before them; items are triangles.
+/// Whether a triangle of a mesh may block and blocks more than those before it; repeats may have other holes.
+pub(crate) fn may_block(mesh: &Mesh, triangle: usize) -> bool {
+    mesh.opacity(triangle) != Opacity::Clear && (mesh.has_holes() || !mesh.is_repeat(triangle))
+}
+
+/// A tree over those triangles of a mesh; items are triangles.
 pub(crate) fn tree_of(mesh: &Mesh) -> BoxTree {
-    // Repeats may have other holes.
-    let is_repeat = |triangle: usize| !mesh.has_holes() && mesh.is_repeat(triangle);
     let of_triangle = |(triangle, corners): (usize, &[u32; 3])| {
-        if mesh.opacity(triangle) == Opacity::Clear || is_repeat(triangle) {
-            return Aabb::EMPTY;
-        }
-        Aabb::of(corners.iter().map(|&corner| mesh.positions()[corner as usize]))
+        let corners = corners.iter().map(|&corner| mesh.positions()[corner as usize]);
+        if may_block(mesh, triangle) { Aabb::of(corners) } else { Aabb::EMPTY }
     };
     BoxTree::build(&mesh.triangles().iter().enumerate().map(of_triangle).collect::<Vec<_>>())
 }

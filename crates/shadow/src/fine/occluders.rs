@@ -181,7 +181,7 @@ impl<'a> Occluders<'a> {
         if common.is_empty() {
             0
         } else {
-            (share * SHARES).round() as u64 * self.bodies.face_count(object as usize) as u64
+            (share * SHARES).round() as u64 * self.bodies.distinct_faces(object as usize) as u64
         }
     }
 
@@ -314,10 +314,7 @@ impl<'a> Occluders<'a> {
         let trees = self.frames.iter().map(|frame| {
             let mut boxes = Vec::new();
             let mut items = Vec::new();
-            // A repeat covers what the first covers, unless it has other holes.
-            let is_repeat = |facet: usize| !facets.has_holes() && facets.is_repeat(facet);
-            let blocks = |&facet: &usize| facets.opacity(facet) != Opacity::Clear && !is_repeat(facet);
-            for facet in (0..facets.len()).filter(blocks) {
+            for facet in (0..facets.len()).filter(|&facet| blocks(facets, facet)) {
                 let (points, count) = corners_of(facets, facet);
                 if let Some(bounds) = frame.bounds(&points[..count]) {
                     boxes.push(bounds);
@@ -338,6 +335,11 @@ impl<'a> Occluders<'a> {
         });
         ObjectIndex::Own(trees.collect())
     }
+}
+
+/// Whether a facet may block and blocks more than those before it; repeats may have other holes.
+fn blocks(facets: &Facets, facet: usize) -> bool {
+    facets.opacity(facet) != Opacity::Clear && (facets.has_holes() || !facets.is_repeat(facet))
 }
 
 /// The corners of a facet, and how many there are.
