@@ -1,18 +1,21 @@
 //! Sampled receivers in parts, and what may shadow each part in lots, so that not all instances of meshes are placed at once.
 //!
 //! A part is a group of receivers that lie side by side as the light sees them ([`groups`](crate::groups)); a sample is lit if it is before every lot. What is in a lot is
-//! sorted, answered and forgotten. Parts and lots have about as many faces as all objects that are no instances, which are kept anyhow, so that no more is done
-//! than for the instances by themselves; and where many parts share much of what may shadow them, parts are larger. A scene without instances is one part and one lot.
+//! sorted, answered and forgotten. Parts have at least as many faces as all objects that are no instances, which are kept anyhow; so these cost no more than the
+//! instances by themselves. Where many parts share much of what may shadow them, parts are larger. A scene without instances is one part and one lot.
+//!
+//! Guarantee: the samples' answers are those of one part. Cost: an instance is placed for its own part and for each that it may shadow, two or three times as long
+//! as all at once where many stand close together.
 
 use umbriel_geometry::LightSource;
 
 use crate::{bodies::Bodies, coarse::Influences, groups::groups_of, progress::Progress};
 
-/// Faces of a part, and of a lot, at least: below it what is done for each is as much as for its faces. Tests have more parts than one.
-const FACES: usize = if cfg!(test) { 1 << 6 } else { 1 << 16 };
+/// Faces of a part at least, some tens of megabytes; a lot has twice as many. Tests have more parts than one.
+const FACES: usize = if cfg!(test) { 1 << 6 } else { 1 << 17 };
 
-/// All parts and their lots together look at faces so many times as there are at most; memory comes after time.
-const MOST_LOOKS: u64 = 6;
+/// All parts and their lots together look at faces at most so many times as one part would: beyond that memory comes after time.
+const MOST_LOOKS: u64 = 4;
 
 /// Receivers that are sampled together.
 pub(crate) struct Part {
@@ -49,7 +52,7 @@ pub(crate) fn parts(
     let all = looks(std::slice::from_ref(&whole));
     loop {
         let groups = groups_of(bodies, receivers, light, (asked.clone(), most));
-        let parts: Vec<Part> = groups.into_iter().map(|group| make(group, most)).collect();
+        let parts: Vec<Part> = groups.into_iter().map(|group| make(group, 2 * most)).collect();
         if parts.len() <= 1 || looks(&parts) <= MOST_LOOKS * all {
             return parts;
         }
