@@ -21,7 +21,7 @@ pub use cells::{CellDefect, CellEntry, CellGraph, Overlap, Portal, Region, Scene
 pub use family::{Family, FamilyTree, Member};
 pub use finding::{Finding, FindingKind};
 pub use light::{Extent, ExtentDefect, Light};
-pub use object::{Object, ObjectDefect, PartBox, Shape, Sides};
+pub use object::{Object, ObjectDefect, PartBox, Placed, Shape, Sides};
 
 /// Objects, lights, and what a file said besides.
 #[derive(Clone, Debug, Default)]

@@ -1,6 +1,9 @@
 //! Objects: a shape, where it stands, and which of its sides count.
 
-use std::sync::Arc;
+use std::{
+    ops::Deref,
+    sync::{Arc, OnceLock},
+};
 
 use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{
@@ -36,19 +39,36 @@ pub enum Sides {
     Two,
 }
 
-/// A body of the scene.
+/// A body of the scene. `shape` and `placement` ([`Placed`]) are read as if they were fields; they were checked together, so
+/// another shape is another object, and so is another placement ([`Object::moved`]).
 #[derive(Clone, Debug)]
 pub struct Object {
     /// Unique within the scene.
     pub name: String,
-    /// What it is, in local coordinates.
-    pub shape: Shape,
-    /// Where it stands: local to world.
-    pub placement: Placement,
+    placed: Placed,
     /// Which sides can be lit.
     pub sides: Sides,
     /// Boxes that hold all of it, local coordinates, if some are given: what collision detection or rough shadows may take it for.
     pub boxes: Vec<PartBox>,
+}
+
+/// A shape and where it stands, checked together.
+#[derive(Clone, Debug)]
+pub struct Placed {
+    /// What it is, in local coordinates.
+    pub shape: Shape,
+    /// Where it stands: local to world.
+    pub placement: Placement,
+    /// The world box. That of a curved body is found when it is first asked for: a quadric's takes milliseconds.
+    bounds: OnceLock<Aabb>,
+}
+
+impl Deref for Object {
+    type Target = Placed;
+
+    fn deref(&self) -> &Placed {
+        &self.placed
+    }
 }
 
 /// A box round a part of an object, as it likes to stand.
@@ -149,10 +169,14 @@ impl Object {
         if let Shape::Convex(body) = &shape {
             body.placed(&placement)?;
         }
-        let object = Self { name, shape, placement, sides, boxes: Vec::new() };
+        let placed = Placed { shape, placement, bounds: OnceLock::new() };
+        let object = Self { name, placed, sides, boxes: Vec::new() };
         for (vertex, local) in object.defining_points().into_iter().enumerate() {
             let placed = object.placement.round(local).to_array();
             accept_point(placed).map_err(|(axis, defect)| ObjectDefect::Placed { vertex, axis, defect })?;
+        }
+        if !matches!(object.shape, Shape::Analytic(_)) {
+            object.bounds();
         }
         Ok(object)
     }
@@ -213,8 +237,12 @@ impl Object {
         }
     }
 
-    /// The world box, rounded outward; empty for a mesh without triangles.
+    /// The world box, rounded outward; empty for a mesh without triangles. Found once.
     pub fn bounds(&self) -> Aabb {
+        *self.placed.bounds.get_or_init(|| self.find_bounds())
+    }
+
+    fn find_bounds(&self) -> Aabb {
         match &self.shape {
             Shape::Mesh(mesh) if self.placement == Placement::IDENTITY => mesh.bounds(),
             Shape::Mesh(mesh) => {

@@ -62,7 +62,7 @@ fn a_quadric_outside_its_box_is_told() {
 
 #[test]
 fn every_body_is_read() {
-    let shapes: Vec<Shape> = loaded(BODIES).scene.objects.into_iter().map(|object| object.shape).collect();
+    let shapes: Vec<Shape> = loaded(BODIES).scene.objects.into_iter().map(|object| object.shape.clone()).collect();
     let analytic = |number: usize| match shapes[number] {
         Shape::Analytic(body) => body,
         _ => panic!("object {number} is no analytic body"),

@@ -29,12 +29,15 @@ impl Edit {
     /// Does it.
     ///
     /// # Panics
-    /// When the scene does not have the object.
+    /// When the scene does not have the object, or the placement is too much for it.
     pub fn apply(&self, scene: &mut Scene) {
         match self {
             Self::Add(object) => scene.objects.push((**object).clone()),
             Self::Remove(object) => drop(scene.objects.remove(*object)),
-            Self::Move { object, to } => scene.objects[*object].placement = *to,
+            Self::Move { object, to } => {
+                let moved = scene.objects[*object].moved(*to);
+                scene.objects[*object] = moved.expect("a placement for this object");
+            }
         }
     }
 }

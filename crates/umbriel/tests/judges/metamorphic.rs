@@ -107,7 +107,9 @@ fn with_triangles(whole: &Scene, change: impl Fn(&[[u32; 3]]) -> Vec<[u32; 3]>) 
         if let Shape::Mesh(mesh) = &object.shape {
             let positions = mesh.positions().iter().map(DVec3::to_array).collect();
             let triangles = change(mesh.triangles());
-            object.shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("the same corners")));
+            let shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("the same corners")));
+            let name = object.name.clone();
+            *object = Object::new(name, shape, object.placement, object.sides).expect("the same surface");
         }
     }
     changed
@@ -285,7 +287,9 @@ fn cut_in_four(whole: &Scene) -> Option<Scene> {
             positions.extend([a, b, c, middle(a, b)?, middle(b, c)?, middle(c, a)?].map(|p| p.to_array()));
             triangles.extend([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]].map(|part| part.map(|k| first + k)));
         }
-        object.shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("short fractions")));
+        let shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("short fractions")));
+        let name = object.name.clone();
+        *object = Object::new(name, shape, object.placement, object.sides).expect("the same surface");
     }
     Some(changed)
 }

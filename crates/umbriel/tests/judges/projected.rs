@@ -131,9 +131,10 @@ fn many_points_and_moved_scenes_are_answered_alike() {
             let lift = DVec3::Y * object.bounds().size().y.max(0.5);
             let map = glam::DAffine3::from_translation(lift) * object.placement.map();
             let placement = umbriel_geometry::Placement::new(map).expect("a place");
-            moved
-                .objects
-                .push(umbriel_scene::Object::new(object.name, object.shape, placement, object.sides).expect("a body"));
+            moved.objects.push(
+                umbriel_scene::Object::new(object.name.clone(), object.shape.clone(), placement, object.sides)
+                    .expect("a body"),
+            );
         }
         let (truth, truth_moved) = (lit(&Queries::new(scene)), lit(&Queries::new(&moved)));
         for way in WAYS {

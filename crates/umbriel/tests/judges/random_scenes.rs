@@ -75,7 +75,8 @@ fn parts(whole: &Scene) -> Vec<Scene> {
             let positions = mesh.positions().iter().map(|position| position.to_array()).collect();
             let smaller = Mesh::new(positions, triangles).expect("a part of a mesh");
             let mut objects = whole.objects.clone();
-            objects[left_out].shape = Shape::Mesh(smaller.into());
+            let smaller = Object::new(object.name.clone(), Shape::Mesh(smaller.into()), object.placement, object.sides);
+            objects[left_out] = smaller.expect("a part of an object");
             parts.push(scene(objects));
         }
     }

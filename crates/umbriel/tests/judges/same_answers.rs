@@ -14,7 +14,7 @@ use crate::oracle::{
 use crate::proving::Case;
 use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{LightSource, Mesh};
-use umbriel_scene::{Scene, Shape};
+use umbriel_scene::{Object, Scene, Shape};
 use umbriel_shadow::{Cell, ObjectReport, Verdict};
 
 /// A bake's answers, one an object.
@@ -126,7 +126,9 @@ fn triangles_in_another_order() {
             let Shape::Mesh(mesh) = &object.shape else { continue };
             let triangles = mesh.triangles().iter().rev().copied().collect();
             let positions = mesh.positions().iter().map(|position| position.to_array()).collect();
-            object.shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("the same mesh")));
+            let shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("the same mesh")));
+            let name = object.name.clone();
+            *object = Object::new(name, shape, object.placement, object.sides).expect("the same surface");
         }
         let mut changed: Vec<ObjectReport> = answers(&changed, light);
         for (report, object) in changed.iter_mut().zip(&whole.objects) {

@@ -128,8 +128,9 @@ fn from_file(path: &str) -> Option<Arc<Mesh>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
     let loaded = path.exists().then(|| umbriel_io::load(&path, &umbriel_io::LoadOptions::default()))?;
     let objects = loaded.expect("a readable model").scene.objects;
-    let meshes =
-        objects.into_iter().filter_map(|object| if let Shape::Mesh(mesh) = object.shape { Some(mesh) } else { None });
+    let meshes = objects
+        .into_iter()
+        .filter_map(|object| if let Shape::Mesh(mesh) = &object.shape { Some(mesh.clone()) } else { None });
     meshes.max_by_key(|mesh| mesh.triangles().len())
 }
 

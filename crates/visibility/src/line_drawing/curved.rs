@@ -44,7 +44,8 @@ pub(super) fn flattened(object: &Object, projector: &Projector) -> Option<Flatte
     let Turned { points, triangles, pieces } = Turned::new(&profile(body, parts)?, 4 * parts);
     let positions = points.into_iter().map(|point| (point * stretch).to_array()).collect();
     let mesh = Mesh::new(positions, triangles).ok()?;
-    Some(Flattened { object: Object { shape: Shape::Mesh(Arc::new(mesh)), ..object.clone() }, pieces: Some(pieces) })
+    let object = Object::new(object.name.clone(), Shape::Mesh(Arc::new(mesh)), object.placement, object.sides).ok()?;
+    Some(Flattened { object, pieces: Some(pieces) })
 }
 
 /// Sides of a quarter turn.

@@ -192,7 +192,7 @@ fn rims_of_curved_bodies_are_drawn_and_their_facets_are_not() {
     let quadric = ANY_QUADRIC;
     assert!(
         curved::flattened(
-            &Object { shape: Shape::Analytic(quadric), ..scene(vec![(ball(1.0), DVec3::ZERO)]).objects.remove(0) },
+            &Object::new("quadric".into(), Shape::Analytic(quadric), Placement::IDENTITY, Sides::Auto).expect("a body"),
             &Projector::new(&side).expect("a view")
         )
         .is_none()

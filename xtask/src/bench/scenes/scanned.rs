@@ -44,10 +44,11 @@ fn meshes(path: &str) -> Result<Option<Vec<(String, TriangleMesh)>>> {
     }
     let loaded = load(&path, &LoadOptions::default()).with_context(|| format!("cannot load {}", path.display()))?;
     let meshes = loaded.scene.objects.into_iter().filter_map(|object| {
-        let Shape::Mesh(mesh) = object.shape else { return None };
+        let Shape::Mesh(mesh) = &object.shape else { return None };
         let positions = mesh.positions().iter().map(|&position| object.placement.round(position)).collect();
         let placed = TriangleMesh { positions, triangles: mesh.triangles().to_vec() };
-        Some((object.name, if object.placement.is_mirrored() { placed.flipped() } else { placed }))
+        let placed = if object.placement.is_mirrored() { placed.flipped() } else { placed };
+        Some((object.name, placed))
     });
     Ok(Some(meshes.collect()))
 }
