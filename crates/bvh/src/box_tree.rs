@@ -96,7 +96,15 @@ impl BoxTree {
     /// # Panics
     /// For 2^32 boxes or more (200 GB of them): an item's name is a `u32`.
     pub fn build(boxes: &[Aabb]) -> Self {
-        build::build(boxes)
+        build::build(boxes, &|| true).expect("it goes on")
+    }
+
+    /// As [`BoxTree::build`] as long as `goes_on`, which is asked whenever some ten thousand boxes have been looked at; `None` if it did not.
+    ///
+    /// # Panics
+    /// As [`BoxTree::build`].
+    pub fn build_while(boxes: &[Aabb], goes_on: &dyn Fn() -> bool) -> Option<Self> {
+        build::build(boxes, goes_on)
     }
 
     /// The smallest box around all boxes.

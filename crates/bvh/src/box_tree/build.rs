@@ -37,8 +37,11 @@ struct Open {
     depth: usize,
 }
 
-/// See [`BoxTree::build`].
-pub(super) fn build(boxes: &[Aabb]) -> BoxTree {
+/// After so many looks at boxes it is asked whether to go on; some tenths of a millisecond.
+const LOOKS: usize = 1 << 13;
+
+/// See [`BoxTree::build_while`].
+pub(super) fn build(boxes: &[Aabb], goes_on: &dyn Fn() -> bool) -> Option<BoxTree> {
     assert!(u32::try_from(boxes.len()).is_ok(), "more boxes than a u32 can name");
     let mut entries: Vec<Entry> = (0u32..)
         .zip(boxes)
@@ -49,13 +52,21 @@ pub(super) fn build(boxes: &[Aabb]) -> BoxTree {
     if !entries.is_empty() {
         nodes.push(leaf(&entries, 0));
         let mut open = vec![Open { node: 0, first: 0, end: entries.len(), depth: 1 }];
+        let mut looks = 0;
         while let Some(next) = open.pop() {
+            looks += next.end - next.first;
+            if looks >= LOOKS {
+                looks = 0;
+                if !goes_on() {
+                    return None;
+                }
+            }
             grow(&mut nodes, &mut entries, &next, &mut open);
         }
     }
     let (item_boxes, ids) = entries.iter().map(|entry| (entry.bounds, entry.id)).unzip();
     nodes.shrink_to_fit(); // a tree may be kept for each of thousands of objects
-    BoxTree { nodes, boxes: item_boxes, ids, len: boxes.len() }
+    Some(BoxTree { nodes, boxes: item_boxes, ids, len: boxes.len() })
 }
 
 /// Gives an open node its two children, or leaves it a leaf.

@@ -127,3 +127,19 @@ fn a_tree_over_nothing_answers_nothing() {
     assert!(tree.is_empty() && tree.bounds().is_empty());
     tree.for_each_meeting(&Aabb::of([DVec3::ZERO]), |_| unreachable!("there is no item"));
 }
+
+#[test]
+fn a_tree_is_built_as_long_as_it_may_be() {
+    let at = |k: u32| DVec3::new(f64::from(k % 101), f64::from(k % 103), f64::from(k % 107));
+    let boxes: Vec<Aabb> = (0..20_000).map(|k| Aabb { min: at(k), max: at(k) + 1.0 }).collect();
+    let asked = std::cell::Cell::new(0);
+    let count = || {
+        asked.set(asked.get() + 1);
+        true
+    };
+    let tree = BoxTree::build_while(&boxes, &count).expect("it goes on");
+    assert_eq!(tree.check(&boxes), Ok(()));
+    // Some fourteen levels of 20,000 looks.
+    assert!((15..60).contains(&asked.get()), "asked {} times", asked.get());
+    assert!(BoxTree::build_while(&boxes, &|| false).is_none());
+}

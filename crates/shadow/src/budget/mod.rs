@@ -58,6 +58,8 @@ pub(crate) fn refine(
     receivers.detail = Detail::Depth { interior: MAX_DEPTH, boundary: MAX_DEPTH };
     let mut refined = Refined::new(receivers, limit, progress)?;
     let until = Until { progress, deadline: limit.deadline };
+    // The first looks are taken whatever the clock says; of all others those that it caught are given up.
+    limit.deadline.iter().for_each(|&deadline| refined.looks.all.occluders.stop_at(deadline));
     while !refined.is_enough(limit.share) && !refined.is_full(limit) {
         let step = refined.next_step();
         if step.is_empty() || !refined.take_step(step, limit, &until) {

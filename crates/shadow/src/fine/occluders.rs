@@ -4,7 +4,10 @@
 //! overlaps the receiver's and its least depth is not beyond the receiver's greatest; nothing that could block is left
 //! out, since boxes are rounded outward.
 
-use std::sync::{Arc, OnceLock};
+use std::{
+    sync::{Arc, OnceLock},
+    time::Instant,
+};
 
 use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, LightSource, Mesh, PlacedAnalytic, Point, Sign, cut_out::Opacity};
@@ -23,6 +26,9 @@ use crate::bodies::{Bodies, Body};
 
 /// Shares of a body's facets are counted in parts of this size: whole numbers have the same sum in any order.
 const SHARES: f64 = 1024.0;
+
+/// Looks at facets between two at the clock.
+const LOOKS: usize = 1 << 10;
 
 /// What may block a receiver, by name.
 #[derive(Clone, Debug, Default)]
@@ -45,6 +51,8 @@ pub(crate) struct Occluders<'a> {
     seen: Vec<OnceLock<Box<Seen>>>,
     /// Those of all groups, where all but instances are kept.
     of_all: Option<&'a Self>,
+    /// From when on nothing is built any more.
+    deadline: OnceLock<Instant>,
 }
 
 /// One object as the light sees it.
@@ -65,6 +73,8 @@ enum ObjectIndex {
     Own(Vec<(BoxTree, Vec<u32>)>),
     /// An instance of a mesh: the tree that it shares with the others, and each frame in the coordinates of that.
     Instance(Arc<Mesh>, Arc<BoxTree>, Vec<LocalFrame>),
+    /// The clock came first.
+    Unbuilt,
 }
 
 impl<'a> Occluders<'a> {
@@ -78,7 +88,17 @@ impl<'a> Occluders<'a> {
             ties: LightFrame::ties(light),
             seen: (0..count).map(|_| OnceLock::new()).collect(),
             of_all: None,
+            deadline: OnceLock::new(),
         }
+    }
+
+    /// From now on what is found after this moment is of no use: what takes long is given up there.
+    pub(crate) fn stop_at(&self, deadline: Instant) {
+        self.deadline.get_or_init(|| deadline);
+    }
+
+    fn is_over(&self) -> bool {
+        self.deadline.get().is_some_and(|deadline| Instant::now() >= *deadline)
     }
 
     /// For a group of receivers, to be forgotten with `bodies` ([`Bodies::of_group`]).
@@ -197,6 +217,7 @@ impl<'a> Occluders<'a> {
                     ObjectIndex::Instance(mesh, tree, frames) => {
                         self.add_instance(object, mesh, (tree, &frames[frame], view), &query, &mut found);
                     }
+                    ObjectIndex::Unbuilt => {}
                 }
             }
         }
@@ -262,7 +283,10 @@ impl<'a> Occluders<'a> {
     pub(crate) fn blockers<const N: usize>(&self, candidates: &Candidates, receiver: &Receiver<N>) -> Blockers<'_, N> {
         let mut polygons = Vec::new();
         let (mut edges, mut holes) = (Vec::new(), Vec::new());
-        for &id in &candidates.facets {
+        for (number, &id) in candidates.facets.iter().enumerate() {
+            if number % LOOKS == LOOKS - 1 && self.is_over() {
+                break;
+            }
             let Body::Flat(facets) = self.bodies.get(id.object as usize) else { continue };
             // From the base on, so that it makes no difference which corner the facet begins with.
             let numbers = facets.from_base(id.facet as usize).corners();
@@ -304,17 +328,22 @@ impl<'a> Occluders<'a> {
                 );
             }
             match self.bodies.get(object as usize) {
-                Body::Flat(facets) => self.index_facets(facets),
+                Body::Flat(facets) => self.index_facets(facets).unwrap_or(ObjectIndex::Unbuilt),
                 Body::Analytic(_) => self.index_analytic(&self.bodies.boxes[object as usize]),
             }
         })
     }
 
-    fn index_facets(&self, facets: &Facets) -> ObjectIndex {
+    fn index_facets(&self, facets: &Facets) -> Option<ObjectIndex> {
         let trees = self.frames.iter().map(|frame| {
-            let mut boxes = Vec::new();
-            let mut items = Vec::new();
-            for facet in (0..facets.len()).filter(|&facet| blocks(facets, facet)) {
+            let (mut boxes, mut items) = (Vec::new(), Vec::new());
+            for facet in 0..facets.len() {
+                if facet % LOOKS == 0 && self.is_over() {
+                    return None;
+                }
+                if !blocks(facets, facet) {
+                    continue;
+                }
                 let (points, count) = corners_of(facets, facet);
                 if let Some(bounds) = frame.bounds(&points[..count]) {
                     boxes.push(bounds);
@@ -322,9 +351,9 @@ impl<'a> Occluders<'a> {
                 }
             }
             items.shrink_to_fit();
-            (BoxTree::build(&boxes), items)
+            Some((BoxTree::build_while(&boxes, &|| !self.is_over())?, items))
         });
-        ObjectIndex::Own(trees.collect())
+        Some(ObjectIndex::Own(trees.collect::<Option<_>>()?))
     }
 
     fn index_analytic(&self, world: &Aabb) -> ObjectIndex {
