@@ -191,7 +191,7 @@ proptest! {
 
     #[test]
     fn rays_in_bundles_hit_what_they_hit_alone(
-        corners in proptest::collection::vec(a_triangle(), 0..60), eye in point(), towards in point(),
+        corners in proptest::collection::vec(a_triangle(), 0..400), eye in point(), towards in point(),
         origins in bundle_of(point()), directions in bundle_of(point()), ends in bundle_of(prop_oneof![Just(f64::INFINITY), 0.0..3.0f64]),
         spreads in [prop_oneof![Just(0.0), Just(1e-3), Just(0.1), Just(10.0)], prop_oneof![Just(0.0), Just(1e-3), Just(0.1), Just(10.0)]],
         away in prop_oneof![Just(1.0), Just(30.0), Just(1e4)], scale in prop_oneof![Just(1.0), Just(2f64.powi(-90)), Just(1e50)],
@@ -204,8 +204,16 @@ proptest! {
         let rays: Vec<(Ray, f64)> = rays.zip(ends).map(|(ray, end)| (ray, end * scale * away)).collect();
         let alone: Vec<_> = rays.iter().map(|(ray, end)| bvh.nearest_hit(ray.origin, ray.direction, *end)).collect();
         let hits = alone.iter().flatten().count() as u32;
-        prop_assert_eq!(bvh.nearest_hits(&rays), alone);
+        prop_assert_eq!(bvh.nearest_hits(&rays), &alone[..]);
         prop_assert_eq!(bvh.nearest_hits_steps(&rays).hits, hits);
+        for level in Level::ALL {
+            let mut searches = [const { None }; BUNDLE];
+            if let Some(mut bundle) = Bundle::<false>::new(&bvh, &rays[..BUNDLE], &mut searches) {
+                simd::dispatch_at(level, &mut bundle);
+                let found: Vec<_> = searches.iter().map(|search| search.as_ref().and_then(|search| search.hit)).collect();
+                prop_assert_eq!(&found, &alone[..BUNDLE], "{:?}", level);
+            }
+        }
     }
 
     #[test]
