@@ -8,6 +8,7 @@ mod lights;
 mod places;
 mod range;
 mod shapes;
+mod strange;
 
 use crate::oracle::{
     Oracle, cases,

@@ -29,6 +29,13 @@ impl LitBits {
         }
     }
 
+    /// Sets or clears one bit of a byte. Only one thread at a time may do so.
+    pub(super) fn assign(&self, at: u64, bit: u32, is_set: bool) {
+        let byte = &self.0[at as usize];
+        let others = byte.load(Ordering::Relaxed) & !(1 << bit);
+        byte.store(others | u8::from(is_set) << bit, Ordering::Relaxed);
+    }
+
     /// Eight bits.
     pub(super) fn byte(&self, at: u64) -> u8 {
         self.0[at as usize].load(Ordering::Relaxed)

@@ -14,6 +14,7 @@
 //! sample; memory some 80 bytes a triangle, and a bit a sample.
 
 mod batch;
+mod beside_lamp;
 mod clip;
 mod doubts;
 mod faces;

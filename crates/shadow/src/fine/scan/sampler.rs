@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use umbriel_geometry::{Aabb, Facet, Facets, LightSource, Sign, simd::dispatch};
 
 use super::{
+    beside_lamp::decide_beside_lamp,
     faces::{Face, Faces, Rect, Source},
     group::{Block, Group, Room},
     images::Images,
@@ -117,6 +118,7 @@ pub(crate) fn sample(
         };
         sampler.run(progress)?;
     }
+    decide_beside_lamp(bodies, light, objects, &lit);
     Ok(lit)
 }
 
