@@ -75,12 +75,13 @@ impl<'a> Samples<'a> {
         let mut before = 0;
         for part in &parts {
             let mut known: Vec<LitBits> = Vec::new();
-            for lot in &part.lots {
+            for (number, lot) in part.lots.iter().enumerate() {
+                let is_last = number + 1 == part.lots.len();
                 let progress = PartOfAll { progress, before, own: lot.faces, all };
                 if bodies.has_instances() {
-                    self.run_lot(&Bodies::of_group(bodies), (part, lot), &mut known, reports, &progress)?;
+                    self.run_lot(&Bodies::of_group(bodies), (part, lot, is_last), &mut known, reports, &progress)?;
                 } else {
-                    self.run_lot(bodies, (part, lot), &mut known, reports, &progress)?;
+                    self.run_lot(bodies, (part, lot, is_last), &mut known, reports, &progress)?;
                 }
                 before += lot.faces;
             }
@@ -89,11 +90,12 @@ impl<'a> Samples<'a> {
         Ok(counts.filter_map(|receiver| reports[receiver].samples).map(|samples| samples.samples).sum())
     }
 
-    /// The receivers of a part before one lot of what may shadow them; `known` are the answers before those before, and then all of them.
+    /// The receivers of a part before one lot of what may shadow them; `known` are the answers before those before, and then all of them. The last lot
+    /// tells the answers.
     fn run_lot(
         &self,
         bodies: &Bodies,
-        (part, lot): (&Part, &Lot),
+        (part, lot, is_last): (&Part, &Lot, bool),
         known: &mut Vec<LitBits>,
         reports: &mut [ObjectReport],
         progress: &dyn Progress,
@@ -113,6 +115,9 @@ impl<'a> Samples<'a> {
             known.extend(lit);
         } else {
             known.iter_mut().zip(lit).for_each(|(known, lit)| known.intersect(&lit));
+        }
+        if !is_last {
+            return Ok(());
         }
         let receivers = prepared.iter().filter_map(|one| Some((one.object, one.receives.as_ref()?)));
         for ((object, (receiver, layout)), lit) in receivers.zip(known) {
