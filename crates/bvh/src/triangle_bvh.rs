@@ -130,13 +130,12 @@ impl TriangleBvh {
         let mut hits = Vec::with_capacity(rays.len());
         let mut searches = [const { None }; BUNDLE];
         for rays in rays.chunks(BUNDLE) {
-            if let Some(mut bundle) = Bundle::<false>::new(self, rays, &mut searches) {
-                simd::dispatch(&mut bundle);
-                let found = searches.iter().take(rays.len());
-                hits.extend(found.map(|search| search.as_ref().and_then(|search| search.hit)));
-            } else {
-                hits.extend(rays.iter().map(|(ray, t_max)| self.nearest_hit(ray.origin, ray.direction, *t_max)));
-            }
+            let (is_done, _) = self.in_a_bundle::<false>(rays, &mut searches);
+            hits.extend(rays.iter().zip(&searches).map(|((ray, t_max), search)| {
+                let known = search.as_ref().and_then(|search| search.hit);
+                let end = known.map_or(*t_max, |hit| hit.t);
+                if is_done { known } else { self.nearest_hit(ray.origin, ray.direction, end) }
+            }));
         }
         hits
     }
@@ -146,17 +145,27 @@ impl TriangleBvh {
         let mut steps = Steps::default();
         let mut searches = [const { None }; BUNDLE];
         for rays in rays.chunks(BUNDLE) {
-            if let Some(mut bundle) = Bundle::<true>::new(self, rays, &mut searches) {
-                simd::dispatch(&mut bundle);
-                let nodes = bundle.nodes;
-                steps = searches.iter().flatten().fold(steps, |steps, search| steps + search.steps());
-                steps.nodes += nodes;
-            } else {
+            let (is_done, nodes) = self.in_a_bundle::<true>(rays, &mut searches);
+            let found = searches.iter().flatten().map(Nearest::steps).fold(Steps::default(), Steps::add);
+            steps = steps + Steps { nodes: found.nodes + nodes, ..found };
+            if !is_done {
                 let single = |(ray, t_max): &(Ray, f64)| self.nearest_steps(ray.origin, ray.direction, *t_max);
-                steps = rays.iter().map(single).fold(steps, Steps::add);
+                steps = rays.iter().map(single).fold(Steps { hits: steps.hits - found.hits, ..steps }, Steps::add);
             }
         }
         steps
+    }
+
+    /// Searches for the nearest hits of at most [`BUNDLE`] rays together: whether that came to an end, and how many nodes were looked at.
+    fn in_a_bundle<'a, const COUNTED: bool>(
+        &'a self,
+        rays: &[(Ray, f64)],
+        searches: &mut [Option<Nearest<'a, COUNTED>>; BUNDLE],
+    ) -> (bool, u32) {
+        searches.fill_with(|| None);
+        let Some(mut bundle) = Bundle::new(self, rays, searches) else { return (false, 0) };
+        let is_done = simd::dispatch(&mut bundle);
+        (is_done, bundle.nodes)
     }
 
     /// What [`TriangleBvh::nearest_hit`] looks at for the same ray.

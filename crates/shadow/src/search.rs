@@ -133,22 +133,22 @@ impl SearchCosts {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
         lamp: WayCosts {
-            direct: PointCost { base: 0.0, doubling: 117.1, triangle: 544.5, item: 40.0 },
-            bvh: PointCost { base: 442.4, doubling: 8.2, triangle: 287.7, item: 0.5 },
-            octree: PointCost { base: 878.5, doubling: 19.4, triangle: 2092.1, item: 287.3 },
-            projection: PointCost { base: 347.6, doubling: 17.4, triangle: 322.0, item: 245.2 },
+            direct: PointCost { base: 0.0, doubling: 85.3, triangle: 692.5, item: 39.0 },
+            bvh: PointCost { base: 161.7, doubling: 24.2, triangle: 415.1, item: 1.3 },
+            octree: PointCost { base: 0.0, doubling: 68.7, triangle: 2671.2, item: 246.5 },
+            projection: PointCost { base: 8.5, doubling: 37.8, triangle: 310.9, item: 284.8 },
         },
         sun: WayCosts {
-            direct: PointCost { base: 0.0, doubling: 117.1, triangle: 544.5, item: 40.0 },
-            bvh: PointCost { base: 442.4, doubling: 8.2, triangle: 287.7, item: 0.5 },
-            octree: PointCost { base: 878.5, doubling: 19.4, triangle: 2092.1, item: 287.3 },
-            projection: PointCost { base: 347.6, doubling: 17.4, triangle: 322.0, item: 245.2 },
+            direct: PointCost { base: 1594.3, doubling: 0.0, triangle: 579.5, item: 49.6 },
+            bvh: PointCost { base: 344.2, doubling: 16.2, triangle: 391.3, item: 1.8 },
+            octree: PointCost { base: 25.7, doubling: 73.5, triangle: 1701.8, item: 504.3 },
+            projection: PointCost { base: 16.1, doubling: 37.4, triangle: 477.9, item: 301.1 },
         },
         loose: WayCosts {
-            direct: PointCost { base: 60.4, doubling: 0.0, triangle: 484.9, item: 38.6 },
-            bvh: PointCost { base: 34.7, doubling: 15.2, triangle: 287.1, item: 0.9 },
-            octree: PointCost { base: 1012.2, doubling: 0.0, triangle: 2146.5, item: 228.4 },
-            projection: PointCost { base: 0.0, doubling: 16.8, triangle: 159.9, item: 264.7 },
+            direct: PointCost { base: 51.7, doubling: 0.0, triangle: 568.1, item: 45.7 },
+            bvh: PointCost { base: 0.0, doubling: 19.4, triangle: 378.5, item: 0.0 },
+            octree: PointCost { base: 655.7, doubling: 28.0, triangle: 2284.3, item: 285.1 },
+            projection: PointCost { base: 0.0, doubling: 16.0, triangle: 351.8, item: 292.9 },
         },
     };
 
@@ -362,19 +362,21 @@ mod tests {
     #[test]
     fn what_is_quickest_to_build_serves_few_points_and_what_is_quick_many() {
         let clutter = |triangles: usize| Clutter { triangles, items: 5.0 * triangles as f64 };
+        let sun = LightSource::sun([0.0, 1.0, 0.0]).expect("up");
         let choice = |asked, expected: Expected, triangles| {
-            let costs = SearchCosts::MEASURED;
-            SearchChoice::new(
-                asked,
-                expected.count(),
-                clutter(triangles),
-                costs.of(expected, &LightSource::sun([0.0, 1.0, 0.0]).expect("up")),
-            )
+            SearchChoice::new(asked, expected.count(), clutter(triangles), SearchCosts::MEASURED.of(expected, &sun))
         };
         let chosen = |expected, triangles| choice(Acceleration::Auto, expected, triangles).chosen;
         assert_eq!(chosen(Expected::Places(3), 1 << 20), Search::Bvh);
-        assert_eq!(chosen(Expected::Places(1 << 20), 1 << 14), Search::Bvh);
+        assert_eq!(chosen(Expected::Places(1 << 17), 1 << 14), Search::Bvh);
+        assert_eq!(chosen(Expected::Places(1 << 20), 1 << 10), Search::Projection);
         assert_eq!(chosen(Expected::Loose(1 << 22), 1 << 16), Search::Direct, "light space is quick");
+        let lamp = LightSource::point([0.0, 1.0, 0.0]).expect("a lamp");
+        let of = |expected, light| SearchCosts::MEASURED.of(expected, light).bvh;
+        assert_eq!(of(Expected::Places(1), &sun), SearchCosts::MEASURED.sun.bvh);
+        assert_eq!(of(Expected::Places(1), &lamp), SearchCosts::MEASURED.lamp.bvh);
+        assert_eq!(of(Expected::Loose(1), &lamp), SearchCosts::MEASURED.loose.bvh);
+        assert_ne!(SearchCosts::MEASURED.sun, SearchCosts::MEASURED.lamp);
         let asked = choice(Acceleration::Octree, Expected::Places(1), 1 << 20);
         assert_eq!(asked.chosen, Search::Octree, "what is asked for is done");
     }

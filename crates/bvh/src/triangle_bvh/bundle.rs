@@ -3,7 +3,8 @@
 //! Sixteen rays share one walk: a node's boxes are tested against what bounds all of them ([`Shaft::around`]), the nearest for any of them
 //! first, and a leaf's box against the sixteen side by side. The triangles of the leaf are each ray's own ([`super::nearest`]), and so are the answers: they depend
 //! on no order. Source: Boulos, Wald and Shirley, "Geometric and arithmetic culling methods for entire ray packets", 2006.
-//! Cost: where rays meet the same leaves, a sixteenth of the nodes of single rays.
+//! Cost: where rays meet the same leaves, a sixteenth of the nodes of single rays. Where they go apart what bounds them all is wide, and the walk is
+//! given up; then each goes on alone, up to the hit that it has.
 //!
 //! **Boxes.** All directions are multiplied by one number, so that their largest component is 1, and rounded to f32; a bundle is refused
 //! where a ray's own largest component is below 1/4, or an origin farther than 64 from the frame's centre. So a ray leaves the frame before τ = 4·65 < 2^9,
@@ -22,6 +23,9 @@ use crate::ray::Ray;
 
 /// Rays of a bundle.
 pub(super) const BUNDLE: usize = 16;
+
+/// Nodes that a bundle may look at before its rays go on alone: as many as they would look at alone.
+const PATIENCE: u32 = 128;
 
 /// What is refused; see the header.
 const FARTHEST: f64 = 64.0;
@@ -114,12 +118,12 @@ pub(super) struct Bundle<'a, 'r, const COUNTED: bool> {
     shaft: Shaft,
     /// Made when a ray meets its first leaf. Not here itself, because it is large and would be moved.
     searches: &'r mut [Option<Nearest<'a, COUNTED>>; BUNDLE],
-    /// Nodes that were looked at, if `COUNTED`.
+    /// Nodes that were looked at.
     pub(super) nodes: u32,
 }
 
 impl<'a, 'r, const COUNTED: bool> Bundle<'a, 'r, COUNTED> {
-    /// `None` for rays that are refused.
+    /// `None` for rays that are refused. There are no searches yet.
     pub(super) fn new(
         bvh: &'a TriangleBvh,
         rays: &'r [(Ray, f64)],
@@ -127,14 +131,13 @@ impl<'a, 'r, const COUNTED: bool> Bundle<'a, 'r, COUNTED> {
     ) -> Option<Self> {
         let lines = Lines::new(bvh, rays)?;
         let shaft = Shaft::around(&lines, rays.len(), lines.end());
-        searches.fill_with(|| None);
         Some(Self { bvh, rays, lines, shaft, searches, nodes: 0 })
     }
 
     /// The nearest child that some ray may meet; the others wait. Links are lanes of nodes, because packs have no boxes.
     #[inline(always)]
     fn open<S: Simd>(&mut self, simd: S, index: u32, waiting: &mut Waiting) -> Option<Visit> {
-        self.nodes += u32::from(COUNTED);
+        self.nodes += 1;
         let (enter, met) = self.shaft.box_spans(simd, &self.bvh.parts.nodes[index as usize]);
         waiting.nearest_of(met.bits(), enter.to_array(), |lane| index * WIDTH as u32 + lane as u32)
     }
@@ -165,10 +168,11 @@ impl<'a, 'r, const COUNTED: bool> Bundle<'a, 'r, COUNTED> {
 }
 
 impl<const COUNTED: bool> Kernel for &mut Bundle<'_, '_, COUNTED> {
-    type Output = ();
+    /// Whether the walk came to its end.
+    type Output = bool;
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn run<S: Simd>(self, simd: S) -> bool {
         let reciprocals = [0, 1, 2].map(|axis| {
             let direction = simd.load(&self.lines.directions[axis]);
             let least = simd.splat16(LEAST_SLOPE);
@@ -188,8 +192,12 @@ impl<const COUNTED: bool> Kernel for &mut Bundle<'_, '_, COUNTED> {
                 self.measure(simd, node.children[lane], concerned);
                 next = waiting.pop();
             } else {
+                if self.nodes == PATIENCE {
+                    return false;
+                }
                 next = self.open(simd, node.children[lane], &mut waiting).or_else(|| waiting.pop());
             }
         }
+        true
     }
 }

@@ -209,7 +209,10 @@ proptest! {
         for level in Level::ALL {
             let mut searches = [const { None }; BUNDLE];
             if let Some(mut bundle) = Bundle::<false>::new(&bvh, &rays[..BUNDLE], &mut searches) {
-                simd::dispatch_at(level, &mut bundle);
+                // Rays that go apart are given up among so many triangles.
+                if !simd::dispatch_at(level, &mut bundle) {
+                    continue;
+                }
                 let found: Vec<_> = searches.iter().map(|search| search.as_ref().and_then(|search| search.hit)).collect();
                 prop_assert_eq!(&found, &alone[..BUNDLE], "{:?}", level);
             }
