@@ -10,10 +10,12 @@
 //! where a ray's own largest component is below 1/4, or an origin farther than 64 from the frame's centre. So a ray leaves the frame before τ = 4·65 < 2^9,
 //! and what is said of boxes in [`super::ray`] holds with 2^9·2·2^-40 for components below 2^-40, as these are replaced by 2^-40 whatever their sign.
 
+use glam::{DVec3, Vec3};
 use umbriel_geometry::simd::{Float, Kernel, Lanes, Mask, Simd};
 
 use super::{
     TriangleBvh,
+    frame::Frame,
     layout::{Node, WIDTH},
     nearest::{Nearest, Visit, Waiting},
     ray::{LEAST_SLOPE, OUTWARD, U},
@@ -65,20 +67,17 @@ impl Lines {
         let zero = [[0.0; BUNDLE]; 3];
         let unit = frame.scale() * most;
         let mut lines = Self { raised: zero, lowered: zero, directions: zero, ends: [-1.0; BUNDLE], unit };
+        let mut known = None;
         for (lane, (ray, t_max)) in rays.iter().enumerate() {
-            let origin = frame.localise(ray.origin);
-            let reach = origin.abs().max_element();
-            let is_near = reach <= FARTHEST;
-            if !is_near {
-                return None;
-            }
-            let rounded = origin.as_vec3();
-            let off = (origin - rounded.as_dvec3()).abs().max_element() + frame.error(reach);
-            let widening = off as f32 * (1.0 + 4.0 * U) + SLACK + 4.0 * U * reach as f32;
+            // Eyes are the same for all.
+            let (_, [lowered, raised]) = match known.filter(|&(origin, _)| origin == ray.origin) {
+                Some(known) => known,
+                None => *known.insert((ray.origin, around(frame, ray.origin)?)),
+            };
             let direction = (ray.direction * longest).as_vec3();
             for axis in 0..3 {
-                lines.raised[axis][lane] = rounded[axis] + widening;
-                lines.lowered[axis][lane] = rounded[axis] - widening;
+                lines.raised[axis][lane] = raised[axis];
+                lines.lowered[axis][lane] = lowered[axis];
                 lines.directions[axis][lane] = direction[axis];
             }
             lines.stop_at(lane, *t_max);
@@ -108,6 +107,16 @@ impl Lines {
         }
         enter.le(leave * simd.splat16(OUTWARD)).bits()
     }
+}
+
+/// An origin in the frame, moved down and up by its error; `None` where it is refused.
+fn around(frame: &Frame, origin: DVec3) -> Option<[Vec3; 2]> {
+    let exact = frame.localise(origin);
+    let reach = exact.abs().max_element();
+    let rounded = exact.as_vec3();
+    let off = (exact - rounded.as_dvec3()).abs().max_element() + frame.error(reach);
+    let widening = Vec3::splat(off as f32 * (1.0 + 4.0 * U) + SLACK + 4.0 * U * reach as f32);
+    (reach <= FARTHEST).then_some([rounded - widening, rounded + widening])
 }
 
 /// Finds the nearest hits of at most [`BUNDLE`] rays.

@@ -188,8 +188,8 @@ impl<const COUNTED: bool> Nearest<'_, COUNTED> {
     pub(super) fn measure<S: Simd>(&mut self, simd: S, pack: u32) {
         self.steps.packs += u32::from(COUNTED);
         let pack = &self.bvh.parts.packs[pack as usize];
-        let verdicts = pack_test::test(simd, pack, &self.local);
-        let mut candidates = verdicts.hits | verdicts.doubts;
+        // Whether it is nearer tells the measure.
+        let mut candidates = pack_test::crossed(simd, pack, &self.local);
         while candidates != 0 {
             let triangle = pack.triangles[candidates.trailing_zeros() as usize % WIDTH];
             candidates &= candidates - 1;

@@ -64,18 +64,39 @@ struct Edges<V> {
     reach: V,
 }
 
+impl<V: Float<WIDTH>> Edges<V> {
+    /// The least and the greatest of the values.
+    #[inline(always)]
+    fn extremes(&self) -> (V, V) {
+        let [u, v, w] = self.values;
+        (u.min(v).min(w), u.max(v).max(w))
+    }
+
+    /// Where the values do not certainly differ in sign.
+    #[inline(always)]
+    fn open(&self) -> V::Mask {
+        let (least, most) = self.extremes();
+        !(least.lt(-self.tolerance) & most.gt(self.tolerance))
+    }
+}
+
+/// Which triangles the ray's line may cross, a bit each.
+#[inline(always)]
+pub(super) fn crossed<S: Simd>(simd: S, pack: &Pack, ray: &LocalRay) -> u32 {
+    edge_functions(simd, &look(simd, pack, ray), ray).open().bits()
+}
+
 /// Tests all triangles of the pack.
 #[inline(always)]
 pub(super) fn test<S: Simd>(simd: S, pack: &Pack, ray: &LocalRay) -> Verdicts {
     let seen = look(simd, pack, ray);
     let edges = edge_functions(simd, &seen, ray);
-    let [u, v, w] = edges.values;
-    let (least, most) = (u.min(v).min(w), u.max(v).max(w));
-    let tolerance = edges.tolerance;
-    let open = !(least.lt(-tolerance) & most.gt(tolerance));
+    let open = edges.open();
     if !open.any() {
         return Verdicts { hits: 0, doubts: 0 };
     }
+    let (least, most) = edges.extremes();
+    let tolerance = edges.tolerance;
     let inside = least.gt(tolerance) | most.lt(-tolerance);
     let (between, beyond) = depths(simd, pack, &edges, ray);
     let hits = (inside & between).bits();
