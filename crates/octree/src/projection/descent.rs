@@ -10,9 +10,10 @@
 //! too roughly (see [`query`](super::query)) look at every leaf.
 
 use glam::DVec3;
-use umbriel_geometry::simd::Simd;
+use umbriel_geometry::simd::{Kernel, Simd, dispatch};
 
 use super::{
+    Leaf,
     frame::Kind,
     query::{Look, Walk},
     tree::{LEAF, Link, NOTHING},
@@ -38,6 +39,21 @@ struct Line {
     first: f64,
 }
 
+/// A leaf that is come to. A kernel of its own, because what calls itself is in no kernel, and vectors there would be functions.
+struct LookAt<'w, 'a, L> {
+    walk: &'w mut Walk<'a, L>,
+    leaf: &'a Leaf,
+}
+
+impl<L: Look> Kernel for LookAt<'_, '_, L> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> bool {
+        self.walk.look_at(simd, self.leaf)
+    }
+}
+
 impl<L: Look> Walk<'_, L> {
     /// Walks down from the root.
     #[inline(always)]
@@ -60,15 +76,16 @@ impl<L: Look> Walk<'_, L> {
         let open = Open { node: projection.tree.root, near: low.min(high), far: low.max(high) };
         let enter = open.near.max_element().max(first);
         if enter <= open.far.min_element() && open.node != NOTHING {
-            self.down(simd, &Line { turned, first }, open, enter);
+            self.down(&Line { turned, first }, open, enter);
         }
     }
 
     /// Visits what is below a cell, front to back; true when all is found.
-    fn down<S: Simd>(&mut self, simd: S, line: &Line, open: Open, mut enter: f64) -> bool {
+    fn down(&mut self, line: &Line, open: Open, mut enter: f64) -> bool {
         if open.node & LEAF != 0 {
             let leaf = &self.projection.leaves[(open.node & !LEAF) as usize];
-            return self.look_at(simd, leaf) || self.look.depth().is_some_and(|depth| depth <= open.far.min_element());
+            return dispatch(LookAt { walk: self, leaf })
+                || self.look.depth().is_some_and(|depth| depth <= open.far.min_element());
         }
         let children = &self.projection.tree.nodes[open.node as usize];
         let middle = (open.near + open.far) * 0.5;
@@ -82,7 +99,7 @@ impl<L: Look> Walk<'_, L> {
             let (near, far) = (DVec3::new(x[0], y[0], z[0]), DVec3::new(x[1], y[1], z[1]));
             let exit = far.min_element();
             let node = children[upper ^ line.turned];
-            if node != NOTHING && exit >= line.first && self.down(simd, line, Open { node, near, far }, enter) {
+            if node != NOTHING && exit >= line.first && self.down(line, Open { node, near, far }, enter) {
                 return true;
             }
             let axis = if exit == far.x { 0 } else { 1 + usize::from(exit != far.y) };
