@@ -57,6 +57,9 @@ pub struct TriangleBvh {
 }
 
 impl TriangleBvh {
+    /// So many rays share a walk in [`TriangleBvh::nearest_hits`].
+    pub const BUNDLE: usize = BUNDLE;
+
     /// Builds a good tree, in the coordinates of the mesh. O(n log n).
     pub fn build(mesh: Arc<Mesh>) -> Self {
         Self::build_with(mesh, BuildQuality::Good)

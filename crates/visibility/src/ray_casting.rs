@@ -194,8 +194,10 @@ impl RayCaster {
 }
 
 /// Rays that share their way through the trees, and the side of a square of pixels that has so many.
-const BUNDLE: usize = 16;
+const BUNDLE: usize = TriangleBvh::BUNDLE;
 const TILE: u32 = 4;
+
+const _: () = assert!((TILE * TILE) as usize == BUNDLE);
 
 /// The pixels of a square in these rows that begins `left`.
 fn tile(view: &View, rows: Range<u32>, left: u32) -> impl Iterator<Item = (u32, u32)> + Clone {

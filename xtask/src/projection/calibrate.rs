@@ -61,8 +61,7 @@ const POINTS: [u64; 4] = [1 << 10, 1 << 14, 1 << 17, 1 << 19];
 /// About so many rays of a picture are sent through the BVH to see what they look at.
 const SENT: usize = 512;
 
-/// Rays that share a walk through the BVH, and how many are made ready at once.
-const BUNDLE: usize = 16;
+/// Rays that are made ready at once.
 const AT_ONCE: usize = 1 << 12;
 
 /// Larger models take too long to build so often.
@@ -259,7 +258,7 @@ fn eye(name_of_model: &'static str, model: &Model, bvh: &TriangleBvh, side: u64)
     let directions = questions.directions();
     let rays_of =
         |directions: &[DVec3]| directions.iter().map(|&ray| (Ray::new(eye, ray), f64::INFINITY)).collect::<Vec<_>>();
-    let some = directions.chunks(BUNDLE).step_by((directions.len() / SENT).max(1));
+    let some = directions.chunks(TriangleBvh::BUNDLE).step_by((directions.len() / SENT).max(1));
     let (mut steps, mut sent) = (Steps::default(), 0);
     some.for_each(|some| (steps, sent) = (steps + bvh.nearest_hits_steps(&rays_of(some)), sent + some.len()));
     let by_bvh = || {
