@@ -73,6 +73,7 @@ impl Shear {
     }
 
     /// A corner in the ray's coordinates. The same corner gets the same coordinates in every triangle.
+    #[inline]
     fn apply(&self, corner: DVec3) -> DVec3 {
         let away = corner - self.origin;
         let [x, y, z] = self.axes.map(|axis| away[axis]);
@@ -82,7 +83,8 @@ impl Shear {
     /// The hit with one triangle. `span` is where the ray is in the triangle's box, and t is kept inside: this undoes
     /// part of the rounding and makes the order of hits that of the boxes.
     fn hit(&self, corners: [DVec3; 3], triangle: u32, span: (f64, f64)) -> Option<Hit> {
-        let [a, b, c] = corners.map(|corner| self.apply(corner));
+        let [a, b, c] = corners;
+        let (a, b, c) = (self.apply(a), self.apply(b), self.apply(c));
         let weights = DVec3::new(cross(c, b), cross(a, c), cross(b, a));
         if weights.min_element() < 0.0 && weights.max_element() > 0.0 {
             return None;

@@ -15,7 +15,7 @@ use super::{
     pack::{Pack, WIDTH},
     renew::Origins,
     tasks,
-    tree::{Grower, LEAF, Root, SectionKey, Tree, by_sections, unit_cell},
+    tree::{Grower, LEAF, Part, Root, SectionKey, Tree, by_sections, unit_cell},
 };
 use crate::morton::Octant;
 
@@ -87,7 +87,8 @@ impl<'a> Scaffold<'a> {
     ) -> Projection {
         let report = report(&tree, tree_bytes(&tree, &leaves, &packs), &faces);
         let Self { light, frame, root, error, options, .. } = self;
-        Projection { mesh, viewpoint, light, options, frame, error, root, tree, leaves, packs, faces, report }
+        let owners = (0..).zip(&leaves).flat_map(|(leaf, Leaf { packs, .. })| (0..*packs).map(move |_| leaf)).collect();
+        Projection { mesh, viewpoint, light, options, frame, error, root, tree, leaves, packs, owners, faces, report }
     }
 
     /// Corners in the cube's coordinates.
@@ -197,14 +198,14 @@ impl<'a> Scaffold<'a> {
         if !self.frame.kind.faces().contains(&face) {
             return Vec::new();
         }
-        let numbers: Vec<u32> = (0..tree.cells.len() as u32).collect();
-        let parts = tasks::map(numbers.chunks(CHUNK).collect(), |leaves| {
-            let seen = |&leaf: &u32| Some((leaf, self.seen(tree, face, leaf as usize)?));
-            leaves.iter().filter_map(seen).collect::<Vec<_>>()
+        let parts: Vec<(u32, Part)> = (0..).zip(tree.parts()).collect();
+        let seen = tasks::map(parts.chunks(CHUNK).collect(), |parts| {
+            let seen = |(number, part): &(u32, Part)| Some((*number, self.seen(tree, face, part)?));
+            parts.iter().filter_map(seen).collect::<Vec<_>>()
         });
-        let mut leaves = tasks::joined(parts);
+        let mut leaves = tasks::joined(seen);
         if self.options.layout == Layout::MapPerSection || self.options.numbering == Numbering::Sections {
-            leaves.sort_by(|a, b| by_sections(&key(a, tree), &key(b, tree)));
+            leaves.sort_by(|a, b| by_sections(&key(a, tree, &parts), &key(b, tree, &parts)));
         }
         match self.options.layout {
             Layout::OneMap => vec![Section { near: f64::NEG_INFINITY, map: Map::new(&leaves, plan) }],
@@ -215,9 +216,10 @@ impl<'a> Scaffold<'a> {
         }
     }
 
-    /// What a face sees of a leaf, if anything.
-    pub(super) fn seen(&self, tree: &Tree, face: usize, leaf: usize) -> Option<Footprint> {
-        seen(&self.root, self.frame.kind, face, tree.cells[leaf], tree.items(leaf), &|item| self.triangle(item))
+    /// What a face sees of a pack, if anything.
+    pub(super) fn seen(&self, tree: &Tree, face: usize, part: &Part) -> Option<Footprint> {
+        let cell = tree.cells[part.leaf as usize];
+        seen(&self.root, self.frame.kind, face, cell, tree.items_of(part), &|item| self.triangle(item))
     }
 
     /// Local corners.
@@ -227,7 +229,7 @@ impl<'a> Scaffold<'a> {
     }
 }
 
-/// What a face sees of a cell with triangles, if anything; `corners` tells the triangles' local corners.
+/// What a face sees of triangles in a cell, if anything; `corners` tells the triangles' local corners.
 pub(super) fn seen(
     root: &Root,
     kind: Kind,
@@ -251,9 +253,9 @@ pub(super) fn cell_box(root: &Root, cell: Octant) -> (DVec3, DVec3) {
     (min - root.slack, min + f64::from(edge) * root.edge + root.slack)
 }
 
-fn key((leaf, footprint): &(u32, Footprint), tree: &Tree) -> SectionKey {
-    let level = tree.cells[*leaf as usize].level();
-    SectionKey { near: footprint.depth[0], aside: footprint.aside(), level, leaf: *leaf }
+fn key((number, footprint): &(u32, Footprint), tree: &Tree, parts: &[(u32, Part)]) -> SectionKey {
+    let level = tree.cells[parts[*number as usize].1.leaf as usize].level();
+    SectionKey { near: footprint.depth[0], aside: footprint.aside(), level, leaf: *number }
 }
 
 pub(super) fn tree_bytes(tree: &Tree, leaves: &[Leaf], packs: &[Pack]) -> usize {
@@ -262,7 +264,7 @@ pub(super) fn tree_bytes(tree: &Tree, leaves: &[Leaf], packs: &[Pack]) -> usize 
         + size_of_val(&*tree.ends)
         + size_of_val(&*tree.triangles)
         + size_of_val(leaves)
-        + size_of_val(packs)
+        + packs.len() * (size_of::<Pack>() + size_of::<u32>())
 }
 
 fn report(tree: &Tree, tree_bytes: usize, faces: &[Vec<Section>; 6]) -> ProjectionReport {

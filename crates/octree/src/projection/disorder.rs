@@ -5,7 +5,6 @@ use glam::DVec3;
 
 use super::{
     Leaf, Projection,
-    footprint::RIM,
     frame::{Kind, Sight},
     pack::MAX_SPREAD,
 };
@@ -16,12 +15,13 @@ impl Projection {
     /// only touches do not count. For looking at numberings; O(leaves of the run).
     pub fn disorder(&self, x: DVec3) -> usize {
         let sight = self.frame.sight_to(x, 0.0);
-        let place = sight.place();
-        let is_seen = sight.spread <= MAX_SPREAD && place[0].abs().max(place[1].abs()) <= 1.0 + RIM - sight.spread;
+        let is_seen = sight.spread <= MAX_SPREAD && sight.is_within_maps();
         let Some(section) = self.faces[sight.face].first().filter(|_| is_seen) else { return 0 };
-        let run = section.map.run_at(place, sight.spread).unwrap_or_default();
+        let run = section.map.run_at(sight.place(), sight.spread).unwrap_or_default();
+        let mut leaves: Vec<u32> = run.iter().map(|&pack| self.owners[pack as usize]).collect();
+        leaves.dedup();
         let mut latest = f64::NEG_INFINITY;
-        let entries = run.iter().filter_map(|&number| self.entry(&self.leaves[number as usize], &sight));
+        let entries = leaves.into_iter().filter_map(|leaf| self.entry(&self.leaves[leaf as usize], &sight));
         entries
             .filter(|&enter| {
                 let is_late = enter < latest;

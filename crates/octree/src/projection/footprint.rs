@@ -1,4 +1,4 @@
-//! Where a leaf is seen on a face: its projection, row by row.
+//! Where a pack of a leaf is seen on a face: the projection of the leaf's cell, row by row.
 //!
 //! A box x₀..x₁, y₀..y₁ at depths z₀..z₁ is the union of its sections; the one at depth z projects to the rectangle s·[x₀, x₁] ×
 //! s·[y₀, y₁], s = 1/z. Rectangles of all s between 1/z₁ and 1/z₀ together are the upper face's rectangle where that contains the view
@@ -6,7 +6,7 @@
 //! needed: in the strip v₀ ≤ v ≤ v₁ are the sections whose s·[y₀, y₁] meets it, s between two bounds, and the least u is that of
 //! one of the two. For parallel rays s = 1.
 //!
-//! Of that, only what the [`Outline`] of the leaf's triangles reaches counts.
+//! Of that, only what the [`Outline`] of the pack's triangles reaches counts.
 //!
 //! All is rounded outward: each number is a quotient or a product, off by 2u at most; s is widened by 4u of itself, u by as
 //! much. A viewpoint inside the box sees it everywhere: s has no upper bound.
@@ -53,7 +53,7 @@ impl Footprint {
         Some(Self { x, y, scale: [depth[1].recip() * INWARD, nearest], depth, outline: None })
     }
 
-    /// With what the leaf shows of itself.
+    /// With what the pack shows of itself.
     pub(super) fn showing(self, outline: Option<Outline>) -> Self {
         Self { outline, ..self }
     }

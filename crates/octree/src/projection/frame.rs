@@ -13,7 +13,7 @@
 use glam::{DMat3, DVec3};
 use umbriel_geometry::{LightSource, Mesh};
 
-use super::ProjectionDefect;
+use super::{ProjectionDefect, footprint::RIM};
 use crate::cube::power_of_two_not_below;
 
 /// Where rays come from.
@@ -99,20 +99,36 @@ impl Kind {
     }
 
     /// What is greater for nearer points, with its error: 1/depth, or −depth. As floats, rounded outward.
+    #[inline(always)]
     pub(super) fn nearness(self, depth: f64, error: f64) -> [f32; 2] {
         if self == Self::Parallel {
-            return [(-(depth + error) as f32).next_down(), ((error - depth) as f32).next_up()];
+            return [below(-(depth + error)), above(error - depth)];
         }
         let nearness = depth.recip();
         let share = error * nearness;
         if share.is_nan() || share > 0.25 {
-            return [((depth + error).recip() as f32).next_down(), f32::INFINITY];
+            return [below((depth + error).recip()), f32::INFINITY];
         }
         // 1/(1 ± s) is within 1 ∓ s and 4s²/3 of that, s ≤ 1/4; rounding to f32 hides the rest.
-        let (less, more) = (nearness * (1.0 - share), nearness * (1.0 + 1.5 * share));
-        [(less as f32).next_down(), (more as f32).next_up()]
+        [below(nearness * (1.0 - share)), above(nearness * (1.0 + 1.5 * share))]
     }
 }
+
+/// A float of 32 bits that is certainly less; no number of what is none. Some steps off, but without the branches of `next_down`. What overflows
+/// lies nearer than all planes of which anything is known.
+#[inline(always)]
+fn below(x: f64) -> f32 {
+    (x - x.abs() * OUTWARD - f64::from(f32::MIN_POSITIVE)) as f32
+}
+
+/// A float of 32 bits that is certainly greater.
+#[inline(always)]
+fn above(x: f64) -> f32 {
+    -below(-x)
+}
+
+/// Twice the relative error of a conversion to 32 bits.
+const OUTWARD: f64 = f32::EPSILON as f64;
 
 /// A ray of the viewpoint, or the one to a point.
 #[derive(Clone, Copy, Debug)]
@@ -178,7 +194,7 @@ impl Frame {
     }
 
     /// The ray of the viewpoint to a world point that is within `slack` of `x` on every axis.
-    #[inline]
+    #[inline(always)]
     pub(super) fn sight_to(&self, x: DVec3, slack: f64) -> Sight {
         // What the slack does: it is a difference of points, so its image is L times it.
         let moved = self.error * slack * (3.0 / (8.0 * f64::EPSILON)) * (1.0 + 4.0 * f64::EPSILON);
@@ -215,6 +231,13 @@ impl Sight {
     #[inline]
     pub(super) fn at(&self, depth: f64, kind: Kind) -> DVec3 {
         if kind == Kind::Parallel { self.direction.with_z(depth) } else { self.direction * depth }
+    }
+
+    /// Whether the maps of its face have all places where it may be.
+    #[inline]
+    pub(super) fn is_within_maps(&self) -> bool {
+        let place = self.place();
+        place[0].abs().max(place[1].abs()) <= 1.0 + RIM - self.spread
     }
 
     /// Where on the face, −1 to 1 each.

@@ -1,7 +1,7 @@
-//! The square [−1, 1]² as rows of cells, and which of them a leaf meets.
+//! The square [−1, 1]² as rows of cells, and which of them a pack meets.
 //!
 //! *Nothing is missed.* A number u of the square is in the cell ⌊(u + 1)/2·n⌋, in floats a monotone function, and borders count as
-//! the last cell inside. A leaf is written from the cell of its least u (rounded down) to that of its greatest (rounded up), so
+//! the last cell inside. A pack is written from the cell of its least u (rounded down) to that of its greatest (rounded up), so
 //! any u between has its cell among them; a ray is looked up from the cell of the least u that it may have to that of the
 //! greatest. Rows are the same.
 
@@ -22,6 +22,37 @@ pub(super) fn cells_between([low, high]: [f64; 2], cells: u32) -> Range<u32> {
     cell_of(low, cells).min(cells - 1)..cell_of(high, cells).min(cells - 1) + 1
 }
 
+/// What is within a distance of a place, in 2^-32 of cells.
+///
+/// The cell of any of it, as [`cell_of`] has it, is among [`Around::cells`]: rounding moves a coordinate among at most 2^15 cells by less
+/// than 2^-5 of these parts here and there, cutting off its fraction by less than one, and the distance is as much by less than two; it is taken 4 longer.
+pub(super) struct Around {
+    middle: [i64; 2],
+    distance: i64,
+    cells: u32,
+}
+
+impl Around {
+    /// Of a place in the square or just outside.
+    #[inline(always)]
+    pub(super) fn new([u, v]: [f64; 2], distance: f64, cells: u32) -> Self {
+        let half = f64::from(cells) * HALF;
+        let middle = [(u * half + half) as i64, (v * half + half) as i64];
+        Self { middle, distance: (distance * half) as i64 + 4, cells }
+    }
+
+    /// The first and the last cell on each axis.
+    #[inline(always)]
+    pub(super) fn cells(&self) -> [[u32; 2]; 2] {
+        let Self { middle: [u, v], distance, cells } = *self;
+        let cell = |part: i64| ((part >> 32).max(0) as u32).min(cells - 1);
+        [[cell(u - distance), cell(u + distance)], [cell(v - distance), cell(v + distance)]]
+    }
+}
+
+/// Parts of a cell, half.
+const HALF: f64 = (1u64 << 31) as f64;
+
 /// The borders of a row of cells; the outermost rows hold the rim too. Exact, as the number of cells is a power of two.
 #[inline]
 pub(super) fn strip(row: u32, cells: u32) -> [f64; 2] {
@@ -40,22 +71,22 @@ pub(super) struct Span {
     pub(super) columns: Range<u32>,
 }
 
-/// Finds the cells that leaves meet; keeps room for rows between them.
+/// Finds the cells that packs meet; keeps room for rows between them.
 #[derive(Default)]
 pub(super) struct Finder {
     reaches: Vec<[f64; 2]>,
 }
 
 impl Finder {
-    /// Calls `visit` with what the leaf meets of each of some rows.
-    pub(super) fn for_each_row(&mut self, leaf: &Footprint, cells: u32, rows: Range<u32>, mut visit: impl FnMut(Span)) {
-        let Some([_, reach]) = leaf.reach() else { return };
+    /// Calls `visit` with what the pack meets of each of some rows.
+    pub(super) fn for_each_row(&mut self, pack: &Footprint, cells: u32, rows: Range<u32>, mut visit: impl FnMut(Span)) {
+        let Some([_, reach]) = pack.reach() else { return };
         let met = cells_between(reach, cells);
         let rows = met.start.max(rows.start)..met.end.min(rows.end);
         if rows.is_empty() {
             return;
         }
-        leaf.columns(cells, rows.clone(), &mut self.reaches);
+        pack.columns(cells, rows.clone(), &mut self.reaches);
         for (row, &reach) in rows.zip(&self.reaches) {
             if reach[0] <= reach[1] {
                 visit(Span { row, columns: cells_between(reach, cells) });

@@ -1,35 +1,36 @@
-//! A map of a face: which leaves are seen where.
+//! A map of a face: which packs of leaves are seen where.
 //!
 //! The square [−1, 1]² is a grid of tiles, and each tile a grid of cells of its own fineness, 2^k a side. A cell holds the
-//! numbers of all leaves whose projection meets it, ascending, as a run of one flat array. *Fineness by cost*: halving the
-//! cells of a tile saves each ray through it the leaves that fewer cells share, and costs time and memory for each number
+//! numbers of all packs whose projection meets it, ascending, as a run of one flat array; packs are numbered leaf by leaf, so of a
+//! leaf with many triangles a cell names what is seen in it, not all. *Fineness by cost*: halving the
+//! cells of a tile saves each ray through it the packs that fewer cells share, and costs time and memory for each number
 //! stored; it goes on while the rays that are expected there save more than it costs ([`VISITS_A_NUMBER`]). So cells are fine
 //! where projections overlap and coarse where they do not.
 //!
-//! How many numbers finer cells would hold is not counted but expected, from the rectangles and areas of what leaves show
-//! ([`fineness`]); so each leaf's outline is gone through once a tile. What is stored goes in each row from the first column that a triangle of the
-//! leaf reaches to the last one. So gaps between triangles beside each other are stored and not expected (cells become finer than pays), and
+//! How many numbers finer cells would hold is not counted but expected, from the rectangles and areas of what packs show
+//! ([`fineness`]); so each pack's outline is gone through once a tile. What is stored goes in each row from the first column that a triangle of the
+//! pack reaches to the last one. So gaps between triangles beside each other are stored and not expected (cells become finer than pays), and
 //! triangles behind each other are expected as often as they are there, at most as the rectangle (cells stay coarser than pays). Answers do not depend on it,
-//! nor does the memory that is allowed: it counts what is stored. Which cells a leaf meets: [`grid`](super::grid), where nothing is missed.
-//! O(leaves × rows of cells that they meet); a look-up is O(1).
+//! nor does the memory that is allowed: it counts what is stored. Which cells a pack meets: [`grid`](super::grid), where nothing is missed.
+//! O(packs × rows of cells that they meet); a look-up is O(1).
 
 use std::ops::Range;
 
 use super::{
     budget::Budget,
     footprint::Footprint,
-    grid::{Finder, Span, cell_of, cells_between},
+    grid::{Around, Finder, Span, cells_between},
     tasks,
 };
 
 /// Halvings of a tile at most.
 pub(super) const MAX_FINENESS: u8 = 6;
 
-/// How many visits of leaves cost as much as storing a number: both measured on the models of the project's benchmark.
+/// How many visits of packs cost as much as storing a number: both measured on the models of the project's benchmark.
 const VISITS_A_NUMBER: f64 = 1.5;
 
 /// Leaves that a tile is meant to see where each is seen in one tile.
-const LEAVES_A_TILE: usize = 8;
+const PACKS_A_TILE: usize = 8;
 
 /// Tiles along a side at most.
 const MAX_TILES: u32 = 1 << 9;
@@ -37,7 +38,7 @@ const MAX_TILES: u32 = 1 << 9;
 /// Leaves that one task sorts.
 const CHUNK: usize = 1 << 12;
 
-/// Places of leaves in tiles at most.
+/// Places of packs in tiles at most.
 const MOST_PLACES: usize = 1 << 29;
 
 /// Bytes that a place takes while places are sorted: found, and where it belongs.
@@ -56,7 +57,7 @@ pub(super) struct Map {
     /// Tiles along a side: a power of two.
     side: u32,
     /// Leaves that are seen.
-    leaves: usize,
+    packs: usize,
     tiles: Vec<Tile>,
     /// Where the run of each cell begins; one more at the end.
     starts: Vec<u32>,
@@ -75,9 +76,9 @@ pub(super) struct Plan<'a> {
     pub(super) budget: &'a Budget,
 }
 
-/// What has become of the leaves of a map.
+/// What has become of the packs of a map.
 pub(super) struct Changes<'a> {
-    /// The new number of each leaf that is still there.
+    /// The new number of each pack that is still there.
     pub(super) numbers: &'a [u32],
     /// Seen before, no longer there.
     pub(super) gone: &'a [(u32, Footprint)],
@@ -95,24 +96,24 @@ struct Filled {
 }
 
 impl Map {
-    /// Of leaves with their numbers, in the order that the runs are to have.
-    pub(super) fn new(leaves: &[(u32, Footprint)], plan: &Plan) -> Self {
-        let mut side = side_for(leaves.len()).min(plan.max_side);
-        // Lists of the leaves that each tile sees are as many places, and with many leaves that are seen everywhere too many.
+    /// Of packs with their numbers, in the order that the runs are to have.
+    pub(super) fn new(packs: &[(u32, Footprint)], plan: &Plan) -> Self {
+        let mut side = side_for(packs.len()).min(plan.max_side);
+        // Lists of the packs that each tile sees are as many places, and with many packs that are seen everywhere too many.
         let most = (plan.budget.limit() / PLACE).min(MOST_PLACES);
         let lists = loop {
-            if let Some(lists) = TileLists::new(leaves, side, if side > 1 { most } else { usize::MAX }) {
+            if let Some(lists) = TileLists::new(packs, side, if side > 1 { most } else { usize::MAX }) {
                 break lists;
             }
             side /= 2;
         };
-        let filled = tasks::map((0..side * side).collect(), |tile| fill(&lists.of(leaves, tile), tile, side, plan));
-        Self::joined(side, leaves.len(), filled)
+        let filled = tasks::map((0..side * side).collect(), |tile| fill(&lists.of(packs, tile), tile, side, plan));
+        Self::joined(side, packs.len(), filled)
     }
 
     /// Puts the tiles behind each other.
-    fn joined(side: u32, leaves: usize, filled: Vec<Filled>) -> Self {
-        let mut map = Self { side, leaves, tiles: Vec::new(), starts: Vec::new(), numbers: Vec::new() };
+    fn joined(side: u32, packs: usize, filled: Vec<Filled>) -> Self {
+        let mut map = Self { side, packs, tiles: Vec::new(), starts: Vec::new(), numbers: Vec::new() };
         for tile in filled {
             map.tiles.push(Tile { first: map.starts.len() as u32, fineness: tile.fineness });
             let mut start = map.numbers.len() as u32;
@@ -126,24 +127,24 @@ impl Map {
         map
     }
 
-    /// Which tiles see a leaf that is gone, or a new one; `None` where there are other tiles than before.
+    /// Which tiles see a pack that is gone, or a new one; `None` where there are other tiles than before.
     pub(super) fn touched(&self, changes: &Changes, plan: &Plan) -> Option<Vec<bool>> {
         let mut touched = vec![false; self.tiles.len()];
         let mut finder = Finder::default();
-        for (_, leaf) in changes.gone.iter().chain(changes.made) {
-            for_each_tile(&mut finder, leaf, self.side, |tile| touched[tile] = true);
+        for (_, pack) in changes.gone.iter().chain(changes.made) {
+            for_each_tile(&mut finder, pack, self.side, |tile| touched[tile] = true);
         }
-        (side_for(self.leaves_after(changes)).min(plan.max_side) == self.side).then_some(touched)
+        (side_for(self.packs_after(changes)).min(plan.max_side) == self.side).then_some(touched)
     }
 
-    /// Whether a leaf is seen in one of the touched tiles.
-    pub(super) fn meets_any(&self, leaf: &Footprint, touched: &[bool]) -> bool {
+    /// Whether a pack is seen in one of the touched tiles.
+    pub(super) fn meets_any(&self, pack: &Footprint, touched: &[bool]) -> bool {
         let mut is_met = false;
-        for_each_tile(&mut Finder::default(), leaf, self.side, |tile| is_met |= touched[tile]);
+        for_each_tile(&mut Finder::default(), pack, self.side, |tile| is_met |= touched[tile]);
         is_met
     }
 
-    /// The map after changes, and how many cells were filled; `near` are all leaves that touched tiles see, ascending.
+    /// The map after changes, and how many cells were filled; `near` are all packs that touched tiles see, ascending.
     pub(super) fn renewed(
         &self,
         changes: &Changes,
@@ -161,22 +162,22 @@ impl Map {
         });
         let made = filled.iter().zip(touched).filter(|(_, is_touched)| **is_touched);
         let made = made.map(|(tile, _)| tile.counts.len()).sum();
-        (Self::joined(self.side, self.leaves_after(changes), filled), made)
+        (Self::joined(self.side, self.packs_after(changes), filled), made)
     }
 
-    /// How many leaves are seen after changes.
-    fn leaves_after(&self, changes: &Changes) -> usize {
-        self.leaves + changes.made.len() - changes.gone.len()
+    /// How many packs are seen after changes.
+    fn packs_after(&self, changes: &Changes) -> usize {
+        self.packs + changes.made.len() - changes.gone.len()
     }
 
-    /// A tile as it is, its leaves by other numbers.
+    /// A tile as it is, its packs by other numbers.
     fn renumbered(&self, tile: u32, numbers: &[u32]) -> Filled {
         let Tile { first, fineness } = self.tiles[tile as usize];
         let runs = (first..first + (1 << (2 * fineness))).map(|cell| self.run(cell));
         Filled {
             fineness,
             counts: runs.clone().map(|run| run.len() as u32).collect(),
-            numbers: runs.flatten().map(|&leaf| numbers[leaf as usize]).collect(),
+            numbers: runs.flatten().map(|&pack| numbers[pack as usize]).collect(),
         }
     }
 
@@ -185,9 +186,9 @@ impl Map {
         self.side
     }
 
-    /// Whether its tiles are fewer than its leaves ask for, to save memory.
+    /// Whether its tiles are fewer than its packs ask for, to save memory.
     pub(super) fn is_coarser(&self) -> bool {
-        self.side < side_for(self.leaves)
+        self.side < side_for(self.packs)
     }
 
     /// Bytes that the map takes.
@@ -200,17 +201,15 @@ impl Map {
         [self.starts.len() - 1, self.numbers.len()]
     }
 
-    /// The run of the cell that holds a place, if all within `spread` of it lies in one cell.
-    #[inline]
-    pub(super) fn run_at(&self, [u, v]: [f64; 2], spread: f64) -> Option<&[u32]> {
+    /// The run of the cell that holds a place within [`RIM`](super::footprint::RIM) of the square, if all within `spread` of it lies in one cell.
+    #[inline(always)]
+    pub(super) fn run_at(&self, place: [f64; 2], spread: f64) -> Option<&[u32]> {
         let finest = self.side << MAX_FINENESS;
-        let column = cell_of(u - spread, finest).min(finest - 1);
-        let row = cell_of(v - spread, finest).min(finest - 1);
-        let other = [cell_of(u + spread, finest).min(finest - 1), cell_of(v + spread, finest).min(finest - 1)];
-        let (x, y) = (column >> MAX_FINENESS, row >> MAX_FINENESS);
-        let tile = self.tiles[(y * self.side + x) as usize];
+        let [[column, last_column], [row, last_row]] = Around::new(place, spread, finest).cells();
+        let tile = self.tiles[((row >> MAX_FINENESS) * self.side + (column >> MAX_FINENESS)) as usize];
         let coarser = MAX_FINENESS - tile.fineness;
-        if [column >> coarser, row >> coarser] != other.map(|cell| cell >> coarser) {
+        // Numbers of cells that differ in their upper bits are those of other cells.
+        if ((column ^ last_column) | (row ^ last_row)) >> coarser != 0 {
             return None;
         }
         let mask = (1 << tile.fineness) - 1;
@@ -239,35 +238,35 @@ impl Map {
         runs
     }
 
-    #[inline]
+    #[inline(always)]
     fn run(&self, cell: u32) -> &[u32] {
         let cell = cell as usize;
         &self.numbers[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 }
 
-/// Tiles along a side for so many leaves.
-fn side_for(leaves: usize) -> u32 {
-    let tiles = (leaves / LEAVES_A_TILE).max(1) as f64;
+/// Tiles along a side for so many packs.
+fn side_for(packs: usize) -> u32 {
+    let tiles = (packs / PACKS_A_TILE).max(1) as f64;
     (tiles.sqrt() as u32).next_power_of_two().clamp(1, MAX_TILES)
 }
 
-/// Places of leaves in a list, by tiles.
+/// Places of packs in a list, by tiles.
 #[derive(Default)]
 struct TileLists {
     starts: Vec<u32>,
-    leaves: Vec<u32>,
+    packs: Vec<u32>,
 }
 
 impl TileLists {
-    /// A counting sort: tiles keep the leaves' order. `None` where there are more places than `most`.
-    fn new(leaves: &[(u32, Footprint)], side: u32, most: usize) -> Option<Self> {
+    /// A counting sort: tiles keep the packs' order. `None` where there are more places than `most`.
+    fn new(packs: &[(u32, Footprint)], side: u32, most: usize) -> Option<Self> {
         let places = Budget::new(most);
-        let parts = tasks::map(leaves.chunks(CHUNK).collect(), |leaves| {
-            let (mut finder, mut met, mut spent) = (Finder::default(), Vec::with_capacity(2 * leaves.len()), 0);
-            for (place, (_, leaf)) in (0u32..).zip(leaves) {
-                for_each_tile(&mut finder, leaf, side, |tile| met.push((place, tile as u32)));
-                // Not each leaf by itself: threads would wait for each other.
+        let parts = tasks::map(packs.chunks(CHUNK).collect(), |packs| {
+            let (mut finder, mut met, mut spent) = (Finder::default(), Vec::with_capacity(2 * packs.len()), 0);
+            for (place, (_, pack)) in (0u32..).zip(packs) {
+                for_each_tile(&mut finder, pack, side, |tile| met.push((place, tile as u32)));
+                // Not each pack by itself: threads would wait for each other.
                 if met.len() - spent >= CHUNK {
                     places.spend(met.len() - spent);
                     spent = met.len();
@@ -296,43 +295,43 @@ impl TileLists {
                 *at += 1;
             }
         }
-        Some(Self { starts, leaves: sorted })
+        Some(Self { starts, packs: sorted })
     }
 
-    fn of<'a>(&self, leaves: &'a [(u32, Footprint)], tile: u32) -> Vec<&'a (u32, Footprint)> {
-        let places = &self.leaves[self.starts[tile as usize] as usize..self.starts[tile as usize + 1] as usize];
-        places.iter().map(|&place| &leaves[place as usize]).collect()
+    fn of<'a>(&self, packs: &'a [(u32, Footprint)], tile: u32) -> Vec<&'a (u32, Footprint)> {
+        let places = &self.packs[self.starts[tile as usize] as usize..self.starts[tile as usize + 1] as usize];
+        places.iter().map(|&place| &packs[place as usize]).collect()
     }
 }
 
-/// Calls `visit` with the tiles that a leaf meets.
-fn for_each_tile(finder: &mut Finder, leaf: &Footprint, side: u32, mut visit: impl FnMut(usize)) {
-    finder.for_each_row(leaf, side, 0..side, |Span { row, columns }| {
+/// Calls `visit` with the tiles that a pack meets.
+fn for_each_tile(finder: &mut Finder, pack: &Footprint, side: u32, mut visit: impl FnMut(usize)) {
+    finder.for_each_row(pack, side, 0..side, |Span { row, columns }| {
         columns.for_each(|column| visit((row * side + column) as usize));
     });
 }
 
 /// The cells of a tile, halved as long as it pays.
-fn fill(leaves: &[&(u32, Footprint)], tile: u32, side: u32, plan: &Plan) -> Filled {
+fn fill(packs: &[&(u32, Footprint)], tile: u32, side: u32, plan: &Plan) -> Filled {
     // Nothing is coarser than the least maps, so they are not made again.
     let is_least = plan.max_fineness == 0 && side == 1;
     if plan.budget.is_over() && !is_least {
         return Filled { fineness: 0, counts: vec![0], numbers: Vec::new() };
     }
     let tile = [tile % side, tile / side];
-    let fineness = fineness(leaves, tile, side, plan);
+    let fineness = fineness(packs, tile, side, plan);
     if fineness == 0 {
-        plan.budget.spend((leaves.len() + 1) * size_of::<u32>());
-        let numbers = leaves.iter().map(|(number, _)| *number).collect();
-        return Filled { fineness, counts: vec![leaves.len() as u32], numbers };
+        plan.budget.spend((packs.len() + 1) * size_of::<u32>());
+        let numbers = packs.iter().map(|(number, _)| *number).collect();
+        return Filled { fineness, counts: vec![packs.len() as u32], numbers };
     }
     let (within, mut finder) = (1 << fineness, Finder::default());
     let [first_column, first_row] = tile.map(|place| place * within);
     let mut counts = vec![0u32; (within * within) as usize];
-    // The runs of cells that each leaf meets.
+    // The runs of cells that each pack meets.
     let mut met: Vec<(u32, Range<u32>)> = Vec::new();
-    for (number, leaf) in leaves {
-        finder.for_each_row(leaf, side * within, first_row..first_row + within, |Span { row, columns }| {
+    for (number, pack) in packs {
+        finder.for_each_row(pack, side * within, first_row..first_row + within, |Span { row, columns }| {
             let start = (row - first_row) * within;
             let inside = columns.start.max(first_column)..columns.end.min(first_column + within);
             if !inside.is_empty() {
@@ -358,7 +357,7 @@ fn fill(leaves: &[&(u32, Footprint)], tile: u32, side: u32, plan: &Plan) -> Fill
     Filled { fineness, counts, numbers }
 }
 
-/// What a leaf covers of a tile, for expecting how many of its cells it meets.
+/// What a pack covers of a tile, for expecting how many of its cells it meets.
 struct Cover {
     /// Columns and rows of the finest cells.
     cells: [Range<u32>; 2],
@@ -368,8 +367,8 @@ struct Cover {
 }
 
 impl Cover {
-    fn new(leaf: &Footprint, tile: [u32; 2], side: u32) -> Option<Self> {
-        let (reach, within) = (leaf.reach()?, 1 << MAX_FINENESS);
+    fn new(pack: &Footprint, tile: [u32; 2], side: u32) -> Option<Self> {
+        let (reach, within) = (pack.reach()?, 1 << MAX_FINENESS);
         let cells = [0, 1].map(|axis| {
             let met = cells_between(reach[axis], side * within);
             let first = tile[axis] * within;
@@ -377,7 +376,7 @@ impl Cover {
         });
         let size = [0, 1].map(|axis| cells[axis].len() as f64 / f64::from(within));
         let whole = (reach[0][1] - reach[0][0]) * (reach[1][1] - reach[1][0]);
-        let share = leaf.area().map_or(1.0, |area| (area / whole).min(1.0));
+        let share = pack.area().map_or(1.0, |area| (area / whole).min(1.0));
         Some(Self { cells, size, area: share * size[0] * size[1] })
     }
 
@@ -395,10 +394,10 @@ impl Cover {
 }
 
 /// How often a tile is halved: as long as rays are expected to save more than that costs.
-fn fineness(leaves: &[&(u32, Footprint)], tile: [u32; 2], side: u32, plan: &Plan) -> u8 {
+fn fineness(packs: &[&(u32, Footprint)], tile: [u32; 2], side: u32, plan: &Plan) -> u8 {
     let rays = plan.rays / f64::from(side * side);
-    let covers: Vec<Cover> = leaves.iter().filter_map(|(_, leaf)| Cover::new(leaf, tile, side)).collect();
-    let mut now = leaves.len() as f64;
+    let covers: Vec<Cover> = packs.iter().filter_map(|(_, pack)| Cover::new(pack, tile, side)).collect();
+    let mut now = packs.len() as f64;
     (0..plan.max_fineness)
         .find(|&fineness| {
             let cells = f64::from(1u32 << (2 * fineness));

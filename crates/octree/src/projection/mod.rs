@@ -3,8 +3,8 @@
 //! After Wei, Geng and Zhang, "A ray intersection method based on octree spatial structure's projection", Journal of
 //! Northwest University (Natural Science) 45(3), 2015: the boxes that a ray of a view meets are those whose projection holds
 //! its pixel. So the leaves of a compact octree ([`tree`]), parallel to the view plane ([`frame`]), are projected once
-//! ([`footprint`]) into maps ([`map`]); a ray finds its leaves there, in ascending number, and tests their triangles
-//! ([`pack`]). The viewpoint may be an eye, a lamp (six maps round it) or a sun.
+//! ([`footprint`]) into maps ([`map`]), in packs of eight triangles ([`pack`]); a ray finds the packs of its leaves there, in ascending number, and
+//! tests their triangles. The viewpoint may be an eye, a lamp (six maps round it) or a sun.
 //!
 //! - *Numbers.* The source numbers leaves section by section, and such numbers do not grow along every ray. Here they
 //!   are those of the recursive front-to-back order of octants, which do; the source's order is [`Numbering::Sections`], and
@@ -15,7 +15,7 @@
 //!   exactly the definition of blocking, [`Projection::nearest_hit`] finds what
 //!   [`TriangleBvh::nearest_hit`](umbriel_bvh::TriangleBvh::nearest_hit) does, equal distances included.
 //! - *Moving.* [`Projection::renewed`] makes anew what moved triangles touch, or touched ([`renew`]); the result is that of building.
-//! - *Cost.* Building: O(triangles in leaves × levels + numbers in maps). A ray: a look-up and the leaves up to its hit. What breaks
+//! - *Cost.* Building: O(triangles in leaves × levels + numbers in maps). A ray: a look-up and the packs of the leaves up to its hit. What breaks
 //!   it: leaves seen edge-on and close to the viewpoint overlap in many cells; memory is bounded by coarser maps and a
 //!   coarser tree.
 //!
@@ -171,7 +171,7 @@ pub struct ProjectionReport {
     pub maps: usize,
     /// Their cells.
     pub cells: usize,
-    /// Numbers of leaves in the cells.
+    /// Numbers of packs in the cells: of eight triangles of a leaf at most.
     pub numbers: usize,
     /// Bytes of the octree: nodes, leaves, triangles made ready.
     pub tree_bytes: usize,
@@ -221,6 +221,8 @@ pub struct Projection {
     tree: Tree,
     leaves: Vec<Leaf>,
     packs: Vec<Pack>,
+    /// The leaf of each pack.
+    owners: Vec<u32>,
     /// By face; empty where the face has no maps.
     faces: [Vec<Section>; 6],
     report: ProjectionReport,

@@ -1,7 +1,7 @@
-//! What a leaf shows of itself: the projections of its triangles, row by row.
+//! What a pack shows of itself: the projections of its triangles, row by row.
 //!
-//! A ray that hits a triangle in a leaf crosses the projections of both, so a map lists a leaf only where one of its
-//! triangles is seen too. Leaves hold little of what their cells cover; on surfaces this leaves a ray two or three of them.
+//! A ray that hits a triangle in a leaf crosses the projections of both, so a map lists a pack only where one of its
+//! triangles is seen too. Packs hold little of what their leaves' cells cover; on surfaces this leaves a ray two or three of them.
 //!
 //! What the triangles reach in a row of cells is what their edges reach there, and an edge is looked at in the rows that it crosses, no others:
 //! O(edges + rows that they cross).
@@ -14,7 +14,7 @@
 //! ([`Root`](super::tree::Root)): more than a hundred times both together. On an edge u is monotone in v, and rounding a
 //! crossing with a row's border (six roundings of what the edge spans, at most 2/z) is less than what is left. Rows are looked for within
 //! twice the margin, so rounding their borders loses none. Triangles too near for that have no outline, and
-//! then their leaf is seen wherever its cell is.
+//! then their pack is seen wherever the leaf's cell is.
 
 use std::ops::Range;
 
@@ -26,7 +26,7 @@ use super::{
     grid::{cells_between, strip},
 };
 
-/// The projections of a leaf's triangles.
+/// The projections of a pack's triangles.
 #[derive(Clone, Debug)]
 pub(super) struct Outline {
     /// Their projected corners: 48 bytes a triangle, where edges that know their slopes take 120.

@@ -117,8 +117,10 @@ pub(super) struct Probe {
 }
 
 impl Probe {
+    #[inline(always)]
     pub(super) fn new(direction: DVec3, nearness: [f32; 2]) -> Self {
-        Self { direction: direction.to_array().map(|x| x as f32), nearness }
+        let DVec3 { x, y, z } = direction;
+        Self { direction: [x as f32, y as f32, z as f32], nearness }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Rays by maps: from a ray to its cell, through the cell's leaves in order, to the triangles in them.
+//! Rays by maps: from a ray to its cell, through the cell's packs leaf by leaf, to the triangles in them.
 //!
 //! *When to stop.* With growing numbers: when the hit, or the segment's end, lies in the leaf that was just looked at. All
 //! leaves that come later are entered behind it; a triangle that is hit nearer, or equally near, would have been listed in this leaf or
@@ -15,8 +15,7 @@ use umbriel_geometry::{
 };
 
 use super::{
-    Layout, Leaf, Numbering, Projection, Section, Viewpoint,
-    footprint::RIM,
+    Layout, Leaf, Numbering, Projection, Viewpoint,
     frame::{Kind, Sight},
     pack::{MAX_SPREAD, Pack, Probe, WIDTH},
 };
@@ -96,9 +95,15 @@ pub(super) struct Nearest<'a> {
 }
 
 impl Nearest<'_> {
+    #[inline(always)]
     fn measure(&mut self, triangle: u32) {
+        // Leaves share triangles, and so do lanes of a pack.
+        if self.best.is_some_and(|known| known.triangle == triangle) {
+            return;
+        }
         let mesh = &self.projection.mesh;
-        let corners = mesh.triangles()[triangle as usize].map(|index| mesh.positions()[index as usize]);
+        let [a, b, c] = mesh.triangles()[triangle as usize];
+        let corners = [mesh.positions()[a as usize], mesh.positions()[b as usize], mesh.positions()[c as usize]];
         if self.ray.is_none() {
             self.ray = TriangleRay::new(self.line[0], self.line[1]);
         }
@@ -149,8 +154,12 @@ pub(super) struct Walk<'a, L> {
     pub(super) sight: &'a Sight,
     pub(super) way: Way,
     pub(super) look: &'a mut L,
+    /// The packs of the ray where they are known already.
+    pub(super) run: Option<&'a [u32]>,
     /// The pack to look at first; then the last one that was looked at.
     pub(super) pack: Option<u32>,
+    /// The depth of the hit, or of the segment's end, when it was last asked for, and where in the cube that is.
+    pub(super) end: Option<(f64, DVec3)>,
 }
 
 impl<L: Look> Kernel for Walk<'_, L> {
@@ -164,12 +173,12 @@ impl<L: Look> Kernel for Walk<'_, L> {
         {
             return Some(first);
         }
-        let face = &self.projection.faces[self.sight.face];
-        let is_map = self.way == Way::Maps && self.projection.frame.kind.faces().contains(&self.sight.face);
-        if is_map {
-            self.by_maps(simd, face)
-        } else {
-            self.by_descent(simd)
+        match (self.run, self.way) {
+            (Some(run), _) => {
+                self.through(simd, run);
+            }
+            (None, Way::Maps) if self.projection.has_maps(self.sight) => self.by_maps(simd),
+            _ => self.by_descent(simd),
         }
         self.pack
     }
@@ -177,12 +186,12 @@ impl<L: Look> Kernel for Walk<'_, L> {
 
 impl<L: Look> Walk<'_, L> {
     #[inline(always)]
-    fn by_maps<S: Simd>(&mut self, simd: S, sections: &[Section]) {
-        let (place, spread) = (self.sight.place(), self.sight.spread);
-        if place[0].abs().max(place[1].abs()) > 1.0 + RIM - spread {
+    fn by_maps<S: Simd>(&mut self, simd: S) {
+        if !self.sight.is_within_maps() {
             return;
         }
-        for section in sections {
+        let (place, spread) = (self.sight.place(), self.sight.spread);
+        for section in &self.projection.faces[self.sight.face] {
             if self.is_behind(section.near) {
                 return;
             }
@@ -200,24 +209,33 @@ impl<L: Look> Walk<'_, L> {
         }
     }
 
-    /// Looks at the leaves of a run; true when all is found.
+    /// Looks at the packs of a run; true when all is found.
     #[inline(always)]
     fn through<S: Simd>(&mut self, simd: S, run: &[u32]) -> bool {
-        let options = &self.projection.options;
-        let is_growing = options.numbering == Numbering::FrontToBack && options.layout == Layout::OneMap;
-        for &number in run {
-            let leaf = &self.projection.leaves[number as usize];
-            if !is_growing && options.layout == Layout::OneMap && self.is_behind(self.near(leaf)) {
+        let Projection { owners, packs, .. } = self.projection;
+        let mut leaf = None;
+        for &pack in run {
+            let next = owners[pack as usize];
+            if leaf != Some(next) && self.ends_before(next, leaf.replace(next)) {
                 return false;
             }
-            if self.look_at(simd, leaf) {
+            if self.look.look(simd, &packs[pack as usize]) {
+                self.pack = Some(pack);
                 return true;
-            }
-            if is_growing && self.ends_in(leaf) {
-                return false;
             }
         }
         false
+    }
+
+    /// Whether what matters ends before a leaf of a run: where numbers grow along rays in the one that was left.
+    #[inline(always)]
+    fn ends_before(&mut self, next: u32, left: Option<u32>) -> bool {
+        let Projection { options, leaves, .. } = self.projection;
+        match (options.layout, options.numbering) {
+            (Layout::OneMap, Numbering::FrontToBack) => left.is_some_and(|left| self.ends_in(&leaves[left as usize])),
+            (Layout::OneMap, _) => self.is_behind(self.near(&leaves[next as usize])),
+            (Layout::MapPerSection, _) => false,
+        }
     }
 
     /// Looks at the packs of a leaf; true when all is found.
@@ -249,17 +267,28 @@ impl<L: Look> Walk<'_, L> {
 
     /// Whether the hit, or the end, lies in the leaf.
     #[inline(always)]
-    fn ends_in(&self, leaf: &Leaf) -> bool {
+    fn ends_in(&mut self, leaf: &Leaf) -> bool {
         let Some(depth) = self.look.depth() else { return false };
+        let place = match self.end {
+            Some((known, place)) if known == depth => place,
+            _ => self.end_at(depth),
+        };
+        let away = place - DVec3::from_array(leaf.min.map(f64::from));
+        away.min_element() >= 0.0 && away.max_element() <= f64::from(leaf.edge)
+    }
+
+    /// Where in the cube a depth is; nowhere when the ray is known too roughly.
+    #[inline(always)]
+    fn end_at(&mut self, depth: f64) -> DVec3 {
         let Projection { root, frame, .. } = self.projection;
         let error = self.sight.spread * if frame.kind == Kind::Parallel { 1.0 } else { depth };
-        if error > 0.25 * root.slack {
-            return false;
-        }
-        let place = (self.sight.at(depth, frame.kind) - root.min) / root.edge;
-        let from = DVec3::from_array(leaf.min.map(f64::from));
-        let away = place - from;
-        away.min_element() >= 0.0 && away.max_element() <= f64::from(leaf.edge)
+        let place = if error > 0.25 * root.slack {
+            DVec3::NAN
+        } else {
+            (self.sight.at(depth, frame.kind) - root.min) / root.edge
+        };
+        self.end = Some((depth, place));
+        place
     }
 }
 
@@ -314,6 +343,21 @@ impl Projection {
         self.mesh.triangles()[triangle as usize].map(|index| self.mesh.positions()[index as usize])
     }
 
+    /// Whether the rays of a face have maps.
+    #[inline(always)]
+    fn has_maps(&self, sight: &Sight) -> bool {
+        self.frame.kind.faces().contains(&sight.face)
+    }
+
+    /// The packs that a ray comes to, where one cell of one map has them all.
+    #[inline(always)]
+    fn run_of(&self, sight: &Sight) -> Option<&[u32]> {
+        match &self.faces[sight.face][..] {
+            [only] if sight.is_within_maps() => only.map.run_at(sight.place(), sight.spread),
+            _ => None,
+        }
+    }
+
     fn nearest(&self, origin: DVec3, direction: DVec3, t_max: f64, way: Way) -> Result<Option<Hit>, NotOfView> {
         let kind = self.frame.kind;
         let is_own = match self.viewpoint {
@@ -331,6 +375,11 @@ impl Projection {
             let sight = self.frame.sight_along(direction);
             (Sight { depth_error: 0.0, ..sight }, 0.0, sight.depth)
         };
+        // First of all, as most rays of many pictures meet nothing.
+        let run = if way == Way::Maps { self.run_of(&sight) } else { None };
+        if run.is_some_and(<[u32]>::is_empty) {
+            return Ok(None);
+        }
         let nearest = if kind == Kind::Parallel { kind.nearness(base, sight.depth_error)[1] } else { f32::INFINITY };
         let probe = Probe::new(sight.direction, [f32::NEG_INFINITY, nearest]);
         let mut look =
@@ -339,8 +388,10 @@ impl Projection {
             (0..self.mesh.triangles().len() as u32).for_each(|triangle| look.measure(triangle));
             return Ok(look.best);
         }
-        look.probe.nearness[0] = look.farthest();
-        dispatch(Walk { projection: self, sight: &sight, way, look: &mut look, pack: None });
+        if t_max < f64::INFINITY {
+            look.probe.nearness[0] = look.farthest();
+        }
+        dispatch(Walk { projection: self, sight: &sight, way, look: &mut look, run, pack: None, end: None });
         Ok(look.best)
     }
 }
@@ -379,7 +430,8 @@ impl ProjectedSegments<'_> {
             decide(triangle)
         };
         let mut look = Blocked { probe, depth: sight.depth, decide: &mut decide, open: None, is_blocked: false };
-        let walk = Walk { projection, sight: &sight, way: self.way, look: &mut look, pack: self.last };
+        let walk =
+            Walk { projection, sight: &sight, way: self.way, look: &mut look, run: None, pack: self.last, end: None };
         self.last = dispatch(walk).or(self.last);
         let is_blocked = look.is_blocked;
         count(Level::Single, u64::from(is_settled));

@@ -23,7 +23,7 @@ use super::{
     footprint::Footprint,
     map::{Changes, Map, Plan},
     tasks,
-    tree::{Grower, LEAF, Link, NOTHING, Tree, held, number},
+    tree::{Grower, LEAF, Link, NOTHING, Part, Tree, held, number},
 };
 use crate::morton::Octant;
 
@@ -169,28 +169,34 @@ impl Former<'_> {
         origins: &Origins,
         (face, plan): (usize, &Plan),
     ) -> Option<(Map, usize)> {
-        let mut numbers = vec![NOTHING; former.cells.len()];
-        for (number, origin) in (0u32..).zip(origins) {
-            if let Some(origin) = origin {
-                numbers[*origin as usize] = number;
-            }
-        }
         let old = self.projection;
-        let seen = |leaves: Vec<u32>, footprint: &(dyn Fn(u32) -> Option<Footprint> + Sync)| {
-            tasks::joined(tasks::map(leaves.chunks(CHUNK).collect(), |leaves| {
-                leaves.iter().filter_map(|&leaf| Some((leaf, footprint(leaf)?))).collect::<Vec<_>>()
+        let (parts, were) = (tree.parts(), former.parts());
+        let mut numbers = vec![NOTHING; were.len()];
+        let mut next = 0;
+        for of_leaf in parts.chunk_by(|a, b| a.leaf == b.leaf) {
+            let count = of_leaf.len() as u32;
+            if let Some(origin) = origins[of_leaf[0].leaf as usize] {
+                let first = old.leaves[origin as usize].first_pack;
+                (0..count).for_each(|place| numbers[(first + place) as usize] = next + place);
+            }
+            next += count;
+        }
+        let seen = |packs: Vec<u32>, footprint: &(dyn Fn(u32) -> Option<Footprint> + Sync)| {
+            tasks::joined(tasks::map(packs.chunks(CHUNK).collect(), |packs| {
+                packs.iter().filter_map(|&pack| Some((pack, footprint(pack)?))).collect::<Vec<_>>()
             }))
         };
-        let gone = (0..).zip(&numbers).filter(|(_, number)| **number == NOTHING).map(|(leaf, _)| leaf).collect();
-        let made = (0..).zip(origins).filter(|(_, origin)| origin.is_none()).map(|(leaf, _)| leaf).collect();
-        let gone = seen(gone, &|leaf| old.former_footprint(face, leaf as usize));
-        let made = seen(made, &|leaf| scaffold.seen(tree, face, leaf as usize));
+        let gone = (0..).zip(&numbers).filter(|(_, number)| **number == NOTHING).map(|(pack, _)| pack).collect();
+        let made = (0..).zip(&parts).filter(|(_, part)| origins[part.leaf as usize].is_none()).map(|(pack, _)| pack);
+        let gone = seen(gone, &|pack| old.former_footprint(face, &were[pack as usize]));
+        let made = seen(made.collect(), &|pack| scaffold.seen(tree, face, &parts[pack as usize]));
         let changes = Changes { numbers: &numbers, gone: &gone, made: &made };
         let touched = map.touched(&changes, plan)?;
-        let near = seen((0..tree.cells.len() as u32).collect(), &|leaf| {
-            let (min, max) = cell_box(&old.root, tree.cells[leaf as usize]);
+        let near = seen((0..parts.len() as u32).collect(), &|pack| {
+            let part = &parts[pack as usize];
+            let (min, max) = cell_box(&old.root, tree.cells[part.leaf as usize]);
             let cell = Footprint::new(scaffold.frame.kind, face, min, max)?;
-            map.meets_any(&cell, &touched).then(|| scaffold.seen(tree, face, leaf as usize)).flatten()
+            map.meets_any(&cell, &touched).then(|| scaffold.seen(tree, face, part)).flatten()
         });
         Some(map.renewed(&changes, &near, &touched, plan))
     }
@@ -203,10 +209,11 @@ impl Projection {
         self.mesh.positions().iter().map(unit).collect()
     }
 
-    /// What a face sees of a leaf, if anything.
-    fn former_footprint(&self, face: usize, leaf: usize) -> Option<Footprint> {
+    /// What a face sees of a pack, if anything.
+    fn former_footprint(&self, face: usize, part: &Part) -> Option<Footprint> {
         let triangle = |item: u32| self.corners(item).map(|corner| self.frame.local(corner));
-        super::build::seen(&self.root, self.frame.kind, face, self.tree.cells[leaf], self.tree.items(leaf), &triangle)
+        let cell = self.tree.cells[part.leaf as usize];
+        super::build::seen(&self.root, self.frame.kind, face, cell, self.tree.items_of(part), &triangle)
     }
 }
 

@@ -190,10 +190,15 @@ fn moved(mesh: &Mesh, dice: &mut Dice) -> Arc<Mesh> {
 fn what_is_renewed_is_what_is_built() {
     let mut dice = Dice(21);
     let (mut parts, mut wholes) = (0, 0);
-    for (layout, memory) in [(Layout::OneMap, 1 << 30), (Layout::OneMap, 1 << 16), (Layout::MapPerSection, 1 << 30)] {
+    let one = ProjectionOptions { memory: 1 << 30, leaf_items: 2, max_level: 6, ..ProjectionOptions::default() };
+    // Of many triangles a leaf has several packs.
+    for options in [
+        one,
+        ProjectionOptions { memory: 1 << 16, ..one },
+        ProjectionOptions { layout: Layout::MapPerSection, ..one },
+        ProjectionOptions { leaf_items: 24, ..one },
+    ] {
         for viewpoint in viewpoints() {
-            let options =
-                ProjectionOptions { layout, memory, leaf_items: 2, max_level: 6, ..ProjectionOptions::default() };
             let mut projection = built(viewpoint, &options);
             for step in 0..24 {
                 let mesh = moved(&projection.mesh, &mut dice);
@@ -201,6 +206,7 @@ fn what_is_renewed_is_what_is_built() {
                 let truth = Projection::build(mesh, viewpoint, &options).expect("a viewpoint");
                 assert!(renewed.tree == truth.tree, "{viewpoint:?}, step {step}: {renewal:?}");
                 assert!(renewed.leaves == truth.leaves && renewed.packs == truth.packs);
+                assert!(renewed.owners == truth.owners);
                 assert!(renewed.faces == truth.faces, "{viewpoint:?}, step {step}: {renewal:?}");
                 assert_eq!((renewed.report, renewed.options), (truth.report, truth.options));
                 assert!(renewed.frame == truth.frame && renewed.root == truth.root && renewed.error == truth.error);
@@ -219,6 +225,16 @@ fn what_did_not_move_is_not_made_anew() {
     let (same, renewal) = projection.renewed(Arc::clone(&projection.mesh)).expect("a viewpoint");
     assert_eq!(renewal, Renewal::default());
     assert!(same.tree == projection.tree && same.faces == projection.faces);
+}
+
+#[test]
+fn numbers_of_leaves_with_several_packs_grow_along_rays() {
+    let mut dice = Dice(5);
+    for viewpoint in viewpoints() {
+        let projection = built(viewpoint, &ProjectionOptions { max_level: 2, ..ProjectionOptions::default() });
+        assert!(projection.packs.len() > projection.leaves.len());
+        assert!((0..1_000).all(|_| projection.disorder(dice.point()) == 0), "{viewpoint:?}");
+    }
 }
 
 #[test]

@@ -19,7 +19,7 @@ use super::{
     pack::{Pack, WIDTH},
     tasks::{self, SERIAL},
 };
-use crate::morton::Octant;
+use crate::morton::{Octant, encode3};
 
 /// Where a node leads: a node, or a leaf with [`LEAF`] added, or [`NOTHING`].
 pub(super) type Link = u32;
@@ -83,6 +83,15 @@ pub(super) struct Tree {
     /// Where the triangles of each leaf end.
     pub(super) ends: Vec<u32>,
     pub(super) triangles: Vec<u32>,
+}
+
+/// Triangles of a leaf that are one pack.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    pub(super) leaf: u32,
+    /// Where they are in the list of all.
+    start: u32,
+    end: u32,
 }
 
 /// What divides a tree.
@@ -152,7 +161,20 @@ impl Grower<'_> {
 
     fn push_leaf(&self, tree: &mut Tree, cell: Octant, items: &[u32]) -> Link {
         self.budget.spend(items.len().div_ceil(WIDTH) * size_of::<Pack>());
-        tree.push_leaf(cell, items)
+        if items.len() <= WIDTH {
+            return tree.push_leaf(cell, items);
+        }
+        let mut items: Vec<(u64, u32)> = items.iter().map(|&item| (self.place(cell, item), item)).collect();
+        items.sort_unstable();
+        tree.push_leaf(cell, &items.into_iter().map(|(_, item)| item).collect::<Vec<_>>())
+    }
+
+    /// The Morton code of a triangle's middle within a cell, so that neighbours come to be in one pack.
+    fn place(&self, cell: Octant, item: u32) -> u64 {
+        let (min, edge) = unit_cell(cell);
+        let [a, b, c] = self.triangles[item as usize].map(|corner| self.corners[corner as usize]);
+        let middle = ((a + b + c) / 3.0 - DVec3::from_array(min.map(f64::from))) / f64::from(edge);
+        encode3((middle * PLACES).clamp(DVec3::ZERO, DVec3::splat(PLACES - 1.0)).to_array().map(|x| x as u32))
     }
 
     /// Whether a cell is divided: it has many triangles, is not deep enough, and not all of them are in every child. If so, which children
@@ -186,6 +208,9 @@ impl Grower<'_> {
         }));
     }
 }
+
+/// Along a leaf's edge, to sort triangles by.
+const PLACES: f64 = 1024.0;
 
 /// The triangles of cells on the way down, those of a child behind its parent's, and which children they meet.
 struct Pile {
@@ -228,7 +253,22 @@ impl Tree {
         moved(other.root)
     }
 
-    /// The triangles of a leaf, ascending.
+    /// The packs of all leaves, in the leaves' order.
+    pub(super) fn parts(&self) -> Vec<Part> {
+        let starts = std::iter::once(&0).chain(&self.ends);
+        let leaves = (0u32..).zip(starts.zip(&self.ends));
+        let parts = leaves.flat_map(|(leaf, (&start, &end))| {
+            (start..end).step_by(WIDTH).map(move |start| Part { leaf, start, end: end.min(start + WIDTH as u32) })
+        });
+        parts.collect()
+    }
+
+    /// The triangles of a part.
+    pub(super) fn items_of(&self, part: &Part) -> &[u32] {
+        &self.triangles[part.start as usize..part.end as usize]
+    }
+
+    /// The triangles of a leaf: ascending, or where they are several packs neighbours by neighbours.
     pub(super) fn items(&self, leaf: usize) -> &[u32] {
         let start = if leaf == 0 { 0 } else { self.ends[leaf - 1] };
         &self.triangles[start as usize..self.ends[leaf] as usize]
