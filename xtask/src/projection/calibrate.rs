@@ -276,7 +276,7 @@ fn eye(name_of_model: &'static str, model: &Model, bvh: &TriangleBvh, side: u64)
     };
     let report = build(Method::Maps, rays)?.report();
     let by = |method: Method, rays: u64| {
-        timed(|| build(method, rays).map_or(0, |built| by_projection(&built, method, &questions))).1.cpu
+        timed(|| build(method, rays).map_or(0, |built| by_projection(&built, (method, true), &questions))).1.cpu
     };
     let [ready, octree, maps] =
         in_turn([&|| timed(by_bvh).1.cpu, &|| by(Method::Octree, 0), &|| by(Method::Maps, rays)]);

@@ -69,6 +69,8 @@ pub(super) struct Row {
     pub(super) model: String,
     pub(super) triangles: usize,
     pub(super) rays: Rays,
+    /// Whether shadow rays try first what blocked the one before.
+    pub(super) last_blocker: bool,
     /// Rays along a side of the picture.
     pub(super) side: u64,
     /// How many rays that makes: of shadow rays, as many as the eye sees points.
@@ -145,7 +147,13 @@ struct Built {
 }
 
 /// The three methods on one set of rays, those with an octree at their best depths.
-pub(super) fn row(model: &Model, bvh: &(TriangleBvh, f64), rays: Rays, side: u64) -> Result<Row> {
+/// With `last_blocker` shadow rays try first what blocked the one before; those through the BVH always do.
+pub(super) fn row(
+    model: &Model,
+    bvh: &(TriangleBvh, f64),
+    (rays, last_blocker): (Rays, bool),
+    side: u64,
+) -> Result<Row> {
     let questions = Questions::new(model, &bvh.0, rays, side);
     let usual = ProjectionOptions::level_for(model.mesh.triangles().len());
     let build = |level: u8, expected: u64| -> Result<Built> {
@@ -157,7 +165,7 @@ pub(super) fn row(model: &Model, bvh: &(TriangleBvh, f64), rays: Rays, side: u64
     let expected = questions.len() as u64 * FINENESS;
     let measure = |method| {
         let questions = &questions;
-        move |built: &Built| quickest(|| by_projection(&built.projection, method, questions)).0
+        move |built: &Built| quickest(|| by_projection(&built.projection, (method, last_blocker), questions)).0
     };
     let maps = at_best(usual, &|level| build(level, expected), &measure(Method::Maps))?;
     let octree = at_best(usual + 2, &|level| build(level, 0), &measure(Method::Octree))?;
@@ -165,8 +173,8 @@ pub(super) fn row(model: &Model, bvh: &(TriangleBvh, f64), rays: Rays, side: u64
     let mut best = [(f64::INFINITY, 0); 3];
     for _ in 0..ROUNDS {
         let runs: [&dyn Fn() -> u64; 3] = [
-            &|| by_projection(&maps.projection, Method::Maps, &questions),
-            &|| by_projection(&octree.projection, Method::Octree, &questions),
+            &|| by_projection(&maps.projection, (Method::Maps, last_blocker), &questions),
+            &|| by_projection(&octree.projection, (Method::Octree, last_blocker), &questions),
             &|| by_bvh(&bvh.0, model, rays, &questions),
         ];
         for (run, best) in runs.iter().zip(&mut best) {
@@ -190,7 +198,7 @@ pub(super) fn row(model: &Model, bvh: &(TriangleBvh, f64), rays: Rays, side: u64
     ];
     ensure!(best.iter().all(|(_, hits)| *hits == best[0].1), "{}: the methods answer differently", model.name);
     let (triangles, count) = (model.mesh.triangles().len(), questions.len());
-    Ok(Row { model: model.name.clone(), triangles, rays, side, count, figures })
+    Ok(Row { model: model.name.clone(), triangles, rays, last_blocker, side, count, figures })
 }
 
 /// What is quickest among levels, uphill from one: time over the level has one valley.
@@ -223,7 +231,11 @@ pub(super) fn quickest(run: impl Fn() -> u64) -> (f64, u64) {
     })
 }
 
-pub(super) fn by_projection(projection: &Projection, method: Method, questions: &Questions) -> u64 {
+pub(super) fn by_projection(
+    projection: &Projection,
+    (method, last_blocker): (Method, bool),
+    questions: &Questions,
+) -> u64 {
     let is_maps = method == Method::Maps;
     match questions {
         Questions::Directions { eye, directions } => {
@@ -238,8 +250,10 @@ pub(super) fn by_projection(projection: &Projection, method: Method, questions: 
             directions.iter().filter(hit).count() as u64
         }
         Questions::Points(points) => {
-            let mut segments = if is_maps { projection.segments() } else { projection.segments_by_descent() };
-            points.iter().filter(|&&x| segments.any_hit(x)).count() as u64
+            let new = || if is_maps { projection.segments() } else { projection.segments_by_descent() };
+            let mut segments = new();
+            let is_blocked = |x: DVec3| if last_blocker { segments.any_hit(x) } else { new().any_hit(x) };
+            points.iter().copied().map(is_blocked).filter(|&is_blocked| is_blocked).count() as u64
         }
     }
 }
