@@ -6,9 +6,12 @@ use umbriel_geometry::{Facet, Facets, Point, blocking::Probe};
 use umbriel_octree::Face;
 
 use crate::{
+    bodies::Body,
     exact::{Own, face_blocks, flat_face_is_turned_to},
     fine::{
-        Blocker, Blockers, Entry, FacetId, GiveUp, Receiver, flat,
+        Blocker, Blockers, Entry, FacetId, GiveUp, Receiver,
+        crowd::{Crowd, PAIRS},
+        flat,
         flat::{FLAT, FaceShape, FlatFace, Levels},
         lattice::Lattice,
         raster::{self, Chain, Plane, Raster},
@@ -127,6 +130,14 @@ impl<'a> FlatReceiver<'a> {
         faces.any(|face| face_blocks(self.all.bodies, face, &probe, Own::Nothing, self.all.light))
     }
 
+    /// Whether too much is over this face, and over too many of its object, to measure all.
+    fn is_in_crowd(&self) -> bool {
+        let (all, object) = (self.all, self.id.object as usize);
+        let Body::Flat(facets) = all.bodies.get(object) else { return false };
+        let over = all.occluders.count(self.objects(), &self.corners, PAIRS + 1);
+        over > PAIRS && all.is_in_crowd(object, facets, self.objects())
+    }
+
     /// By a quadtree that passes the blockers in question down.
     fn divide(&self) -> Tally<Units> {
         let (bodies, light, occluders) = (self.all.bodies, self.all.light, &self.all.occluders);
@@ -137,8 +148,6 @@ impl<'a> FlatReceiver<'a> {
             facing: Some(occluders.turn(self.id)),
             plane: Some([corners[0], corners[1], corners[FLAT - 1]]),
         };
-        let mut candidates = occluders.candidates(self.objects(), &corners);
-        candidates.facets.retain(|&candidate| candidate != self.id);
         let blocks_exactly = |blockers: &Blockers<FLAT>, entry: Entry, probe: &Probe| {
             let (object, facet) = match entry.blocker() {
                 Blocker::Polygon(index) => (blockers.polygons[index].id.object, blockers.polygons[index].id.facet),
@@ -146,16 +155,23 @@ impl<'a> FlatReceiver<'a> {
             };
             face_blocks(bodies, (object as usize, facet as usize), probe, Own::Nothing, light)
         };
-        let face = FlatFace {
+        let is_blocked = |u: f64, v: f64| self.point_is_blocked(u, v);
+        let under = |blockers| FlatFace {
             shape: self.shape,
             corners,
-            blockers: occluders.blockers(&candidates, &receiver),
+            blockers,
             levels: self.levels,
             lattice: self.lattice,
             blocks_exactly: &blocks_exactly,
-            is_blocked: &|u, v| self.point_is_blocked(u, v),
+            is_blocked: &is_blocked,
             is_cancelled: self.is_cancelled,
         };
-        face.run()
+        if self.is_in_crowd() {
+            let crowd = Crowd { own: self.id, receiver: &receiver, occluders, objects: self.objects(), under: &under };
+            return crowd.run();
+        }
+        let mut candidates = occluders.candidates(self.objects(), &corners);
+        candidates.facets.retain(|&candidate| candidate != self.id);
+        under(occluders.blockers(&candidates, &receiver)).run()
     }
 }

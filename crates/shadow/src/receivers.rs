@@ -1,6 +1,9 @@
 //! The asked receivers under one light, cut into jobs of some faces each.
 
-use std::ops::Range;
+use std::{
+    ops::Range,
+    sync::{Arc, OnceLock},
+};
 
 use umbriel_geometry::{
     Approx, Facet, Facets, LightSource, PlacedAnalytic, Point, Surd, analytic::PatchArea, blocking::Probe,
@@ -12,7 +15,7 @@ use crate::{
     coarse::Influences,
     exact::{Own, face_blocks, patch_probe, turned_to},
     fine::{
-        Occluders,
+        Occluders, crowd,
         flat::{FLAT, Levels},
         lattice::{Lattice, Spacing},
         patch::Patch,
@@ -72,6 +75,8 @@ pub(crate) struct Receivers<'a> {
     pub(crate) occluders: Occluders<'a>,
     /// How far apart samples are.
     pub(crate) spacing: Option<Spacing>,
+    /// Whether each object is in a crowd, once that is asked.
+    crowds: Arc<[OnceLock<bool>]>,
 }
 
 impl<'a> Receivers<'a> {
@@ -84,14 +89,16 @@ impl<'a> Receivers<'a> {
     ) -> Self {
         let Stage { bodies, request, spacing, .. } = stage;
         let occluders = Occluders::new(bodies, light);
-        Self { bodies, light, request, detail, own, influences, occluders, spacing: *spacing }
+        let crowds = bodies.boxes.iter().map(|_| OnceLock::new()).collect();
+        Self { bodies, light, request, detail, own, influences, occluders, spacing: *spacing, crowds }
     }
 
     /// The same with instances in `bodies`, which are those of a group ([`Bodies::of_group`]).
     pub(crate) fn of_group<'g>(&'g self, bodies: &'g Bodies<'g>) -> Receivers<'g> {
         let Self { light, request, detail, own, influences, spacing, .. } = *self;
         let occluders = Occluders::of_group(bodies, &self.occluders);
-        Receivers { bodies, light, request, detail, own, influences, occluders, spacing }
+        let crowds = Arc::clone(&self.crowds);
+        Receivers { bodies, light, request, detail, own, influences, occluders, spacing, crowds }
     }
 
     /// All jobs, in the order of receivers and faces.
@@ -147,6 +154,15 @@ impl<'a> Receivers<'a> {
         let levels = levels::of_face(detail, self.request.keep_cells, &self.bodies.boxes[object], size);
         let finest = level.map_or(levels.finest, |level| level.min(levels.finest));
         Levels { finest, ..levels }
+    }
+
+    /// Whether there are too many pairs of an object's face and of what is over it, among the facets of `occluders`, to measure them all.
+    pub(crate) fn is_in_crowd(&self, object: usize, facets: &Facets, occluders: &[u32]) -> bool {
+        let of_occluders = || occluders.iter().map(|&object| self.bodies.distinct_faces(object as usize)).sum();
+        let over = |face: usize, most: usize| {
+            self.occluders.count(occluders, &flat_corners(facets, face, facets.base(face).corner), most)
+        };
+        *self.crowds[object].get_or_init(|| crowd::is_crowd(facets.len(), of_occluders(), over))
     }
 
     fn look_at_patch(

@@ -71,6 +71,11 @@ impl<'a, const N: usize> Blockers<'a, N> {
         Self { polygons, bodies, holes }
     }
 
+    /// Nothing in the way.
+    pub(crate) fn none() -> Self {
+        Self { polygons: Vec::new(), bodies: Vec::new(), holes: Vec::new() }
+    }
+
     /// All blockers as entries.
     pub(crate) fn entries(&self) -> Vec<Entry> {
         let polygons = (0..self.polygons.len() as u32).map(|index| Entry { index, is_body: false, known: 0 });

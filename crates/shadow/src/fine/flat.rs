@@ -115,7 +115,8 @@ impl FlatFace<'_> {
         tally
     }
 
-    fn divide(&self, place: Quadrant, parent: &[Entry], tally: &mut Tally<Units>) {
+    /// Classifies a cell, given the blockers in question over one that holds it.
+    pub(crate) fn divide(&self, place: Quadrant, parent: &[Entry], tally: &mut Tally<Units>) {
         if (self.is_cancelled)() {
             return;
         }
@@ -139,7 +140,7 @@ impl FlatFace<'_> {
     }
 
     /// Whether an undecided cell stays so.
-    fn is_finest(&self, place: Quadrant) -> bool {
+    pub(crate) fn is_finest(&self, place: Quadrant) -> bool {
         let is_a_pixel = |stop: PixelStop| {
             let [u, v] = place.low_corner();
             let corners = self.weights(u, v).into_iter().zip(&self.corners);
@@ -162,7 +163,8 @@ impl FlatFace<'_> {
         parts.into_iter().for_each(|part| tally.append(part));
     }
 
-    fn hull(&self, place: Quadrant) -> Hull<FLAT> {
+    /// A cell as the hull of its corners.
+    pub(crate) fn hull(&self, place: Quadrant) -> Hull<FLAT> {
         let mut parameters = ParamBox::EMPTY;
         let corners = self.shape.domain.corners(place).map(|[u, v]| {
             parameters = parameters.with([u, v, u + v]);
@@ -184,7 +186,8 @@ impl FlatFace<'_> {
         }
     }
 
-    fn estimate(&self, place: Quadrant, entries: &[Entry], tally: &mut Tally<Units>) {
+    /// Looks at some points of an undecided cell.
+    pub(crate) fn estimate(&self, place: Quadrant, entries: &[Entry], tally: &mut Tally<Units>) {
         let ([u, v], edge) = (place.low_corner(), place.edge());
         let is_half = self.shape.domain.halves(place);
         let lit = pattern::points(place).filter(|&[s, t]| {
@@ -207,6 +210,15 @@ impl FlatFace<'_> {
             };
             tally.samples.samples += 1;
             tally.samples.lit += u64::from(!blocked);
+            tally.points += 1;
+        }
+    }
+
+    /// Decides the samples of a cell by looking up what blocks them.
+    pub(crate) fn look_samples_up(&self, place: Quadrant, tally: &mut Tally<Units>) {
+        for [u, v] in self.lattice.iter().flat_map(|lattice| lattice.points(place)) {
+            tally.samples.samples += 1;
+            tally.samples.lit += u64::from(!(self.is_blocked)(u, v));
             tally.points += 1;
         }
     }

@@ -127,20 +127,21 @@ impl LocalFrame {
         if is_beyond { Some(false) } else { is_sure.then_some(true) }
     }
 
-    /// Visits the triangles of the tree whose boxes in the frame may meet `query`.
-    pub(crate) fn for_each_near(&self, tree: &BoxTree, query: &Aabb, mut visit: impl FnMut(u32)) {
+    /// Visits the triangles of the tree whose boxes in the frame may meet `query`, until `visit` breaks.
+    pub(crate) fn for_each_near(
+        &self,
+        tree: &BoxTree,
+        query: &Aabb,
+        visit: impl FnMut(u32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let beyond = |sides: [f64; 2], number: usize| {
             // Beyond the upper side: place − upper·depth > 0; beyond the lower one: lower·depth − place > 0.
             let place = &self.across[number];
             let lower = Affine { slope: -place.slope, offset: -place.offset };
             [place.with(-sides[1], &self.depth), lower.with(sides[0], &self.depth)]
         };
-        let visit = |item| {
-            visit(item);
-            ControlFlow::Continue(())
-        };
         let slack = self.slack;
-        let _ = if self.is_frustum {
+        if self.is_frustum {
             let sides = [beyond([query.min.x, query.max.x], 0), beyond([query.min.y, query.max.y], 1)];
             let window = [beyond([-1.0, 1.0], 0), beyond([-1.0, 1.0], 1)];
             tree.for_each_where(
@@ -165,7 +166,7 @@ impl LocalFrame {
                 },
                 visit,
             )
-        };
+        }
     }
 }
 
@@ -215,7 +216,10 @@ mod tests {
                         let Some(mut query) = frame.bounds(&corners(asked)) else { continue };
                         query.min.z = f64::NEG_INFINITY;
                         let mut near = vec![false; 500];
-                        local.for_each_near(&tree, &query, |triangle| near[triangle as usize] = true);
+                        let _ = local.for_each_near(&tree, &query, |triangle| {
+                            near[triangle as usize] = true;
+                            ControlFlow::Continue(())
+                        });
                         for (facet, &is_near) in near.iter().enumerate() {
                             let meets = frame.bounds(&corners(facet)).is_some_and(|bounds| bounds.meets(&query));
                             assert!(is_near || !meets, "triangle {facet} under {light:?}");

@@ -4,7 +4,10 @@
 //! overlaps the receiver's and its least depth is not beyond the receiver's greatest; nothing that could block is left
 //! out, since boxes are rounded outward.
 
+mod few;
+
 use std::{
+    ops::ControlFlow,
     sync::{Arc, OnceLock},
     time::Instant,
 };
@@ -37,6 +40,13 @@ pub(crate) struct Candidates {
     pub(crate) facets: Vec<FacetId>,
     /// Objects that are analytic bodies.
     pub(crate) bodies: Vec<u32>,
+}
+
+impl Candidates {
+    /// The first facets alone.
+    pub(crate) fn first(&self, count: usize) -> Self {
+        Self { facets: self.facets[..count.min(self.facets.len())].to_vec(), bodies: Vec::new() }
+    }
 }
 
 /// All occluders of one light.
@@ -251,7 +261,7 @@ impl<'a> Occluders<'a> {
         query: &Aabb,
         found: &mut Candidates,
     ) {
-        local.for_each_near(tree, query, |facet| {
+        let _ = local.for_each_near(tree, query, |facet| {
             let corners = mesh.triangles()[facet as usize].map(|corner| mesh.positions()[corner as usize]);
             let meets = local.meets(corners, query).unwrap_or_else(|| {
                 let Body::Flat(facets) = self.bodies.get(object as usize) else { return false };
@@ -261,6 +271,7 @@ impl<'a> Occluders<'a> {
             if meets {
                 found.facets.push(FacetId { object, facet });
             }
+            ControlFlow::Continue(())
         });
     }
 

@@ -1,0 +1,80 @@
+//! Thousands of triangles that all lie over each other: the work stays within reach, and what is proved of cells is right.
+//!
+//! One test, in a program of its own, because decisions are counted for all of a program.
+
+use std::sync::Arc;
+
+use glam::DAffine3;
+use umbriel_geometry::{LightSource, Mesh, Placement, decisions::Decisions};
+use umbriel_scene::{Light, Object, Scene, Shape, Sides};
+use umbriel_shadow::{Detail, Place, Queries, Report, Request, Silent, Verdict, bake};
+
+/// Triangles from one corner to places all over a cube.
+fn fan(count: u32) -> Mesh {
+    let mut state = 1u64;
+    // The top bits of a linear congruential generator, with Knuth's constants.
+    let mut dice = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / f64::from(1u32 << 24)
+    };
+    let positions = (0..count + 2).map(|_| [dice(), dice(), dice()]).collect();
+    let triangles = (1..=count).map(|k| [0, k, k + 1]).collect();
+    Mesh::new(positions, triangles).expect("a fan")
+}
+
+/// Some fans, each of them moved a little from the one before.
+fn fans(times: u32, count: u32, light: LightSource) -> Scene {
+    let mesh = Arc::new(fan(count));
+    let object = |k: u32| {
+        let placement = Placement::new(DAffine3::from_translation([0.0, 0.125 * f64::from(k), 0.0].into()));
+        let shape = Shape::Mesh(Arc::clone(&mesh));
+        Object::new(format!("fan {k}"), shape, placement.expect("regular"), Sides::Two).expect("an object")
+    };
+    Scene { objects: (0..times).map(object).collect(), lights: vec![Light::new("light", light)], ..Scene::default() }
+}
+
+/// Exact answers at some points of every 97th stored cell, which must be what is proved of it; how many cells have each verdict.
+fn judged(scene: &Scene, report: &Report) -> [usize; 3] {
+    let (queries, light) = (Queries::new(scene), &scene.lights[0].source);
+    let mut counts = [0; 3];
+    for receiver in &report.lights[0].objects {
+        for cell in receiver.cells.iter().step_by(97) {
+            let is_lit = |place: [f64; 2]| {
+                let [u, v] = cell.point(place);
+                let place = Place::Surface { object: receiver.object, face: cell.face as usize, u, v };
+                queries.lit(&place, light).expect("a place on a face").lit
+            };
+            let mut inside = [[0.125, 0.125], [0.125, 0.75], [0.75, 0.125], [0.375, 0.375]].into_iter();
+            let is_right = match cell.verdict {
+                Verdict::Lit => inside.all(is_lit),
+                Verdict::Shadowed => !inside.any(is_lit),
+                Verdict::Undecided => true,
+            };
+            assert!(is_right, "object {}: {cell:?}", receiver.object);
+            counts[cell.verdict as usize] += 1;
+        }
+    }
+    counts
+}
+
+#[test]
+fn the_square_of_the_input_is_not_measured_and_proofs_are_right() {
+    let sun = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
+    let lamp = LightSource::point([0.5, 4.0, 0.25]).expect("a lamp");
+    for (times, count, light) in [(1, 4000, sun), (2, 2500, lamp)] {
+        let scene = fans(times, count, light);
+        let detail = Detail::Depth { interior: 3, boundary: 3 };
+        let request = Request { keep_cells: true, ..Request::everything(&scene, detail) };
+        let before = Decisions::of_process().all();
+        let report = bake(&scene, &request, &Silent).expect("nobody cancels");
+        let decisions = Decisions::of_process().all() - before;
+        let faces = u64::from(times * count);
+        // Each face measured against what is over it would take seven decisions a pair.
+        assert!(decisions < faces * faces, "{decisions} decisions for {faces} faces");
+        let area: f64 = report.lights[0].objects.iter().map(|receiver| receiver.area).sum();
+        let undecided: f64 = report.lights[0].objects.iter().map(|receiver| receiver.undecided()).sum();
+        assert!(undecided < 0.5 * area, "{undecided} m² of {area} m²");
+        let [_, shadowed, _] = judged(&scene, &report);
+        assert!(shadowed > 100, "{shadowed} cells looked at");
+    }
+}
