@@ -10,7 +10,7 @@ use crate::{
     exact::{Own, face_blocks, flat_face_is_turned_to},
     fine::{
         Blocker, Blockers, Entry, FacetId, GiveUp, Receiver,
-        crowd::{Crowd, PAIRS},
+        crowd::{self, Crowd, PAIRS},
         flat,
         flat::{FLAT, FaceShape, FlatFace, Levels},
         lattice::Lattice,
@@ -68,8 +68,9 @@ impl<'a> FlatReceiver<'a> {
         if !flat_face_is_turned_to(self.all.bodies, object as usize, facet as usize, self.all.light) {
             return FlatFace::decided(self.shape, Verdict::Shadowed, self.levels, self.lattice);
         }
-        let by_borders = if self.suits_borders() { self.rasterise().ok() } else { None };
-        by_borders.unwrap_or_else(|| self.divide())
+        let is_in_crowd = self.is_in_crowd();
+        let by_borders = if !is_in_crowd && self.suits_borders() { self.rasterise().ok() } else { None };
+        by_borders.unwrap_or_else(|| self.divide(is_in_crowd))
     }
 
     /// Objects that may shadow this one.
@@ -139,7 +140,7 @@ impl<'a> FlatReceiver<'a> {
     }
 
     /// By a quadtree that passes the blockers in question down.
-    fn divide(&self) -> Tally<Units> {
+    fn divide(&self, is_in_crowd: bool) -> Tally<Units> {
         let (bodies, light, occluders) = (self.all.bodies, self.all.light, &self.all.occluders);
         let corners = self.corners;
         let receiver = Receiver {
@@ -156,17 +157,18 @@ impl<'a> FlatReceiver<'a> {
             face_blocks(bodies, (object as usize, facet as usize), probe, Own::Nothing, light)
         };
         let is_blocked = |u: f64, v: f64| self.point_is_blocked(u, v);
+        let finest = if is_in_crowd { self.levels.finest.min(crowd::FINEST) } else { self.levels.finest };
         let under = |blockers| FlatFace {
             shape: self.shape,
             corners,
             blockers,
-            levels: self.levels,
+            levels: Levels { finest, ..self.levels },
             lattice: self.lattice,
             blocks_exactly: &blocks_exactly,
             is_blocked: &is_blocked,
             is_cancelled: self.is_cancelled,
         };
-        if self.is_in_crowd() {
+        if is_in_crowd {
             let crowd = Crowd { own: self.id, receiver: &receiver, occluders, objects: self.objects(), under: &under };
             return crowd.run();
         }

@@ -33,12 +33,12 @@ fn fans(times: u32, count: u32, light: LightSource) -> Scene {
     Scene { objects: (0..times).map(object).collect(), lights: vec![Light::new("light", light)], ..Scene::default() }
 }
 
-/// Exact answers at some points of every 97th stored cell, which must be what is proved of it; how many cells have each verdict.
+/// Exact answers at some points of every 251st stored cell, which must be what is proved of it; how many cells have each verdict.
 fn judged(scene: &Scene, report: &Report) -> [usize; 3] {
     let (queries, light) = (Queries::new(scene), &scene.lights[0].source);
     let mut counts = [0; 3];
     for receiver in &report.lights[0].objects {
-        for cell in receiver.cells.iter().step_by(97) {
+        for cell in receiver.cells.iter().step_by(251) {
             let is_lit = |place: [f64; 2]| {
                 let [u, v] = cell.point(place);
                 let place = Place::Surface { object: receiver.object, face: cell.face as usize, u, v };
@@ -63,7 +63,7 @@ fn the_square_of_the_input_is_not_measured_and_proofs_are_right() {
     let lamp = LightSource::point([0.5, 4.0, 0.25]).expect("a lamp");
     for (times, count, light) in [(1, 4000, sun), (2, 2500, lamp)] {
         let scene = fans(times, count, light);
-        let detail = Detail::Depth { interior: 3, boundary: 3 };
+        let detail = Detail::Depth { interior: 3, boundary: 8 };
         let request = Request { keep_cells: true, ..Request::everything(&scene, detail) };
         let before = Decisions::of_process().all();
         let report = bake(&scene, &request, &Silent).expect("nobody cancels");

@@ -3,8 +3,8 @@
 //! Such a face is divided without a list of what is over it. Where so few facets are over a cell that the face's [`PAIRS`] suffice, it goes on as any
 //! other ([`FlatFace::divide`]); else [`MANY`] facets that are likely to cover the cell are all that is tried. What some of the occluders cover is in shadow
 //! whatever the others do, so a cell's verdict is a proof here too; but no cell is proved lit, and some stay undecided that all facets together would
-//! prove shadowed (a sheet of small triangles), those of [`FINEST`] undivided. Guarantee: at most [`PAIRS`] facets a face and [`MANY`] + [`FEW`] a cell, of which
-//! there are 85, are measured, whatever the input and the detail; what a face costs beyond that is what faces under few facets cost. A microsecond each.
+//! prove shadowed (a sheet of small triangles). Guarantee: at most [`PAIRS`] facets a face and [`MANY`] + [`FEW`] a cell are measured, and there are no more than 85 cells
+//! ([`FINEST`]), whatever the input and the detail. Cost: about a microsecond a facet measured, and as much for ten looked at.
 
 use umbriel_geometry::Point;
 use umbriel_octree::Quadrant;
@@ -20,10 +20,10 @@ use super::{
 use crate::report::Verdict;
 
 /// Facets that may be measured for a face in a crowd.
-pub(crate) const PAIRS: usize = 256;
+pub(crate) const PAIRS: usize = 128;
 
-/// The finest level of cells under more than that.
-const FINEST: u8 = 3;
+/// The finest level of cells: finer ones would be as many as the detail says, for each of thousands of faces.
+pub(crate) const FINEST: u8 = 3;
 
 /// How many likely covers of a cell are tried first, and in all.
 const FEW: usize = 2;
@@ -91,7 +91,7 @@ impl Crowd<'_> {
                 count(tally, bare.shape, place, Verdict::Shadowed, bare.levels);
                 count_samples(tally, bare.lattice, place, Verdict::Shadowed);
             }
-            Some(face) if place.level() >= FINEST || bare.is_finest(place) => {
+            Some(face) if bare.is_finest(place) => {
                 count(tally, bare.shape, place, Verdict::Undecided, bare.levels);
                 face.estimate(place, &face.blockers.entries(), tally);
                 bare.look_samples_up(place, tally);

@@ -48,8 +48,9 @@ impl Occluders<'_> {
         let Some((frame, hull)) = views.find_map(|(frame, view)| Some((frame, view.bounds(points)?))) else {
             return Candidates::default();
         };
+        let middle = points.iter().map(|point| point.position).sum::<DVec3>() / points.len() as f64;
         let mut likely =
-            Likely { light: self.light, hull: points, most, looks: 0, covers: Vec::new(), others: Vec::new() };
+            Likely { light: self.light, hull: points, middle, most, looks: 0, covers: Vec::new(), others: Vec::new() };
         for &object in objects {
             let Body::Flat(facets) = self.bodies.get(object as usize) else { continue };
             let mut look = |facet| likely.look(facets, FacetId { object, facet });
@@ -73,6 +74,7 @@ impl Occluders<'_> {
 struct Likely<'a> {
     light: &'a LightSource,
     hull: &'a [Point<'a>],
+    middle: DVec3,
     most: usize,
     looks: usize,
     covers: Vec<FacetId>,
@@ -89,8 +91,7 @@ impl Likely<'_> {
             *place = facets.point(corner).position;
         }
         let corners = &corners[..numbers.len()];
-        let middle = self.hull.iter().map(|point| point.position).sum::<DVec3>() / self.hull.len() as f64;
-        if seems_to_hide(corners, middle, self.light) {
+        if seems_to_hide(corners, self.middle, self.light) {
             let covers = self.hull.iter().all(|point| seems_to_hide(corners, point.position, self.light));
             let list = if covers { &mut self.covers } else { &mut self.others };
             if list.len() < self.most {
