@@ -89,10 +89,11 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     let mut model = nodes::read(&document, &hierarchy, &accessors, meshes, reading.colliders)?;
     model.findings.absorb(validate::check(&document)?, str::to_owned);
     model.findings.absorb(unread::check(&document, &accessors), str::to_owned);
+    model.findings.absorb(skins::check(&document, &accessors), str::to_owned);
     for problem in accessors.views().unused_problems() {
         model.tell("unused", &problem.to_string());
     }
-    for (fault, count) in validate::kinds::check(container.text) {
+    for (fault, count) in validate::kinds::check(container.text, &document.extensions_used) {
         model.findings.add(FindingKind::BrokenRule, &fault, count);
     }
     for rule in container.broken {

@@ -5,14 +5,21 @@
 //! one matrix, and the mesh keeps the shape that it has in the file: that matrix is its placement. Where the nodes do
 //! not stand in the bind pose, the mesh takes it up where its first joint stands.
 
+use std::collections::BTreeSet;
+
 use glam::DAffine3;
+use umbriel_scene::FindingKind;
 
 use super::{
     accessor::{Accessors, Component, within},
     hierarchy::Hierarchy,
     json::{Document, element, existing},
 };
-use crate::{error::LoadProblem, transform::from_almost_affine};
+use crate::{
+    error::LoadProblem,
+    model::Findings,
+    transform::{from_almost_affine, is_affine},
+};
 
 /// The placement of a mesh with that skin: J·B of the first joint.
 pub(super) fn bind_map(
@@ -39,10 +46,32 @@ pub(super) fn bind_map(
         let (count, joints) = (matrices.len(), skin.joints.len());
         return Err(refused(format!("it has {count} inverse bind matrices for {joints} joints")));
     };
-    if let Some(number) = matrices.iter().position(|matrix| !matrix.iter().all(|entry| entry.is_finite())) {
-        return Err(refused(format!("inverse bind matrix {number} is not finite")));
+    if !is_finite(&matrix) {
+        return Err(refused("inverse bind matrix 0 is not finite".to_owned()));
     }
     let inverse =
         from_almost_affine(&matrix).map_err(|message| refused(format!("inverse bind matrix 0: {message}")))?;
     Ok(joint * inverse)
+}
+
+/// What is wrong with the inverse bind matrices that were read. Those of the first joints alone place something.
+pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
+    let mut findings = Findings::default();
+    let read = document.skins.iter().filter_map(|skin| skin.inverse_bind_matrices);
+    let read: BTreeSet<usize> = read.filter(|&accessor| accessors.is_read(accessor)).collect();
+    for accessor in read {
+        let Ok(matrices) = accessors.vectors::<16>(accessor) else { continue };
+        let mut tell = |rule: &str, count: usize| {
+            findings.add(FindingKind::BrokenRule, &format!("accessor {accessor}: inverse bind matrices {rule}"), count);
+        };
+        let (finite, wild): (Vec<_>, Vec<_>) = matrices.iter().partition(|matrix| is_finite(matrix));
+        tell("that are not finite", wild.len());
+        let count = finite.iter().filter(|matrix| !is_affine(matrix)).count();
+        tell("with a last row that is not quite 0 0 0 1", count);
+    }
+    findings
+}
+
+fn is_finite(matrix: &[f64; 16]) -> bool {
+    matrix.iter().all(|entry| entry.is_finite())
 }

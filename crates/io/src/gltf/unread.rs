@@ -1,8 +1,8 @@
 //! Elements of accessors that nothing reads: normals, joints, motions.
 //!
 //! They say nothing about surfaces, but a file that is broken there is broken. Only bytes that are at hand are looked at: of buffers
-//! that something else has read, as many elements as the scene has left, each one once. What is wrong with them is told. Of sparse accessors the places are
-//! looked at, not the values.
+//! that something else has read, as many elements as the scene has left, each one once. What is wrong with them is told. Of sparse accessors the places and values are
+//! looked at, too.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -13,6 +13,9 @@ use super::{
     json::{Accessor, Document},
 };
 use crate::{error::LoadProblem, model::Findings};
+
+/// The type of components that are 32-bit floats.
+const FLOAT: u32 = 5126;
 
 /// What is wrong with the elements that were not read.
 pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
@@ -40,6 +43,8 @@ pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
         if let Err(problem) = check_sparse(accessors, accessor, &mut left) {
             tell(&mut findings, &within(problem, &format!("accessor {index}")), 1);
         }
+        let wrong = wrong_values(document, accessors, accessor, &mut left);
+        tell(&mut findings, &format!("accessor {index}: sparse components that are not finite"), wrong);
     }
     findings
 }
@@ -93,14 +98,30 @@ impl Elements<'_> {
         let Some(size) = super::validate::element_size(&accessor.kind, component) else { return 0 };
         let view = accessor.buffer_view.map(|view| &self.document.buffer_views[view]);
         let stride = view.and_then(|view| view.byte_stride).unwrap_or(size);
-        let element = |number: usize| {
-            let start = number.checked_mul(stride)?.checked_add(accessor.byte_offset)?;
-            self.bytes.get(start..start.checked_add(size)?)
-        };
+        let element = |number: usize| element_at(self.bytes, accessor.byte_offset, number.checked_mul(stride)?, size);
         let elements = (0..accessor.count).map_while(element);
         let components = elements.flat_map(|element| element.chunks_exact(component.size()));
         components.filter(|bytes| is_wrong(component.decode(bytes, false))).count()
     }
+}
+
+fn element_at(bytes: &[u8], offset: usize, from: usize, size: usize) -> Option<&[u8]> {
+    let start = offset.checked_add(from)?;
+    bytes.get(start..start.checked_add(size)?)
+}
+
+/// How many components of the sparse elements are not finite.
+fn wrong_values(document: &Document, accessors: &Accessors, accessor: &Accessor, left: &mut u64) -> usize {
+    let Some(sparse) = accessor.sparse.as_ref().filter(|_| accessor.component_type == FLOAT) else { return 0 };
+    let Some(size) = super::validate::element_size(&accessor.kind, Component::F32) else { return 0 };
+    let Some(rest) = left.checked_sub(sparse.count as u64) else { return 0 };
+    *left = rest;
+    let view = sparse.values.buffer_view;
+    let Some(Ok(bytes)) = accessors.views().at_hand(view, left) else { return 0 };
+    let stride = document.buffer_views[view].byte_stride.unwrap_or(size);
+    let element = |number: usize| element_at(&bytes, sparse.values.byte_offset, number.checked_mul(stride)?, size);
+    let components = (0..sparse.count).map_while(element).flat_map(|element| element.chunks_exact(4));
+    components.filter(|bytes| !Component::F32.decode(bytes, false).is_finite()).count()
 }
 
 /// Whether the places of sparse elements ascend.

@@ -54,6 +54,26 @@ fn broken_skins_are_refused() {
     assert!(refused(skinned(|document, _| document["nodes"][0]["skin"] = json!(1))).contains("skin 1"));
 }
 
+#[test]
+fn inverse_bind_matrices_that_place_nothing_are_told() {
+    let with = |joint: usize, entry: usize, value: f32| {
+        skinned(|_, data| {
+            let start = data.bytes.len() - 12 - 12 * 4 - 2 * 64 + 64 * joint + 4 * entry;
+            data.bytes[start..start + 4].copy_from_slice(&value.to_le_bytes());
+        })
+    };
+    let told = |joint: usize, entry: usize, value: f32| found(model(with(joint, entry, value)));
+    let kept = (FindingKind::Deformation, "skin".to_owned(), 1);
+    assert_eq!(told(1, 13, -4.0), std::slice::from_ref(&kept));
+    for (entry, value, rule) in
+        [(0, f32::NAN, "that are not finite"), (3, 0.5, "with a last row that is not quite 0 0 0 1")]
+    {
+        let subject = format!("accessor 1: inverse bind matrices {rule}");
+        assert_eq!(told(1, entry, value), [kept.clone(), (FindingKind::BrokenRule, subject, 1)]);
+    }
+    assert!(refused(with(0, 0, f32::NAN)).contains("inverse bind matrix 0 is not finite"));
+}
+
 /// A triangle with two morph targets: one moves all corners by (1, 2, 3), the other the first by (0, 0, 10).
 fn morphed(change: impl FnOnce(&mut Value)) -> (Value, Data) {
     changed(|document, data| {

@@ -30,7 +30,7 @@ fn compressed(stream: &[u8], change: impl FnOnce(&mut Value)) -> (Value, Data) {
             json!({ "componentType": 5123, "type": "SCALAR", "count": 12 }),
         ];
         document["meshes"][0]["primitives"][0] = json!({
-            "attributes": { "POSITION": 0, "TEXCOORD_1": 1 }, "indices": 2,
+            "attributes": { "POSITION": 0, "TEXCOORD_0": 1, "TEXCOORD_1": 1 }, "indices": 2,
             "extensions": { "KHR_draco_mesh_compression": {
                 "bufferView": view, "attributes": { "TEXCOORD_1": 0, "POSITION": 1 }
             } },

@@ -121,8 +121,7 @@ fn attributes_have_types_of_their_own() {
         ("TANGENT", 5126, "VEC4", false),
         ("TEXCOORD_0", 5126, "VEC2", false),
         ("COLOR_0", 5126, "VEC3", false),
-        ("COLOR_1", 5123, "VEC4", true),
-        ("JOINTS_0", 5123, "VEC4", false),
+        ("COLOR_0", 5123, "VEC4", true),
         ("_ANYTHING", 5126, "MAT4", false),
     ] {
         let told = plain(name, component, if kind == "MAT4" { "SCALAR" } else { kind }, normalized);
@@ -145,29 +144,42 @@ fn attributes_have_types_of_their_own() {
 
 #[test]
 fn references_of_extensions_lead_somewhere() {
+    let used = [
+        "KHR_materials_clearcoat",
+        "OTHER_x",
+        "EXT_texture_webp",
+        "KHR_materials_variants",
+        "KHR_physics_rigid_bodies",
+    ];
+    let told = |change: &dyn Fn(&mut Value)| {
+        told(|document, _| {
+            document["extensionsUsed"] = json!(used);
+            change(document);
+        })
+    };
     let extension = |key: &str, index: u32| match key {
-        "material" => told(|document, _| {
+        "material" => told(&|document| {
             document["materials"] = json!([{ "extensions": { "KHR_materials_clearcoat":
                 { "clearcoatFactor": 1, "clearcoatTexture": { "index": index } }, "OTHER_x": { "a": [[[]]] } } }]);
             document["textures"] = json!([{}]);
         }),
-        "texture" => told(|document, _| {
+        "texture" => told(&|document| {
             document["textures"] = json!([{ "extensions": { "EXT_texture_webp": { "source": index } } }]);
             document["images"] = json!([{ "uri": "a.webp" }]);
         }),
-        "variant" => told(|document, _| {
+        "variant" => told(&|document| {
             document["meshes"][0]["primitives"][0]["extensions"] = json!({ "KHR_materials_variants":
                 { "mappings": [{ "material": index, "variants": [0] }] } });
             document["materials"] = json!([{}]);
             document["extensions"] = json!({ "KHR_materials_variants": { "variants": [{ "name": "a" }] } });
         }),
-        "physics" => told(|document, _| {
+        "physics" => told(&|document| {
             let lists = json!({ "physicsMaterials": [{}], "collisionFilters": [{}], "physicsJoints": [{}] });
             document["extensions"] = json!({ "KHR_physics_rigid_bodies": lists });
             document["nodes"][0]["extensions"] = json!({ "KHR_physics_rigid_bodies": {
                 "collider": { "physicsMaterial": index, "collisionFilter": index }, "joint": { "joint": index } } });
         }),
-        _ => told(|document, _| {
+        _ => told(&|document| {
             document["nodes"][0]["extensions"] = json!({ "KHR_physics_rigid_bodies": {
                 "trigger": { "geometry": { "node": index } }, "joint": { "connectedNode": index } } });
         }),
@@ -212,7 +224,8 @@ fn values_of_kinds_that_no_member_has_are_told() {
     let told_at = |change: fn(&mut Value)| told(|document, _| change(document));
     assert_eq!(told_at(|document| document["extras"] = json!({ "asset": [], "a": [[null]] })), Vec::<String>::new());
     assert_eq!(told_at(|document| document["nodes"][0]["name"] = Value::Null), ["1 name: null"]);
-    let lists = validate::kinds::check(br#"{ "asset": ["2.0"], "nodes": [[0], [1]], "scenes": [{ "nodes": [0] }] }"#);
+    let lists =
+        validate::kinds::check(br#"{ "asset": ["2.0"], "nodes": [[0], [1]], "scenes": [{ "nodes": [0] }] }"#, &[]);
     let [asset, nodes] = ["asset", "nodes"].map(|name| format!("{name}: a list where none is due"));
     assert!(lists.into_iter().eq([(asset, 1), (nodes, 2)]));
     let unlit = json!([{ "extensions": { "KHR_materials_unlit": [] } }]);
@@ -245,4 +258,73 @@ fn extensions_for_shading_may_hold_anything() {
         });
         assert_eq!(found.len(), 1, "{found:?}");
     }
+}
+
+#[test]
+fn extensions_that_are_not_said_to_be_used_are_told_once() {
+    let at = |change: fn(&mut Value)| told(|document, _| change(document));
+    let expected = ["1 VENDOR_thing: it is not among the extensionsUsed"];
+    let thing = |_: ()| json!({ "VENDOR_thing": {} });
+    assert_eq!(at(|document| document["extensions"] = json!({ "VENDOR_thing": { "a": 1 } })), expected);
+    let everywhere = told(|document, _| {
+        for place in ["nodes", "meshes"] {
+            document[place][0]["extensions"] = thing(());
+        }
+        document["meshes"][0]["primitives"][0]["extensions"] = thing(());
+    });
+    assert_eq!(everywhere, expected);
+    // What an extension holds is its own, and so are extras.
+    let inside = at(|document| {
+        document["extensionsUsed"] = json!(["VENDOR_thing"]);
+        document["extensions"] = json!({ "VENDOR_thing": { "extensions": { "OTHER_thing": {} } } });
+        document["extras"] = json!({ "extensions": { "OTHER_thing": {} } });
+    });
+    assert!(inside.iter().all(|told| !told.contains("extensionsUsed")), "{inside:?}");
+}
+
+#[test]
+fn sets_of_attributes_are_counted_and_paired() {
+    let of = |names: &[&str]| {
+        told(|document, data| {
+            for name in names {
+                let kind = if name.starts_with("TEX") { "VEC2" } else { "VEC4" };
+                let component = if name.starts_with("JOINTS") { 5123 } else { 5126 };
+                let accessor = data.add(&[0; 48], component, kind, 3, false);
+                document["meshes"][0]["primitives"][0]["attributes"][*name] = json!(accessor);
+            }
+        })
+    };
+    let sets = ["TEXCOORD_0", "TEXCOORD_1", "JOINTS_0", "WEIGHTS_0", "JOINTS_1", "WEIGHTS_1", "COLOR_0"];
+    assert!(of(&sets).is_empty(), "{:?}", of(&sets));
+    for names in [&["TEXCOORD_1"][..], &["COLOR_0", "COLOR_2"]] {
+        assert!(
+            of(names)[..] == ["1 mesh 0, primitive 0: sets of its attributes are not counted from 0 on"],
+            "{names:?}"
+        );
+    }
+    for name in ["JOINTS_0", "WEIGHTS_0"] {
+        assert_eq!(of(&[name]), ["1 mesh 0, primitive 0: its joints and weights are not pairs"]);
+    }
+    for name in ["TEXCOORD_00", "TEXCOORD_+0", "TEXCOORD", "NORMAL_0", "WEIGHTS_x"] {
+        assert!(of(&[name]).iter().any(|told| told.contains("is no attribute")), "{name}");
+    }
+}
+
+#[test]
+fn sparse_values_that_nothing_reads_are_finite() {
+    let normals = |value: f32| {
+        attribute("NORMAL", |data| {
+            let normals = data.floats(&[[0.0, 0.0, 1.0]; 3]);
+            let places = data.add(&1u32.to_le_bytes(), 5125, "SCALAR", 1, false);
+            let values = data.floats(&[[0.0, value, 1.0]]);
+            let view = |accessor: usize| data.accessors[accessor]["bufferView"].clone();
+            let sparse = json!({ "count": 1, "indices": { "bufferView": view(places), "componentType": 5125 },
+                "values": { "bufferView": view(values) } });
+            data.accessors.truncate(normals + 1);
+            data.accessors[normals]["sparse"] = sparse;
+            normals
+        })
+    };
+    assert!(normals(0.5).is_empty(), "{:?}", normals(0.5));
+    assert_eq!(normals(f32::NAN), ["1 unused: accessor 1: sparse components that are not finite"]);
 }

@@ -30,6 +30,7 @@ impl Check<'_> {
     /// Attributes of a primitive and of its targets.
     pub(super) fn formats(&mut self, primitive: &Primitive, place: &str) {
         self.formats_of(&primitive.attributes, false, place);
+        self.sets_of(&primitive.attributes, place);
         for (number, target) in primitive.targets.iter().enumerate() {
             self.formats_of(target, true, &format!("{place}, morph target {number}"));
         }
@@ -46,14 +47,44 @@ impl Check<'_> {
             }
         }
     }
+
+    /// Sets of attributes are counted from 0 on, and joints and weights come in pairs.
+    fn sets_of(&mut self, attributes: &Members<usize>, place: &str) {
+        let count = |of: &str| attributes.keys().filter(|name| set_of(name, of).is_some()).count();
+        let is_without_gaps = |of: &str| {
+            let count = count(of);
+            attributes.keys().filter_map(|name| set_of(name, of)).all(|set| set < count)
+        };
+        if !["TEXCOORD", "COLOR", "JOINTS", "WEIGHTS"].into_iter().all(is_without_gaps) {
+            self.tell(place, "sets of its attributes are not counted from 0 on");
+        }
+        if count("JOINTS") != count("WEIGHTS") {
+            self.tell(place, "its joints and weights are not pairs");
+        }
+    }
+}
+
+/// The number of an attribute of some set, such as 1 for `TEXCOORD_1`.
+fn set_of(name: &str, of: &str) -> Option<usize> {
+    let number = name.strip_prefix(of)?.strip_prefix('_')?;
+    number.parse().ok().filter(|set: &usize| set.to_string() == number)
 }
 
 /// Whether an attribute may be made of these elements. Positions are looked at where they are read.
 fn is_format(name: &str, accessor: &Accessor, is_target: bool, is_quantized: bool) -> bool {
     let directions = if is_quantized { DIRECTIONS } else { FLOATS };
     let places = if is_quantized { ANY_SMALL } else { FLOATS_OR_SHARES };
+    let base = name.split('_').next().unwrap_or_default();
+    let is_named = match base {
+        "TEXCOORD" | "COLOR" | "JOINTS" | "WEIGHTS" => set_of(name, base).is_some(),
+        "" => true,
+        _ => name == base,
+    };
+    if !is_named {
+        return false;
+    }
     // Differences of colours may be signed; how targets may be quantised is left open.
-    let (kinds, components): (&[&str], _) = match name.split('_').next().unwrap_or_default() {
+    let (kinds, components): (&[&str], _) = match base {
         "" | "POSITION" => return true,
         "NORMAL" => (&["VEC3"], directions),
         "TANGENT" if is_target => (&["VEC3"], directions),

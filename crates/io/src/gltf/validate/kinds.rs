@@ -1,14 +1,20 @@
 //! Values of a kind that no member of glTF has: null, a list in a list, a list where an object is due. Derived readers take the first for a member that is
 //! absent, and the others for the members of an object in order; so the text is walked once more, without keeping it.
 //!
-//! What `extras` and the extensions hold may be anything. Depth is limited by the reader of JSON.
+//! What `extras` and the extensions hold may be anything; whether an extension is among those that the document says it uses is looked at on the way. Depth is
+//! limited by the reader of JSON.
 
-use std::{collections::BTreeMap, fmt};
+use std::{
+    collections::{BTreeMap, HashSet},
+    fmt,
+};
 
 use serde::{
     Deserializer,
     de::{DeserializeSeed, IgnoredAny, MapAccess, SeqAccess, Visitor},
 };
+
+use crate::error::excerpt;
 
 /// Members that are objects and never lists.
 const OBJECTS: [&str; 16] = [
@@ -30,10 +36,11 @@ const OBJECTS: [&str; 16] = [
     "values",
 ];
 
-/// What is wrong, by the member's name, and how often. Nothing for a text that is no JSON.
-pub(in crate::gltf) fn check(text: &[u8]) -> BTreeMap<String, usize> {
+/// What is wrong, by the member's name, and how often; `used` are the extensions that the document uses. Nothing for a text that is no JSON.
+pub(in crate::gltf) fn check(text: &[u8], used: &[String]) -> BTreeMap<String, usize> {
     let mut told = BTreeMap::new();
-    let member = Member { name: "the document", is_in_list: false, is_open: false, told: &mut told };
+    let used = &used.iter().map(String::as_str).collect();
+    let member = Member { name: "the document", is_in_list: false, is_open: false, used, told: &mut told };
     // A text that is no JSON was refused before.
     let _ = member.deserialize(&mut serde_json::Deserializer::from_slice(text));
     told
@@ -45,6 +52,7 @@ struct Member<'a> {
     is_in_list: bool,
     /// An extension: what it holds is not looked at.
     is_open: bool,
+    used: &'a HashSet<&'a str>,
     told: &'a mut BTreeMap<String, usize>,
 }
 
@@ -100,19 +108,25 @@ impl<'de> Visitor<'de> for Member<'_> {
             while list.next_element::<IgnoredAny>()?.is_some() {}
             return Ok(());
         }
-        let Self { name, told, .. } = self;
-        while list.next_element_seed(Member { name, is_in_list: true, is_open: false, told: &mut *told })?.is_some() {}
+        let Self { name, used, told, .. } = self;
+        while list
+            .next_element_seed(Member { name, is_in_list: true, is_open: false, used, told: &mut *told })?
+            .is_some()
+        {}
         Ok(())
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
-        let Self { name: own, is_open, told, .. } = self;
+        let Self { name: own, is_open, used, told, .. } = self;
         while let Some(name) = map.next_key::<String>()? {
             if is_open || name == "extras" {
                 map.next_value::<IgnoredAny>()?;
             } else {
                 let is_open = own == "extensions";
-                map.next_value_seed(Member { name: &name, is_in_list: false, is_open, told: &mut *told })?;
+                if is_open && !used.contains(name.as_str()) {
+                    told.insert(format!("{}: it is not among the extensionsUsed", excerpt(&name)), 1);
+                }
+                map.next_value_seed(Member { name: &name, is_in_list: false, is_open, used, told: &mut *told })?;
             }
         }
         Ok(())

@@ -6,8 +6,7 @@ use super::Check;
 use crate::{
     gltf::{
         hierarchy,
-        json::{Accessor, Animation, Document, Eye, Node, Primitive},
-        views::compression,
+        json::{Accessor, Animation, Eye, Node, Primitive},
     },
     transform::{is_affine, is_skewed, is_unit},
 };
@@ -17,7 +16,7 @@ const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
 impl Check<'_> {
-    /// Extensions that are required or there, and not among those that the document says it uses.
+    /// Extensions that are required, and not among those that the document says it uses; of those that are there, `kinds` tells it.
     pub(super) fn extensions(&mut self) {
         let document = self.document;
         if document.extensions_required.iter().any(|name| !document.uses(name)) {
@@ -26,9 +25,6 @@ impl Check<'_> {
         let is_required = |name: &str| document.extensions_required.iter().any(|required| required == name);
         if document.uses("KHR_mesh_quantization") && !is_required("KHR_mesh_quantization") {
             self.tell("KHR_mesh_quantization", "it is used and not required");
-        }
-        for name in there(document).into_iter().filter(|name| !document.uses(name)) {
-            self.tell(name, "it is not among the extensionsUsed");
         }
     }
 
@@ -115,6 +111,10 @@ impl Check<'_> {
             if image.uri.is_some() == image.buffer_view.is_some() {
                 self.tell(&format!("image {index}"), "it has not just one of uri and bufferView");
             }
+            let view = image.buffer_view.and_then(|view| document.buffer_views.get(view));
+            if view.is_some_and(|view| view.byte_stride.is_some()) {
+                self.tell(&format!("image {index}"), "its buffer view has a stride");
+            }
             if image.buffer_view.is_some() && image.mime_type.is_none() {
                 self.tell(&format!("image {index}"), "it is in a buffer view and has no mimeType");
             }
@@ -150,27 +150,4 @@ fn has_sound_planes(camera: &Eye) -> bool {
         // Told already.
         _ => true,
     }
-}
-
-/// The extensions that are read and that a document has.
-fn there(document: &Document) -> Vec<&'static str> {
-    let root = &document.extensions;
-    let nodes = || document.nodes.iter().map(|node| &node.extensions);
-    let mut primitives = document.meshes.iter().flat_map(|mesh| &mesh.primitives);
-    let views = || document.buffer_views.iter().filter_map(compression).map(|(extension, _)| extension);
-    let textures = document.materials.iter().filter_map(|material| {
-        material.pbr_metallic_roughness.base_color_texture.as_ref()?.extensions.transform.as_ref()
-    });
-    let found = [
-        ("KHR_lights_punctual", root.lights.is_some() || nodes().any(|node| node.light.is_some())),
-        ("KHR_implicit_shapes", root.implicit_shapes.is_some()),
-        ("KHR_collision_shapes", root.collision_shapes.is_some()),
-        ("EXT_mesh_gpu_instancing", nodes().any(|node| node.instancing.is_some())),
-        ("KHR_physics_rigid_bodies", nodes().any(|node| node.rigid_body.is_some())),
-        ("KHR_draco_mesh_compression", primitives.any(|primitive| primitive.extensions.draco.is_some())),
-        ("EXT_meshopt_compression", views().any(|extension| extension.starts_with("EXT"))),
-        ("KHR_meshopt_compression", views().any(|extension| extension.starts_with("KHR"))),
-        ("KHR_texture_transform", textures.count() > 0),
-    ];
-    found.into_iter().filter(|&(_, is_there)| is_there).map(|(name, _)| name).collect()
 }
