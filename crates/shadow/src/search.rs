@@ -133,22 +133,22 @@ impl SearchCosts {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
         lamp: WayCosts {
-            direct: PointCost { base: 0.0, doubling: 85.3, triangle: 692.5, item: 39.0 },
-            bvh: PointCost { base: 161.7, doubling: 24.2, triangle: 415.1, item: 1.3 },
-            octree: PointCost { base: 0.0, doubling: 68.7, triangle: 2671.2, item: 246.5 },
-            projection: PointCost { base: 8.5, doubling: 37.8, triangle: 310.9, item: 284.8 },
+            direct: PointCost { base: 0.0, doubling: 75.6, triangle: 517.0, item: 51.6 },
+            bvh: PointCost { base: 157.6, doubling: 23.3, triangle: 341.1, item: 3.3 },
+            octree: PointCost { base: 201.8, doubling: 27.8, triangle: 2205.9, item: 326.5 },
+            projection: PointCost { base: 277.8, doubling: 15.4, triangle: 14.1, item: 406.6 },
         },
         sun: WayCosts {
-            direct: PointCost { base: 1594.3, doubling: 0.0, triangle: 579.5, item: 49.6 },
-            bvh: PointCost { base: 344.2, doubling: 16.2, triangle: 391.3, item: 1.8 },
-            octree: PointCost { base: 25.7, doubling: 73.5, triangle: 1701.8, item: 504.3 },
-            projection: PointCost { base: 16.1, doubling: 37.4, triangle: 477.9, item: 301.1 },
+            direct: PointCost { base: 1416.5, doubling: 0.0, triangle: 613.9, item: 34.4 },
+            bvh: PointCost { base: 296.1, doubling: 16.9, triangle: 381.8, item: 0.0 },
+            octree: PointCost { base: 168.6, doubling: 30.9, triangle: 1092.4, item: 632.7 },
+            projection: PointCost { base: 108.4, doubling: 30.5, triangle: 639.8, item: 267.3 },
         },
         loose: WayCosts {
-            direct: PointCost { base: 51.7, doubling: 0.0, triangle: 568.1, item: 45.7 },
-            bvh: PointCost { base: 0.0, doubling: 19.4, triangle: 378.5, item: 0.0 },
-            octree: PointCost { base: 655.7, doubling: 28.0, triangle: 2284.3, item: 285.1 },
-            projection: PointCost { base: 0.0, doubling: 16.0, triangle: 351.8, item: 292.9 },
+            direct: PointCost { base: 46.1, doubling: 0.0, triangle: 557.6, item: 38.6 },
+            bvh: PointCost { base: 0.0, doubling: 18.5, triangle: 361.0, item: 0.0 },
+            octree: PointCost { base: 162.7, doubling: 16.3, triangle: 2562.6, item: 248.4 },
+            projection: PointCost { base: 56.0, doubling: 12.9, triangle: 218.8, item: 367.6 },
         },
     };
 

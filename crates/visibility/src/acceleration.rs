@@ -2,10 +2,9 @@
 //!
 //! All ways give the same hits. Which is quickest depends on the mesh, on the view, and on how many rays there are: a projection is built for
 //! one viewpoint, so its building must pay in one picture. The BVH is there: some rays of the view are sent through it, and what they look at is
-//! counted ([`StepCost`]; counts, not times, so the choice is the same everywhere). A ray looked up costs next to nothing where it hits nothing, and what it looks
-//! at before its hit varies little; so what counts of the sampled rays is how many hit. Building goes with the
-//! places of triangles in leaves, whose number integral geometry expects ([`LookupCost`], [`ProjectionOptions::expected_items`]). `cargo xtask calibrate`
-//! measures the coefficients.
+//! counted ([`StepCost`]; counts, not times, so the choice is the same everywhere). What these rays hit and how cluttered they find the BVH says what they will cost
+//! in an octree too; building goes with the places of triangles in leaves, whose number integral geometry expects ([`LookupCost`],
+//! [`ProjectionOptions::expected_items`]). `cargo xtask calibrate` measures the coefficients.
 
 use std::sync::Arc;
 
@@ -54,29 +53,30 @@ impl StepCost {
 /// What rays cost in an octree that is to be built, nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookupCost {
-    /// Of any ray.
-    pub base: f64,
-    /// More of a ray that hits something.
+    /// Of a node that a ray looks at in the BVH: what is cluttered there is so here.
+    pub node: f64,
+    /// Of a ray that hits something.
     pub hit: f64,
-    /// More of each of the first rays, as many as there are triangles: what they look at is in no cache yet, and maps are made finer for them.
-    pub first: f64,
+    /// Of what is looked at for the first time, in no cache yet, or made finer because many rays will look at it: the geometric mean of rays that hit
+    /// something and places of triangles.
+    pub touch: f64,
     /// Of building: each expected place of a triangle in a leaf.
     pub item: f64,
 }
 
 impl LookupCost {
-    /// Nanoseconds for rays that are expected among so many triangles, building included.
-    pub fn nanoseconds(&self, sampled: &Sampled, triangles: usize, items: f64) -> f64 {
-        let counts = Self::counts(sampled, triangles, items);
-        let costs = [self.base, self.hit, self.first, self.item];
+    /// Nanoseconds for rays that are expected among so many places of triangles, building included.
+    pub fn nanoseconds(&self, sampled: &Sampled, items: f64) -> f64 {
+        let counts = Self::counts(sampled, items);
+        let costs = [self.node, self.hit, self.touch, self.item];
         counts.iter().zip(costs).map(|(count, cost)| count * cost).sum()
     }
 
     /// How often each of the costs arises, in the order of the fields.
-    pub fn counts(sampled: &Sampled, triangles: usize, items: f64) -> [f64; 4] {
-        let rays = sampled.rays as f64;
-        let hits = rays * f64::from(sampled.steps.hits) / sampled.sent.max(1) as f64;
-        [rays, hits, rays.min(triangles as f64), items]
+    pub fn counts(sampled: &Sampled, items: f64) -> [f64; 4] {
+        let share = sampled.rays as f64 / sampled.sent.max(1) as f64;
+        let [nodes, hits] = [sampled.steps.nodes, sampled.steps.hits].map(|count| share * f64::from(count));
+        [nodes, hits, (hits * items).sqrt(), items]
     }
 }
 
@@ -91,29 +91,24 @@ pub struct CostModel {
     pub projection: LookupCost,
 }
 
-/// An octree is built only where it should take less than this share of the BVH's time: where its maps do not fit into the caches a ray takes half as long
-/// again, which counts do not tell.
-const CLEARLY: f64 = 0.6;
-
 impl CostModel {
     /// As `cargo xtask calibrate` fits them, on one thread.
     pub const MEASURED: Self = Self {
-        bvh: StepCost { ray: 51.0, node: 251.8, pack: 6.8, triangle: 60.6 },
-        octree: LookupCost { base: 19.5, hit: 1170.5, first: 1018.7, item: 689.8 },
-        projection: LookupCost { base: 0.0, hit: 348.2, first: 882.7, item: 264.4 },
+        bvh: StepCost { ray: 52.0, node: 125.7, pack: 20.1, triangle: 26.3 },
+        octree: LookupCost { node: 112.2, hit: 281.1, touch: 291.6, item: 688.0 },
+        projection: LookupCost { node: 113.1, hit: 85.0, touch: 297.1, item: 291.3 },
     };
 
-    /// Nanoseconds for rays that are expected among so many triangles with so many places in leaves: BVH, octree, projection.
-    pub fn expected(&self, sampled: &Sampled, triangles: usize, items: f64) -> [f64; 3] {
+    /// Nanoseconds for rays that are expected among triangles with so many places in leaves: BVH, octree, projection.
+    pub fn expected(&self, sampled: &Sampled, items: f64) -> [f64; 3] {
         let bvh = sampled.rays as f64 * self.bvh.nanoseconds(sampled.steps, sampled.sent);
-        let [octree, projection] =
-            [self.octree, self.projection].map(|cost| cost.nanoseconds(sampled, triangles, items));
+        let [octree, projection] = [self.octree, self.projection].map(|cost| cost.nanoseconds(sampled, items));
         [bvh, octree, projection]
     }
 
-    /// The way for which the fewest nanoseconds are expected; the BVH unless an octree is clearly quicker.
+    /// The way for which the fewest nanoseconds are expected; the BVH of equals.
     pub fn quickest([bvh, octree, projection]: [f64; 3]) -> Acceleration {
-        if octree.min(projection) >= CLEARLY * bvh {
+        if octree.min(projection) >= bvh {
             Acceleration::Bvh
         } else if octree < projection {
             Acceleration::Octree
@@ -162,9 +157,9 @@ impl Choice {
     pub fn new(object: usize, acceleration: Acceleration, mesh: &Mesh, sampled: Sampled, costs: &CostModel) -> Self {
         let triangles = mesh.triangles().len();
         // There are as many places as triangles at least. Only where so few would pay they are counted.
-        let mut expected = costs.expected(&sampled, triangles, triangles as f64);
+        let mut expected = costs.expected(&sampled, triangles as f64);
         if CostModel::quickest(expected) != Acceleration::Bvh {
-            expected = costs.expected(&sampled, triangles, ProjectionOptions::expected_items(mesh));
+            expected = costs.expected(&sampled, ProjectionOptions::expected_items(mesh));
         }
         let chosen = match acceleration {
             Acceleration::Auto => CostModel::quickest(expected),
@@ -249,7 +244,7 @@ mod tests {
         let seen = |hits| {
             let sampled =
                 Sampled { rays: 1 << 21, steps: Steps { nodes: 8, packs: 30, triangles: 10, hits }, sent: 10 };
-            Choice::new(0, Acceleration::Auto, &strip(1 << 12), sampled, &CostModel::MEASURED).chosen
+            Choice::new(0, Acceleration::Auto, &strip(1 << 18), sampled, &CostModel::MEASURED).chosen
         };
         assert_eq!([seen(10), seen(2)], [Acceleration::Bvh, Acceleration::Projection]);
         let asked = choice(Acceleration::Octree, 1, 1 << 16);

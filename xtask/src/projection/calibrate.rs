@@ -58,6 +58,9 @@ struct Sample {
 const SIDES: [u64; 5] = [64, 256, 512, 1024, 2048];
 const POINTS: [u64; 4] = [1 << 10, 1 << 14, 1 << 17, 1 << 19];
 
+/// Rays of pictures that say what they cost: as many as a choice may be in question for.
+const MANY: u64 = 30_000;
+
 /// About so many rays of a picture are sent through the BVH to see what they look at.
 const SENT: usize = 512;
 
@@ -147,7 +150,8 @@ impl Costs {
     fn fitted(samples: &[&Sample]) -> Self {
         let of = |kind: Kind| samples.iter().copied().filter(|sample| sample.kind == kind).collect::<Vec<_>>();
         Self {
-            pictures: picture_costs(&of(Kind::Eye)),
+            // For fewer rays nothing is worth building.
+            pictures: picture_costs(&of(Kind::Eye).into_iter().filter(|s| s.rays >= MANY).collect::<Vec<_>>()),
             points: SearchCosts {
                 lamp: way_costs(&of(Kind::Lamp)),
                 sun: way_costs(&of(Kind::Sun)),
@@ -160,7 +164,7 @@ impl Costs {
     fn choice(&self, Sample { kind, rays, triangles, sampled, items, .. }: &Sample) -> usize {
         let costs = match kind {
             Kind::Eye => {
-                let expected = self.pictures.expected(sampled, *triangles, *items);
+                let expected = self.pictures.expected(sampled, *items);
                 return match CostModel::quickest(expected) {
                     Acceleration::Octree => 2,
                     Acceleration::Projection => 3,
@@ -229,9 +233,9 @@ fn picture_costs(samples: &[&Sample]) -> CostModel {
     };
     let [ray, node, pack, triangle] = fit(samples.iter().map(|sample| (looked(sample), sample.seconds[1])));
     let lookup = |way: usize| {
-        let counts = |sample: &Sample| LookupCost::counts(&sample.sampled, sample.triangles, sample.items);
-        let [base, hit, first, item] = fit(samples.iter().map(|sample| (counts(sample), sample.seconds[way])));
-        LookupCost { base, hit, first, item }
+        let counts = |sample: &Sample| LookupCost::counts(&sample.sampled, sample.items);
+        let [node, hit, touch, item] = fit(samples.iter().map(|sample| (counts(sample), sample.seconds[way])));
+        LookupCost { node, hit, touch, item }
     };
     CostModel { bvh: StepCost { ray, node, pack, triangle }, octree: lookup(2), projection: lookup(3) }
 }
