@@ -203,15 +203,15 @@ impl<'a> Scaffold<'a> {
             let seen = |(number, part): &(u32, Part)| Some((*number, self.seen(tree, face, part)?));
             parts.iter().filter_map(seen).collect::<Vec<_>>()
         });
-        let mut leaves = tasks::joined(seen);
+        let mut packs = tasks::joined(seen);
         if self.options.layout == Layout::MapPerSection || self.options.numbering == Numbering::Sections {
-            leaves.sort_by(|a, b| by_sections(&key(a, tree, &parts), &key(b, tree, &parts)));
+            packs.sort_by(|a, b| by_sections(&key(a, tree, &parts), &key(b, tree, &parts)));
         }
         match self.options.layout {
-            Layout::OneMap => vec![Section { near: f64::NEG_INFINITY, map: Map::new(&leaves, plan) }],
+            Layout::OneMap => vec![Section { near: f64::NEG_INFINITY, map: Map::new(&packs, plan) }],
             Layout::MapPerSection => {
-                let sections = leaves.chunk_by(|(_, a), (_, b)| a.depth[0] == b.depth[0]);
-                sections.map(|leaves| Section { near: leaves[0].1.depth[0], map: Map::new(leaves, plan) }).collect()
+                let sections = packs.chunk_by(|(_, a), (_, b)| a.depth[0] == b.depth[0]);
+                sections.map(|packs| Section { near: packs[0].1.depth[0], map: Map::new(packs, plan) }).collect()
             }
         }
     }
@@ -255,7 +255,7 @@ pub(super) fn cell_box(root: &Root, cell: Octant) -> (DVec3, DVec3) {
 
 fn key((number, footprint): &(u32, Footprint), tree: &Tree, parts: &[(u32, Part)]) -> SectionKey {
     let level = tree.cells[parts[*number as usize].1.leaf as usize].level();
-    SectionKey { near: footprint.depth[0], aside: footprint.aside(), level, leaf: *number }
+    SectionKey { near: footprint.depth[0], aside: footprint.aside(), level, pack: *number }
 }
 
 pub(super) fn tree_bytes(tree: &Tree, leaves: &[Leaf], packs: &[Pack]) -> usize {

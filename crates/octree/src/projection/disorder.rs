@@ -12,7 +12,7 @@ use super::{
 impl Projection {
     /// How many leaves the ray from the viewpoint to `x` enters later than one that its run lists behind them, on the maps that
     /// hold all leaves: zero along every ray for [`Numbering::FrontToBack`](super::Numbering::FrontToBack). Leaves that the ray
-    /// only touches do not count. For looking at numberings; O(leaves of the run).
+    /// only touches do not count. For looking at numberings; O(packs of the run).
     pub fn disorder(&self, x: DVec3) -> usize {
         let sight = self.frame.sight_to(x, 0.0);
         let is_seen = sight.spread <= MAX_SPREAD && sight.is_within_maps();

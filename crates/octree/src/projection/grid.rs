@@ -94,3 +94,33 @@ impl Finder {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_around_a_place_has_the_cells_of_all_of_it() {
+        let mut state = 7u64;
+        let mut unit = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let (mut tight, mut tried) = (0, 0);
+        for cells in [1u32, 8, 1 << 9, 1 << 15] {
+            for n in 0..20_000u32 {
+                // Anywhere, and within some floats of a border.
+                let border = f64::from(n % (cells + 1)) / f64::from(cells) * 2.0 - 1.0;
+                let place = if n % 2 == 0 { 2.0 * unit() - 1.0 } else { border + (unit() - 0.5) * 4.0 * f64::EPSILON };
+                let distance = [0.0, f64::EPSILON, 2.0 * f64::from(f32::EPSILON), 0.01][(n / 2 % 4) as usize] * unit();
+                let [[first, last], _] = Around::new([place, 0.0], distance, cells).cells();
+                for near in [place - distance, place, place + distance] {
+                    let cell = cell_of(near, cells).min(cells - 1);
+                    assert!((first..=last).contains(&cell), "{near} within {distance} of {place}, {cells} cells");
+                }
+                (tight, tried) = (tight + u32::from(first == last), tried + 1);
+            }
+        }
+        assert!(2 * tight > tried, "{tight} of {tried} places are in one cell");
+    }
+}

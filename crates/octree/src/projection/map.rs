@@ -29,13 +29,13 @@ pub(super) const MAX_FINENESS: u8 = 6;
 /// How many visits of packs cost as much as storing a number: both measured on the models of the project's benchmark.
 const VISITS_A_NUMBER: f64 = 1.5;
 
-/// Leaves that a tile is meant to see where each is seen in one tile.
+/// Packs that a tile is meant to see where each is seen in one tile.
 const PACKS_A_TILE: usize = 8;
 
 /// Tiles along a side at most.
 const MAX_TILES: u32 = 1 << 9;
 
-/// Leaves that one task sorts.
+/// Packs that one task sorts.
 const CHUNK: usize = 1 << 12;
 
 /// Places of packs in tiles at most.
@@ -56,7 +56,7 @@ struct Tile {
 pub(super) struct Map {
     /// Tiles along a side: a power of two.
     side: u32,
-    /// Leaves that are seen.
+    /// Packs that are seen.
     packs: usize,
     tiles: Vec<Tile>,
     /// Where the run of each cell begins; one more at the end.

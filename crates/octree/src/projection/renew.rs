@@ -2,8 +2,8 @@
 //!
 //! *Tree.* A triangle has moved where a corner of it lies elsewhere. On the way down beside the old tree, a cell that no moved triangle
 //! met before or meets now keeps what is below it: the same triangles would be tested against the same cells. All other cells are
-//! divided as ever. *Maps.* Leaves have new numbers then, and a tile in which no changed leaf is seen, or was, keeps its cells
-//! under these; other tiles are filled from the leaves whose boxes are seen there.
+//! divided as ever. *Maps.* Packs have new numbers then, and a tile in which no changed leaf is seen, or was, keeps its cells
+//! under these; other tiles are filled from the packs of the leaves whose boxes are seen there.
 //!
 //! *Guarantee.* What comes out is what [`Projection::build`] makes of the new mesh, to the bit. So everything is built anew where
 //! the cube or the bounds on errors change (the scene's extent did, or its farthest corner), where memory has made tree or
@@ -40,7 +40,7 @@ pub struct Renewal {
     pub cells: usize,
 }
 
-/// Leaves a task looks at.
+/// Packs a task looks at.
 const CHUNK: usize = 1 << 12;
 
 /// Where a new leaf comes from: the number that it had; `None` for one made anew.

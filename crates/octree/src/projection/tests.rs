@@ -10,6 +10,7 @@ use super::{
     footprint::Footprint,
     frame::Kind,
     map::{Map, Plan},
+    pack::WIDTH,
 };
 
 /// A fixed sequence of numbers between −1 and 1.
@@ -71,18 +72,21 @@ fn numbers_grow_along_every_ray_but_not_the_sources() {
 }
 
 #[test]
-fn a_point_of_a_leaf_finds_the_leaf_in_its_cell() {
+fn a_point_of_a_triangle_in_a_leaf_finds_its_pack_in_its_cell() {
     let mut dice = Dice(9);
     for viewpoint in viewpoints() {
         let mut found = 0;
-        for rays in [1, 1 << 16, 1 << 24] {
-            let options = ProjectionOptions { leaf_items: 1, max_level: 6, rays, ..ProjectionOptions::default() };
+        // Of few levels, leaves have several packs.
+        for (rays, max_level) in [(1, 6), (1 << 16, 6), (1 << 24, 6), (1 << 24, 1)] {
+            let options = ProjectionOptions { leaf_items: 1, max_level, rays, ..ProjectionOptions::default() };
             let projection = built(viewpoint, &options);
             let kind = projection.frame.kind;
             for (number, &cell) in (0u32..).zip(&projection.tree.cells) {
                 // Corners and points of edges are as good as others.
                 let items = projection.tree.items(number as usize);
-                let triangle = projection.corners(items[items.len() / 2]).map(|corner| projection.frame.local(corner));
+                let chosen = items.len() / 2;
+                let pack = projection.leaves[number as usize].first_pack + (chosen / WIDTH) as u32;
+                let triangle = projection.corners(items[chosen]).map(|corner| projection.frame.local(corner));
                 let [u, v] = [0, 1].map(|_| (dice.next() * 0.75 + 0.25).clamp(0.0, 0.5));
                 let point = triangle[0] + (triangle[1] - triangle[0]) * u + (triangle[2] - triangle[0]) * v;
                 let (min, max) = cell_box(&projection.root, cell);
@@ -101,7 +105,7 @@ fn a_point_of_a_leaf_finds_the_leaf_in_its_cell() {
                 }
                 for section in &projection.faces[face] {
                     let run = section.map.run_at(place, 0.0).expect("one cell");
-                    assert!(run.contains(&number), "{viewpoint:?}, leaf {number}: {point}");
+                    assert!(run.contains(&pack), "{viewpoint:?}, leaf {number}, pack {pack}: {point}");
                     assert!(run.is_sorted_by(|a, b| a < b));
                 }
             }

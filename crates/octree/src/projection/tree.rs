@@ -283,7 +283,7 @@ impl Tree {
 /// The source's order of leaves on a face: by the depth of their upper faces, then by the distance from the leaf nearest to
 /// the viewpoint's foot, the deeper leaf first of equals.
 pub(super) fn by_sections(a: &SectionKey, b: &SectionKey) -> Ordering {
-    a.near.total_cmp(&b.near).then(a.aside.total_cmp(&b.aside)).then(b.level.cmp(&a.level)).then(a.leaf.cmp(&b.leaf))
+    a.near.total_cmp(&b.near).then(a.aside.total_cmp(&b.aside)).then(b.level.cmp(&a.level)).then(a.pack.cmp(&b.pack))
 }
 
 /// What the source's order looks at.
@@ -294,5 +294,5 @@ pub(super) struct SectionKey {
     /// How far aside of the viewpoint's foot the middle of the upper face lies.
     pub(super) aside: f64,
     pub(super) level: u8,
-    pub(super) leaf: u32,
+    pub(super) pack: u32,
 }
