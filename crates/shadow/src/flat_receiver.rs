@@ -135,8 +135,9 @@ impl<'a> FlatReceiver<'a> {
     fn is_in_crowd(&self) -> bool {
         let (all, object) = (self.all, self.id.object as usize);
         let Body::Flat(facets) = all.bodies.get(object) else { return false };
-        let over = all.occluders.count(self.objects(), &self.corners, PAIRS + 1);
-        over > PAIRS && all.is_in_crowd(object, facets, self.objects())
+        // The object first: most are told by the numbers of their faces alone.
+        all.is_in_crowd(object, facets, self.objects())
+            && all.occluders.count(self.objects(), &self.corners, PAIRS + 1) > PAIRS
     }
 
     /// By a quadtree that passes the blockers in question down.

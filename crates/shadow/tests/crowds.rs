@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use umbriel_geometry::{LightSource, Mesh, Placement, decisions::Decisions};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
-use umbriel_shadow::{Detail, Place, Queries, Report, Request, Silent, Verdict, bake};
+use umbriel_shadow::{Change, Detail, Place, Queries, Report, Request, Session, Silent, Verdict, bake};
 
 /// Triangles from one corner to places all over a cube.
 fn fan(count: u32) -> Mesh {
@@ -57,6 +57,20 @@ fn judged(scene: &Scene, report: &Report) -> [usize; 3] {
     counts
 }
 
+/// A mesh that is no longer alone is looked up otherwise, and then other facets may be tried.
+fn a_second_instance_far_aside_is_as_in_a_new_scene(light: LightSource) {
+    let scene = fans(1, 4000, light);
+    let request = |scene: &Scene| Request::everything(scene, Detail::Depth { interior: 3, boundary: 3 });
+    let mut session = Session::new(scene.clone(), request(&scene));
+    session.update(&Silent).expect("nobody cancels");
+    let aside = Placement::new(DAffine3::from_translation([64.0, 0.0, 64.0].into())).expect("regular");
+    let again = Object::new("aside".to_owned(), scene.objects[0].shape.clone(), aside, Sides::Two).expect("an object");
+    session.change(Change::Add(again)).expect("a sound change");
+    session.update(&Silent).expect("nobody cancels");
+    let scratch = bake(session.scene(), &request(session.scene()), &Silent).expect("nobody cancels");
+    assert!(session.lights().eq(&scratch.lights));
+}
+
 #[test]
 fn the_square_of_the_input_is_not_measured_and_proofs_are_right() {
     let sun = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
@@ -77,4 +91,5 @@ fn the_square_of_the_input_is_not_measured_and_proofs_are_right() {
         let [_, shadowed, _] = judged(&scene, &report);
         assert!(shadowed > 100, "{shadowed} cells looked at");
     }
+    a_second_instance_far_aside_is_as_in_a_new_scene(sun);
 }

@@ -4,7 +4,9 @@
 //! other ([`FlatFace::divide`]); else [`MANY`] facets that are likely to cover the cell are all that is tried. What some of the occluders cover is in shadow
 //! whatever the others do, so a cell's verdict is a proof here too; but no cell is proved lit, and some stay undecided that all facets together would
 //! prove shadowed (a sheet of small triangles). Guarantee: at most [`PAIRS`] facets a face and [`MANY`] + [`FEW`] a cell are measured, and there are no more than 85 cells
-//! ([`FINEST`]), whatever the input and the detail. Cost: about a microsecond a facet measured, and as much for ten looked at.
+//! ([`FINEST`]), whatever the detail. Estimates of undecided cells ask these few facets as well, so they lean to lit. Cost: about a microsecond a facet measured, and
+//! as much for ten looked at. Not bounded: all objects that may shadow the receiver are asked for each cell, and samples are looked up one by one. The limit is one of each
+//! receiver by itself, so thousands of small objects over each other are the square of the input still.
 
 use umbriel_geometry::Point;
 use umbriel_octree::Quadrant;
@@ -29,7 +31,7 @@ pub(crate) const FINEST: u8 = 3;
 const FEW: usize = 2;
 const MANY: usize = 8;
 
-/// Pairs of a face and a facet over it that any scene may have, and for each face and facet: some seconds, and time linear in the input.
+/// Pairs of a face and a facet over it that any receiver may have, and for each of its faces and the facets of its occluders: some seconds.
 const FREE_PAIRS: usize = 1 << 22;
 const PAIRS_EACH: usize = 256;
 

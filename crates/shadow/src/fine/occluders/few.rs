@@ -52,8 +52,11 @@ impl Occluders<'_> {
         let mut likely =
             Likely { light: self.light, hull: points, middle, most, looks: 0, covers: Vec::new(), others: Vec::new() };
         for &object in objects {
-            let Body::Flat(facets) = self.bodies.get(object as usize) else { continue };
-            let mut look = |facet| likely.look(facets, FacetId { object, facet });
+            // Nothing is placed before something is found.
+            let mut look = |facet| match self.bodies.get(object as usize) {
+                Body::Flat(facets) => likely.look(facets, FacetId { object, facet }),
+                _ => ControlFlow::Continue(()),
+            };
             let ended = match self.index(object) {
                 ObjectIndex::Own(trees) => holding(&trees[frame], &hull, &mut look),
                 ObjectIndex::Instance(_, tree, frames) => near(tree, &frames[frame], hull, &mut look),
