@@ -13,6 +13,7 @@
 //! Cost: some 200 ns a point, microseconds where the filter is in doubt.
 
 mod alpha_map;
+mod bilinear;
 mod placed;
 
 use std::{ops::Range, sync::Arc};
@@ -261,9 +262,29 @@ impl FaceCutOut<'_> {
         if self.cut_out.reaches(least(alphas), texels[0]) {
             Opacity::Opaque
         } else if self.cut_out.reaches(greatest(alphas), texels[1]) {
-            Opacity::Mixed
+            self.opacity_between_texels([columns, rows])
         } else {
             Opacity::Clear
+        }
+    }
+
+    /// The same by what is between the texels, where the box meets few of them.
+    fn opacity_between_texels(&self, ranges: [[f64; 2]; 2]) -> Opacity {
+        let &CutOut { ref map, filter, factor, cutoff, .. } = self.cut_out;
+        let map = map.as_ref().filter(|_| filter == Filter::Linear);
+        let Some([low, high]) = map.and_then(|map| self.cut_out.bilinear_range(map, ranges)) else {
+            return Opacity::Mixed;
+        };
+        let needed = Approx::exact(cutoff) * Approx::exact(f64::from(AlphaMap::ONE));
+        let excess =
+            |alpha: f64, texture: f64| Approx::exact(factor) * Approx::exact(alpha) * Approx::exact(texture) - needed;
+        let alphas = self.corners.map(|corner| corner.alpha);
+        if excess(least(alphas), low).lower() >= 0.0 {
+            Opacity::Opaque
+        } else if excess(greatest(alphas), high).upper() < 0.0 {
+            Opacity::Clear
+        } else {
+            Opacity::Mixed
         }
     }
 

@@ -90,9 +90,22 @@ fn triangles_within_one_kind_of_texels_are_known() {
     let of = |scale, filter| mesh(part(cut_out(Some(checkers()), filter, Wrap::ClampToEdge), scale)).opacity(0);
     assert_eq!(of(0.25, Filter::Nearest), Opacity::Opaque);
     assert_eq!(of(0.24, Filter::Linear), Opacity::Opaque, "before the first middle the border goes on");
-    assert_eq!(of(0.26, Filter::Linear), Opacity::Mixed);
+    assert_eq!(of(0.26, Filter::Linear), Opacity::Opaque, "just past it alpha is nearly one");
+    assert_eq!(of(0.6, Filter::Linear), Opacity::Mixed, "beyond ½ it is below ½");
     let clear = AlphaMap::new([2, 2], vec![0, 1, 2, 3]).expect("a map");
     assert_eq!(mesh(part(cut_out(Some(clear), Filter::Linear, Wrap::Repeat), 9.0)).opacity(0), Opacity::Clear);
+}
+
+#[test]
+fn parts_between_two_texels_are_known() {
+    // Alpha rises from 0 at x = ¼ to 1 at x = ¾.
+    let ramp = AlphaMap::new([2, 1], vec![0, AlphaMap::ONE]).expect("a map");
+    let part = part(cut_out(Some(ramp), Filter::Linear, Wrap::ClampToEdge), 1.0);
+    let face = part.face(0, &[[0, 1, 2]]);
+    let told = |from: f64, to: f64| face.opacity_within([from, 0.0], [to, 0.25]);
+    assert_eq!(told(0.501, 0.6), Opacity::Opaque);
+    assert_eq!(told(0.1, 0.499), Opacity::Clear);
+    assert_eq!([told(0.499, 0.501), told(0.0, 1.0)], [Opacity::Mixed; 2]);
 }
 
 #[test]
