@@ -97,15 +97,12 @@ impl Finder {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::tests::Dice, *};
 
     #[test]
     fn what_is_around_a_place_has_the_cells_of_all_of_it() {
-        let mut state = 7u64;
-        let mut unit = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut dice = Dice(7);
+        let mut unit = || dice.unit();
         let (mut tight, mut tried) = (0, 0);
         for cells in [1u32, 8, 1 << 9, 1 << 15] {
             for n in 0..20_000u32 {

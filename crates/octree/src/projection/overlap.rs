@@ -66,16 +66,13 @@ fn is_apart(edge: DVec3, own: DVec3, other: DVec3, half: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::tests::Dice, *};
 
     #[test]
     fn a_triangle_meets_the_cubes_that_hold_a_point_of_it() {
         // A fixed sequence of triangles and points in them; the cube round a point is met however small it is.
-        let mut state = 1u64;
-        let mut next = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut dice = Dice(1);
+        let mut next = || dice.unit();
         let mut apart = 0;
         for _ in 0..20_000 {
             let triangle: [DVec3; 3] = std::array::from_fn(|_| DVec3::new(next(), next(), next()));
@@ -99,11 +96,8 @@ mod tests {
     #[test]
     fn a_triangle_meets_the_children_that_it_meets() {
         // Against the test of each child by itself, which may differ within the roundings only: none lies so near here.
-        let mut state = 7u64;
-        let mut next = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut dice = Dice(7);
+        let mut next = || dice.unit();
         let (middle, half, slack) = (DVec3::splat(0.5), 0.25, 1.0 / (1u64 << 40) as f64);
         let mut counts = [0; 9];
         for turn in 0..40_000 {

@@ -101,9 +101,7 @@ impl Nearest<'_> {
         if self.best.is_some_and(|known| known.triangle == triangle) {
             return;
         }
-        let mesh = &self.projection.mesh;
-        let [a, b, c] = mesh.triangles()[triangle as usize];
-        let corners = [mesh.positions()[a as usize], mesh.positions()[b as usize], mesh.positions()[c as usize]];
+        let corners = self.projection.corners(triangle);
         if self.ray.is_none() {
             self.ray = TriangleRay::new(self.line[0], self.line[1]);
         }
@@ -339,8 +337,11 @@ impl Projection {
         polygon_blocks::<Dyadic>(&corners, &PointProbe::at(x), &self.light)
     }
 
+    #[inline]
     pub(super) fn corners(&self, triangle: u32) -> [DVec3; 3] {
-        self.mesh.triangles()[triangle as usize].map(|index| self.mesh.positions()[index as usize])
+        // Without `map`, whose closure becomes a call in kernels.
+        let ([a, b, c], positions) = (self.mesh.triangles()[triangle as usize], self.mesh.positions());
+        [positions[a as usize], positions[b as usize], positions[c as usize]]
     }
 
     /// Whether the rays of a face have maps.

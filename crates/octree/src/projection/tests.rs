@@ -13,13 +13,19 @@ use super::{
     pack::WIDTH,
 };
 
-/// A fixed sequence of numbers between −1 and 1.
-struct Dice(u64);
+/// A fixed sequence of numbers.
+pub(super) struct Dice(pub(super) u64);
 
 impl Dice {
-    fn next(&mut self) -> f64 {
+    /// Between 0 and 1.
+    pub(super) fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Between −1 and 1.
+    fn next(&mut self) -> f64 {
+        2.0 * self.unit() - 1.0
     }
 
     fn point(&mut self) -> DVec3 {
