@@ -6,7 +6,7 @@ use glam::DVec3;
 use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, LightSource, Point};
 
-use super::{Candidates, ObjectIndex, Occluders};
+use super::{Candidates, ObjectIndex, Occluders, corners_of};
 use crate::{
     bodies::Body,
     fine::{instance_tree::LocalFrame, polygon_blocker::FacetId},
@@ -88,12 +88,8 @@ impl Likely<'_> {
     /// Goes on until a second cover is found: rounding may have it that the first is none.
     fn look(&mut self, facets: &Facets, id: FacetId) -> ControlFlow<()> {
         self.looks += 1;
-        let numbers = facets.facet(id.facet as usize).corners();
-        let mut corners = [DVec3::ZERO; 4];
-        for (place, &corner) in corners.iter_mut().zip(numbers.iter()) {
-            *place = facets.point(corner).position;
-        }
-        let corners = &corners[..numbers.len()];
+        let (points, count) = corners_of(facets, id.facet as usize);
+        let corners = &points.map(|point| point.position)[..count];
         if seems_to_hide(corners, self.middle, self.light) {
             let covers = self.hull.iter().all(|point| seems_to_hide(corners, point.position, self.light));
             let list = if covers { &mut self.covers } else { &mut self.others };
