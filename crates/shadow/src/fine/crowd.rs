@@ -1,55 +1,65 @@
 //! Faces in a crowd: under so many facets, and so many of them, that measuring all facets against all faces would take the square of the input.
 //!
-//! Such a face is divided without a list of what is over it. Where so few facets are over a cell that the face's [`PAIRS`] suffice, it goes on as any
-//! other ([`FlatFace::divide`]); else [`MANY`] facets that are likely to cover the cell are all that is tried. What some of the occluders cover is in shadow
-//! whatever the others do, so a cell's verdict is a proof here too; but no cell is proved lit, and some stay undecided that all facets together would
-//! prove shadowed (a sheet of small triangles). Guarantee: at most [`PAIRS`] facets a face and [`MANY`] + [`FEW`] a cell are measured, and there are no more than 85 cells
-//! ([`FINEST`]), whatever the detail. Estimates of undecided cells ask these few facets as well, so they lean to lit. Cost: about a microsecond a facet measured, and
-//! as much for ten looked at. Not bounded: all objects that may shadow the receiver are asked for each cell, and samples are looked up one by one. The limit is one of each
-//! receiver by itself, so thousands of small objects over each other are the square of the input still.
+//! Such a face is divided without a list of what is over it. Cells with the fewest facets over them go on as any other ([`FlatFace::divide`]); for the rest an
+//! even share of the facets over the face is asked whether one of them covers the cell alone, and some of them together at the last. What some of the occluders
+//! cover is in shadow whatever the others do, so a cell's verdict is a proof here too; but none of these is proved lit, and some stay undecided that all facets
+//! together would prove shadowed (a sheet of small triangles). Guarantee: [`PAIRS`] facets are measured for a face, and [`PARTS`] for each of at most 64 cells, whatever the
+//! detail; which they are goes by the light, the face and what may shadow it, not by their order. Estimates of undecided cells ask the same few facets, so they
+//! lean to lit. Cost: half a millisecond a face. Not bounded: all objects that may shadow the receiver are asked for each cell, and samples are looked up one
+//! by one. The limit is one of each receiver by itself, so thousands of small objects over each other are the square of the input still.
 
-use umbriel_geometry::Point;
+use umbriel_geometry::{Point, blocking::Probe};
 use umbriel_octree::Quadrant;
 
 use super::{
     classify::Blockers,
     flat::{self, FLAT, FlatFace, count, count_samples},
-    occluders::Occluders,
+    occluders::{
+        Candidates, Occluders,
+        few::{Cover, Sample},
+        lots::last_share,
+    },
     polygon_blocker::FacetId,
     receiver::Receiver,
     tally::{Tally, Units},
 };
 use crate::report::Verdict;
 
-/// Facets that may be measured for a face in a crowd.
+/// Facets that may be measured for cells of a face in a crowd.
 pub(crate) const PAIRS: usize = 128;
 
 /// The finest level of cells: finer ones would be as many as the detail says, for each of thousands of faces.
 pub(crate) const FINEST: u8 = 3;
 
-/// How many likely covers of a cell are tried first, and in all.
-const FEW: usize = 2;
-const MANY: usize = 8;
+/// How many facets that do not cover a cell alone are measured together.
+const PARTS: usize = 8;
 
 /// Pairs of a face and a facet over it that any receiver may have, and for each of its faces and the facets of its occluders: some seconds.
 const FREE_PAIRS: usize = 1 << 22;
 const PAIRS_EACH: usize = 256;
 
-/// How many faces of a receiver tell whether it is in a crowd, and how far the facets over one of them are counted.
+/// How many faces of a receiver tell at least whether it is in a crowd.
 const SAMPLES: usize = 64;
-const MOST_COUNTED: usize = 1 << 16;
 
-/// Whether a receiver of so many faces, under objects of so many facets, has too many pairs to measure them all; `count` tells how many facets are over a
-/// face, up to a limit. Expected from every n-th face.
-pub(crate) fn is_crowd(faces: usize, facets: usize, count: impl Fn(usize, usize) -> usize) -> bool {
+/// Whether a receiver of so many faces, under objects of so many facets, has too many pairs to measure them all. Expected from those of its faces that are in
+/// the last share ([`lots`](super::occluders::lots)) with enough of them; `count` tells how many facets are over a face, up to a limit.
+pub(crate) fn is_crowd<'a>(
+    (faces, facets): (usize, usize),
+    lots: impl FnOnce() -> &'a [u64],
+    count: impl Fn(usize, usize) -> usize,
+) -> bool {
     let allowed = FREE_PAIRS.saturating_add(faces.saturating_add(facets).saturating_mul(PAIRS_EACH));
     if faces.saturating_mul(facets) <= allowed {
         return false;
     }
-    let step = faces.div_ceil(SAMPLES);
-    let sampled = (0..faces).step_by(step);
-    let (asked, pairs) = (sampled.len(), sampled.map(|face| count(face, MOST_COUNTED)).sum::<usize>());
-    pairs.saturating_mul(faces) / asked > allowed
+    let last_shares: Vec<u8> = lots().iter().map(|&lot| last_share(lot)).collect();
+    let size = |share: u8| last_shares.iter().filter(|&&last| last >= share).count();
+    let share = (0..u8::MAX).take_while(|&share| share == 0 || size(share) >= SAMPLES).last().unwrap_or(0);
+    let most = allowed.saturating_mul(size(share)) / faces;
+    let mut sampled = (0..faces).filter(|&face| last_shares[face] >= share);
+    // Ends where it is known to be too many.
+    let left = sampled.try_fold(most, |left, face| left.checked_sub(count(face, left + 1)));
+    left.is_none()
 }
 
 /// One face in a crowd.
@@ -63,62 +73,98 @@ pub(crate) struct Crowd<'a> {
     pub(crate) under: &'a dyn Fn(Blockers<'a, FLAT>) -> FlatFace<'a>,
 }
 
-impl Crowd<'_> {
-    /// Classifies the whole face.
+impl<'a> Crowd<'a> {
+    /// Classifies the whole face, level by level: so which cells have all that is over them measured does not go by their order.
     pub(crate) fn run(&self) -> Tally<Units> {
-        let (mut tally, mut left) = (Tally::new(), PAIRS);
-        self.divide(&(self.under)(Blockers::none()), Quadrant::ROOT, &mut left, &mut tally);
+        let bare = (self.under)(Blockers::none());
+        let sample = self.occluders.sample(self.objects, &self.receiver.points);
+        let (mut done, mut level, mut left) = (Vec::new(), vec![Quadrant::ROOT], PAIRS);
+        while !level.is_empty() && !(bare.is_cancelled)() {
+            let many = self.take_affordable(&mut level, &bare, &mut left);
+            done.extend(level.iter().map(|&place| (place, self.under_all(&bare, place))));
+            level = Vec::new();
+            for place in many {
+                let (tally, is_open) = self.under_sample(&bare, &sample, place);
+                done.push((place, tally));
+                level.extend(bare.shape.domain.children(place).filter(|_| is_open));
+            }
+        }
+        done.sort_unstable_by_key(|(place, _)| *place);
+        done.into_iter().fold(Tally::new(), |mut sum, (_, tally)| {
+            sum.append(tally);
+            sum
+        })
+    }
+
+    /// Leaves the cells with the fewest facets over them, as long as so many pairs are left, and returns the others. Of cells with equally many all or none.
+    fn take_affordable(&self, cells: &mut Vec<Quadrant>, bare: &FlatFace, left: &mut usize) -> Vec<Quadrant> {
+        let over =
+            |place: Quadrant| self.occluders.count(self.objects, &bounds_of(&self.corners(bare, place)), *left + 1);
+        let mut counted: Vec<(usize, Quadrant)> = cells.iter().map(|&place| (over(place), place)).collect();
+        counted.sort_unstable();
+        let mut taken = 0;
+        for equal in counted.chunk_by(|a, b| a.0 == b.0) {
+            let Some(rest) = left.checked_sub(equal.len() * equal[0].0) else { break };
+            (*left, taken) = (rest, taken + equal.len());
+        }
+        *cells = counted.iter().map(|&(_, place)| place).collect();
+        cells.split_off(taken)
+    }
+
+    /// Classifies a cell under all facets over it.
+    fn under_all(&self, bare: &FlatFace, place: Quadrant) -> Tally<Units> {
+        let mut tally = Tally::new();
+        let points = bounds_of(&self.corners(bare, place));
+        let face = self.under_these(self.occluders.candidates(self.objects, &points));
+        face.divide(place, &face.blockers.entries(), &mut tally);
         tally
     }
 
-    /// Classifies a cell of the bare face, with so many pairs left.
-    fn divide(&self, bare: &FlatFace, place: Quadrant, left: &mut usize, tally: &mut Tally<Units>) {
-        if (bare.is_cancelled)() {
-            return;
-        }
-        let corners = bare.shape.domain.corners(place);
-        let points: Vec<Point> = corners.map(|[u, v]| flat::flat_probe(&self.receiver.points, u, v).bounds).collect();
-        let over = self.occluders.count(self.objects, &points, *left + 1);
-        if over <= *left {
-            *left -= over;
-            let mut candidates = self.occluders.candidates(self.objects, &points);
-            candidates.facets.retain(|&facet| facet != self.own);
-            let face = (self.under)(self.occluders.blockers(&candidates, self.receiver));
-            return face.divide(place, &face.blockers.entries(), tally);
-        }
+    /// Classifies a cell under some of the facets over its face, and tells whether it is to be divided.
+    fn under_sample(&self, bare: &FlatFace, sample: &Sample, place: Quadrant) -> (Tally<Units>, bool) {
+        let mut tally = Tally::new();
         tally.examined += 1;
-        let likely = self.under_likely_covers(bare, place, &points);
-        match likely {
-            None => {
-                count(tally, bare.shape, place, Verdict::Shadowed, bare.levels);
-                count_samples(tally, bare.lattice, place, Verdict::Shadowed);
-            }
-            Some(face) if bare.is_finest(place) => {
-                count(tally, bare.shape, place, Verdict::Undecided, bare.levels);
-                face.estimate(place, &face.blockers.entries(), tally);
-                bare.look_samples_up(place, tally);
-            }
-            Some(_) => bare.shape.domain.children(place).for_each(|part| self.divide(bare, part, left, tally)),
+        let (corners, middle) = (self.corners(bare, place), self.probe(bare.middle(place)));
+        match self.occluders.cover((sample, self.own), (&corners, &middle), PARTS) {
+            Cover::Found => shadowed(bare, place, &mut tally),
+            Cover::Parts(_) if !bare.is_finest(place) => return (tally, true),
+            Cover::Parts(parts) => self.under_parts(bare, parts, place, &mut tally),
         }
+        (tally, false)
     }
 
-    /// The face under facets that are likely to cover a cell, given by its corners, and do not; `None` if they do.
-    fn under_likely_covers(&self, bare: &FlatFace, place: Quadrant, points: &[Point]) -> Option<FlatFace<'_>> {
-        let hull = bare.hull(place);
-        let mut likely = self.occluders.likely_covers(self.objects, points, MANY);
-        likely.facets.retain(|&facet| facet != self.own);
-        let covers = |face: &FlatFace| {
-            face.blockers.classify(&hull, &face.blockers.entries(), &mut Vec::new()) == Verdict::Shadowed
-        };
-        let first = (self.under)(self.occluders.blockers(&likely.first(FEW), self.receiver));
-        if covers(&first) {
-            return None;
+    /// Classifies a cell of the finest level under some facets that hide its middle.
+    fn under_parts(&self, bare: &FlatFace, parts: Candidates, place: Quadrant, tally: &mut Tally<Units>) {
+        let face = self.under_these(parts);
+        let entries = face.blockers.entries();
+        if face.blockers.classify(&bare.hull(place), &entries, &mut Vec::new()) == Verdict::Shadowed {
+            return shadowed(bare, place, tally);
         }
-        let all = if likely.facets.len() <= FEW {
-            first
-        } else {
-            (self.under)(self.occluders.blockers(&likely, self.receiver))
-        };
-        (!covers(&all)).then_some(all)
+        count(tally, bare.shape, place, Verdict::Undecided, bare.levels);
+        face.estimate(place, &entries, tally);
+        bare.look_samples_up(place, tally);
     }
+
+    fn corners(&self, bare: &FlatFace, place: Quadrant) -> Vec<Probe<'a>> {
+        bare.shape.domain.corners(place).map(|corner| self.probe(corner)).collect()
+    }
+
+    fn probe(&self, [u, v]: [f64; 2]) -> Probe<'a> {
+        flat::flat_probe(&self.receiver.points, u, v)
+    }
+
+    /// The face under some facets alone.
+    fn under_these(&self, mut candidates: Candidates) -> FlatFace<'_> {
+        candidates.facets.retain(|&facet| facet != self.own);
+        (self.under)(self.occluders.blockers(&candidates, self.receiver))
+    }
+}
+
+fn bounds_of(corners: &[Probe]) -> Vec<Point<'static>> {
+    corners.iter().map(|corner| corner.bounds).collect()
+}
+
+fn shadowed(face: &FlatFace, place: Quadrant, tally: &mut Tally<Units>) {
+    count(tally, face.shape, place, Verdict::Shadowed, face.levels);
+    count_samples(tally, face.lattice, place, Verdict::Shadowed);
 }

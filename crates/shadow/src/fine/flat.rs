@@ -171,10 +171,14 @@ impl FlatFace<'_> {
             self.weights(u, v)
         });
         let corners = corners.collect();
-        // The middle of a square; inside a half it is a dyadic too, so that weights stay exact.
+        let [u, v] = self.middle(place);
+        Hull { corners, center: self.weights(u, v), parameters: Some(parameters) }
+    }
+
+    /// The middle of a square; inside a half it is a dyadic too, so that weights stay exact.
+    pub(crate) fn middle(&self, place: Quadrant) -> [f64; 2] {
         let inward = place.edge() * if self.shape.domain.halves(place) { 0.25 } else { 0.5 };
-        let [u, v] = place.low_corner();
-        Hull { corners, center: self.weights(u + inward, v + inward), parameters: Some(parameters) }
+        place.low_corner().map(|low| low + inward)
     }
 
     /// The weights of the corners at (u, v).

@@ -4,7 +4,8 @@
 //! overlaps the receiver's and its least depth is not beyond the receiver's greatest; nothing that could block is left
 //! out, since boxes are rounded outward.
 
-mod few;
+pub(crate) mod few;
+pub(crate) mod lots;
 
 use std::{
     ops::ControlFlow,
@@ -42,13 +43,6 @@ pub(crate) struct Candidates {
     pub(crate) bodies: Vec<u32>,
 }
 
-impl Candidates {
-    /// The first facets alone.
-    pub(crate) fn first(&self, count: usize) -> Self {
-        Self { facets: self.facets[..count.min(self.facets.len())].to_vec(), bodies: Vec::new() }
-    }
-}
-
 /// All occluders of one light.
 pub(crate) struct Occluders<'a> {
     pub(crate) bodies: &'a Bodies<'a>,
@@ -75,12 +69,18 @@ struct Seen {
     /// The light-space box of the object's box in each frame that sees it; the ties last.
     views: OnceLock<Vec<Option<Aabb>>>,
     index: OnceLock<ObjectIndex>,
+    /// Of facets: see [`lots`].
+    lots: OnceLock<Vec<u64>>,
+    /// Of the shares of its facets after the first, which the index holds.
+    shares: OnceLock<Vec<Trees>>,
 }
+
+/// For each frame, a tree and the facets that its items stand for (an analytic body is item 0 of its own).
+type Trees = Vec<(BoxTree, Vec<u32>)>;
 
 /// One object in light space.
 enum ObjectIndex {
-    /// For each frame, a tree and the facets that its items stand for (an analytic body is item 0 of its own).
-    Own(Vec<(BoxTree, Vec<u32>)>),
+    Own(Trees),
     /// An instance of a mesh: the tree that it shares with the others, and each frame in the coordinates of that.
     Instance(Arc<Mesh>, Arc<BoxTree>, Vec<LocalFrame>),
     /// The clock came first.
@@ -219,75 +219,76 @@ impl<'a> Occluders<'a> {
     pub(crate) fn candidates(&self, objects: &[u32], points: &[Point]) -> Candidates {
         let mut found = Candidates::default();
         for (frame, view) in self.frames.iter().enumerate() {
-            let Some(mut query) = view.bounds(points) else { continue };
-            query.min.z = f64::NEG_INFINITY;
+            let Some(query) = view.bounds(points).map(over) else { continue };
             for &object in objects {
-                match self.index(object) {
-                    ObjectIndex::Own(trees) => self.add_own(object, &trees[frame], &query, &mut found),
-                    ObjectIndex::Instance(mesh, tree, frames) => {
-                        self.add_instance(object, mesh, (tree, &frames[frame], view), &query, &mut found);
+                let is_analytic = self.bodies.is_analytic(object as usize);
+                let _ = self.for_each_meeting(object, frame, &query, |facet| {
+                    if is_analytic {
+                        found.bodies.push(object);
+                    } else {
+                        found.facets.push(FacetId { object, facet });
                     }
-                    ObjectIndex::Unbuilt => {}
-                }
+                    ControlFlow::Continue(())
+                });
             }
         }
         found.facets.sort_unstable();
         found.facets.dedup();
         found.bodies.sort_unstable();
         found.bodies.dedup();
-        for frame in &self.ties {
-            self.drop_beside(frame, points, &mut found);
-        }
+        let ties = self.ties_over(points);
+        found.facets.retain(|&id| self.is_over_in(&ties, id));
+        found.bodies.retain(|&object| self.is_over_in(&ties, FacetId { object, facet: 0 }));
         found
     }
 
-    fn add_own(&self, object: u32, (tree, items): &(BoxTree, Vec<u32>), query: &Aabb, found: &mut Candidates) {
-        let is_analytic = self.bodies.is_analytic(object as usize);
-        tree.for_each_meeting(query, |item| {
-            if is_analytic {
-                found.bodies.push(object);
-            } else {
-                found.facets.push(FacetId { object, facet: items[item as usize] });
-            }
-        });
-    }
-
-    /// What a tree of its own would find.
-    fn add_instance(
+    /// Visits the facets of an object whose boxes in a frame meet `query` (an analytic body is one), until `visit` breaks. The same for an instance as for
+    /// a mesh that is alone.
+    fn for_each_meeting(
         &self,
         object: u32,
-        mesh: &Mesh,
-        (tree, local, view): (&BoxTree, &LocalFrame, &LightFrame),
+        frame: usize,
         query: &Aabb,
-        found: &mut Candidates,
-    ) {
-        let _ = local.for_each_near(tree, query, |facet| {
-            let corners = mesh.triangles()[facet as usize].map(|corner| mesh.positions()[corner as usize]);
-            let meets = local.meets(corners, query).unwrap_or_else(|| {
-                let Body::Flat(facets) = self.bodies.get(object as usize) else { return false };
-                let (points, count) = corners_of(facets, facet as usize);
-                view.bounds(&points[..count]).is_some_and(|bounds| bounds.meets(query))
-            });
-            if meets {
-                found.facets.push(FacetId { object, facet });
+        mut visit: impl FnMut(u32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        match self.index(object) {
+            ObjectIndex::Own(trees) => {
+                let (tree, items) = &trees[frame];
+                tree.for_each_where(|bounds| bounds.meets(query), |item| visit(items[item as usize]))
             }
-            ControlFlow::Continue(())
-        });
+            ObjectIndex::Instance(mesh, tree, frames) => {
+                let local = &frames[frame];
+                local.for_each_near(tree, query, |facet| {
+                    let corners = mesh.triangles()[facet as usize].map(|corner| mesh.positions()[corner as usize]);
+                    let placed = || self.view_of(FacetId { object, facet }, &self.frames[frame]);
+                    let meets = local.meets(corners, query);
+                    let meets = meets.unwrap_or_else(|| placed().is_some_and(|bounds| bounds.meets(query)));
+                    if meets { visit(facet) } else { ControlFlow::Continue(()) }
+                })
+            }
+            ObjectIndex::Unbuilt => ControlFlow::Continue(()),
+        }
     }
 
-    /// Leaves out what a frame shows to be out of the way of a hull.
-    fn drop_beside(&self, frame: &LightFrame, points: &[Point], found: &mut Candidates) {
-        let Some(mut query) = frame.bounds(points) else { return };
-        query.min.z = f64::NEG_INFINITY;
-        let meets = |points: &[Point]| frame.bounds(points).is_some_and(|bounds| bounds.meets(&query));
-        found.facets.retain(|id| match self.bodies.get(id.object as usize) {
+    /// What a facet must meet in the further frames of a light to be over the hull of `points`.
+    fn ties_over(&self, points: &[Point]) -> Vec<(&LightFrame, Aabb)> {
+        self.ties.iter().filter_map(|frame| Some((frame, over(frame.bounds(points)?)))).collect()
+    }
+
+    /// Whether none of these frames shows a facet (a body as a whole) to be out of the way.
+    fn is_over_in(&self, ties: &[(&LightFrame, Aabb)], id: FacetId) -> bool {
+        ties.iter().all(|(frame, query)| self.view_of(id, frame).is_some_and(|bounds| bounds.meets(query)))
+    }
+
+    /// The box of a facet (of a body as a whole) in a frame.
+    fn view_of(&self, id: FacetId, frame: &LightFrame) -> Option<Aabb> {
+        match self.bodies.get(id.object as usize) {
             Body::Flat(facets) => {
                 let (points, count) = corners_of(facets, id.facet as usize);
-                meets(&points[..count])
+                frame.bounds(&points[..count])
             }
-            Body::Analytic(_) => true,
-        });
-        found.bodies.retain(|&object| meets(&box_corners(&self.bodies.boxes[object as usize])));
+            Body::Analytic(_) => frame.bounds(&box_corners(&self.bodies.boxes[id.object as usize])),
+        }
     }
 
     /// The candidates measured against a receiver; those that cannot block it after all are left out.
@@ -339,20 +340,21 @@ impl<'a> Occluders<'a> {
                 );
             }
             match self.bodies.get(object as usize) {
-                Body::Flat(facets) => self.index_facets(facets).unwrap_or(ObjectIndex::Unbuilt),
+                Body::Flat(facets) => self.trees_of(facets, |_| true).map_or(ObjectIndex::Unbuilt, ObjectIndex::Own),
                 Body::Analytic(_) => self.index_analytic(&self.bodies.boxes[object as usize]),
             }
         })
     }
 
-    fn index_facets(&self, facets: &Facets) -> Option<ObjectIndex> {
+    /// Of the facets that are wanted; `None` if the clock came first.
+    fn trees_of(&self, facets: &Facets, is_wanted: impl Fn(usize) -> bool) -> Option<Trees> {
         let trees = self.frames.iter().map(|frame| {
             let (mut boxes, mut items) = (Vec::new(), Vec::new());
             for facet in 0..facets.len() {
                 if facet % LOOKS == 0 && self.is_over() {
                     return None;
                 }
-                if !blocks(facets, facet) {
+                if !is_wanted(facet) || !blocks(facets, facet) {
                     continue;
                 }
                 let (points, count) = corners_of(facets, facet);
@@ -364,7 +366,7 @@ impl<'a> Occluders<'a> {
             items.shrink_to_fit();
             Some((BoxTree::build_while(&boxes, &|| !self.is_over())?, items))
         });
-        Some(ObjectIndex::Own(trees.collect::<Option<_>>()?))
+        trees.collect()
     }
 
     fn index_analytic(&self, world: &Aabb) -> ObjectIndex {
@@ -380,6 +382,11 @@ impl<'a> Occluders<'a> {
 /// Whether a facet may block and blocks more than those before it; repeats may have other holes.
 fn blocks(facets: &Facets, facet: usize) -> bool {
     facets.opacity(facet) != Opacity::Clear && (facets.has_holes() || !facets.is_repeat(facet))
+}
+
+/// What a box in light space must meet to be over this one.
+fn over(bounds: Aabb) -> Aabb {
+    Aabb { min: bounds.min.with_z(f64::NEG_INFINITY), ..bounds }
 }
 
 /// The corners of a facet, and how many there are.
