@@ -57,8 +57,8 @@ pub struct LookupCost {
     pub node: f64,
     /// Of a ray that hits something.
     pub hit: f64,
-    /// Of what is looked at for the first time, in no cache yet, or made finer because many rays will look at it: the geometric mean of rays that hit
-    /// something and places of triangles.
+    /// Of what is looked at for the first time, in no cache yet, or made finer because many rays will look at it: the geometric mean of rays and places of
+    /// triangles.
     pub touch: f64,
     /// Of building: each expected place of a triangle in a leaf.
     pub item: f64,
@@ -76,7 +76,7 @@ impl LookupCost {
     pub fn counts(sampled: &Sampled, items: f64) -> [f64; 4] {
         let share = sampled.rays as f64 / sampled.sent.max(1) as f64;
         let [nodes, hits] = [sampled.steps.nodes, sampled.steps.hits].map(|count| share * f64::from(count));
-        [nodes, hits, (hits * items).sqrt(), items]
+        [nodes, hits, (sampled.rays as f64 * items).sqrt(), items]
     }
 }
 
@@ -92,11 +92,11 @@ pub struct CostModel {
 }
 
 impl CostModel {
-    /// As `cargo xtask calibrate` fits them, on one thread.
+    /// As `cargo xtask calibrate` fits them, on one thread; to the best times of three runs.
     pub const MEASURED: Self = Self {
-        bvh: StepCost { ray: 52.0, node: 125.7, pack: 20.1, triangle: 26.3 },
-        octree: LookupCost { node: 112.2, hit: 281.1, touch: 291.6, item: 688.0 },
-        projection: LookupCost { node: 113.1, hit: 85.0, touch: 297.1, item: 291.3 },
+        bvh: StepCost { ray: 41.5, node: 139.4, pack: 13.6, triangle: 28.6 },
+        octree: LookupCost { node: 114.4, hit: 193.7, touch: 346.3, item: 574.1 },
+        projection: LookupCost { node: 114.4, hit: 73.4, touch: 183.8, item: 288.6 },
     };
 
     /// Nanoseconds for rays that are expected among triangles with so many places in leaves: BVH, octree, projection.

@@ -1,7 +1,7 @@
 //! `cargo xtask calibrate`: the coefficients of the cost models by which rays choose their way, and what the choice costs.
 //!
 //! Times of all ways on meshes of several sizes, with few rays and with many, are fitted by least squares of relative
-//! errors over coefficients that are not negative (coordinate descent, which converges for a convex problem). Rays of the eye have the BVH
+//! errors over coefficients that are not negative, those of an octree's lookups not less than those of its maps (coordinate descent, which converges for a convex problem). Rays of the eye have the BVH
 //! ready; points that ask for a light have nothing. Building counts, in processor time. Then choices are held against the times: those that the library
 //! makes by the coefficients that it has, those by the coefficients just fitted, and those for each model by coefficients fitted to the others.
 
@@ -61,8 +61,9 @@ const POINTS: [u64; 4] = [1 << 10, 1 << 14, 1 << 17, 1 << 19];
 /// Rays of pictures that say what they cost: as many as a choice may be in question for.
 const MANY: u64 = 30_000;
 
-/// About so many rays of a picture are sent through the BVH to see what they look at.
+/// About so many rays of a picture are sent through the BVH to see what they look at: no fewer, and one of so many.
 const SENT: usize = 512;
+const EACH: usize = 128;
 
 /// Rays that are made ready at once.
 const AT_ONCE: usize = 1 << 12;
@@ -232,12 +233,16 @@ fn picture_costs(samples: &[&Sample]) -> CostModel {
         ]
     };
     let [ray, node, pack, triangle] = fit(samples.iter().map(|sample| (looked(sample), sample.seconds[1])));
-    let lookup = |way: usize| {
+    let lookup = |way: usize, least: [f64; 4]| {
         let counts = |sample: &Sample| LookupCost::counts(&sample.sampled, sample.items);
-        let [node, hit, touch, item] = fit(samples.iter().map(|sample| (counts(sample), sample.seconds[way])));
+        let rows = samples.iter().map(|sample| (counts(sample), sample.seconds[way]));
+        let [node, hit, touch, item] = fit_from(least, rows);
         LookupCost { node, hit, touch, item }
     };
-    CostModel { bvh: StepCost { ray, node, pack, triangle }, octree: lookup(2), projection: lookup(3) }
+    let projection = lookup(3, [0.0; 4]);
+    // Going down from the root is no quicker than looking the leaves up.
+    let octree = lookup(2, [projection.node, projection.hit, projection.touch, 0.0]);
+    CostModel { bvh: StepCost { ray, node, pack, triangle }, octree, projection }
 }
 
 /// Fits the model of costs of a kind of points.
@@ -262,7 +267,9 @@ fn eye(name_of_model: &'static str, model: &Model, bvh: &TriangleBvh, side: u64)
     let directions = questions.directions();
     let rays_of =
         |directions: &[DVec3]| directions.iter().map(|&ray| (Ray::new(eye, ray), f64::INFINITY)).collect::<Vec<_>>();
-    let some = directions.chunks(TriangleBvh::BUNDLE).step_by((directions.len() / SENT).max(1));
+    // Odd, so that rows of the picture are met at other places in turn.
+    let step = (directions.len() / SENT).clamp(1, EACH) | 1;
+    let some = directions.chunks(TriangleBvh::BUNDLE).step_by(step);
     let (mut steps, mut sent) = (Steps::default(), 0);
     some.for_each(|some| (steps, sent) = (steps + bvh.nearest_hits_steps(&rays_of(some)), sent + some.len()));
     let by_bvh = || {
@@ -358,16 +365,21 @@ fn beside(model: &Model, face: usize, [u, v]: [f64; 2]) -> DVec3 {
 
 /// The coefficients, nanoseconds each, of terms whose sums should be these times, seconds.
 fn fit<const K: usize>(samples: impl Iterator<Item = ([f64; K], f64)>) -> [f64; K] {
+    fit_from([0.0; K], samples)
+}
+
+/// The same with coefficients that are no less than these.
+fn fit_from<const K: usize>(least: [f64; K], samples: impl Iterator<Item = ([f64; K], f64)>) -> [f64; K] {
     // Each row over its own time: relative errors count.
     let rows: Vec<[f64; K]> = samples.map(|(terms, seconds)| terms.map(|term| term / (seconds * 1e9))).collect();
-    let mut x = [0.0; K];
+    let mut x = least;
     for _ in 0..ROUNDS {
         for j in 0..K {
             let rest = |row: &[f64; K]| 1.0 - (0..K).filter(|&k| k != j).map(|k| row[k] * x[k]).sum::<f64>();
             let along = rows.iter().map(|row| row[j] * rest(row)).sum::<f64>();
             let square = rows.iter().map(|row| row[j] * row[j]).sum::<f64>();
             // A term that is nowhere counts nothing.
-            x[j] = if square > 0.0 { (along / square).max(0.0) } else { 0.0 };
+            x[j] = if square > 0.0 { (along / square).max(least[j]) } else { least[j] };
         }
     }
     x

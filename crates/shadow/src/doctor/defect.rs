@@ -18,6 +18,8 @@ pub enum DefectKind {
     CoplanarOverlap,
     /// The same with the faces back to back. Area: what is covered.
     Contact,
+    /// Faces that were not compared with all faces of their plane whose boxes meet theirs: overlaps and contacts among them are counted in part. Area: theirs.
+    CrowdedPlane,
     /// Faces without area, exactly.
     ZeroAreaFaces,
     /// Faces more than [`DefectKind::SLIVER_ASPECT`] times as long as high. Area: theirs.
@@ -59,6 +61,7 @@ impl DefectKind {
             Self::DuplicateFaces => "duplicate_faces",
             Self::CoplanarOverlap => "coplanar_overlap",
             Self::Contact => "contact",
+            Self::CrowdedPlane => "crowded_plane",
             Self::ZeroAreaFaces => "zero_area_faces",
             Self::Slivers => "slivers",
             Self::CoarseCoordinates => "coarse_coordinates",
@@ -104,6 +107,10 @@ impl DefectKind {
             Self::Contact => {
                 "Faces lie on each other back to back. Contact never blocks: a light inside one body lights the other \
                  through them; the hidden area counts for both."
+            }
+            Self::CrowdedPlane => {
+                "Too many faces lie close to each other in one plane to compare all: overlap and contact may be more \
+                 than is said. Bakes look at as many and are slow there."
             }
             Self::ZeroAreaFaces => "Faces without area have no lit side; they still block, as the segments they are.",
             Self::Slivers => {

@@ -9,7 +9,7 @@
 //! objects, plus one exact test for every two faces of one plane whose boxes meet. Faces of one object are placed at a
 //! time; of the others only a number for their plane is kept (`planes`).
 //!
-//! What breaks it: faces stacked many times over each other in one plane cost the square of their number. Curved bodies
+//! What breaks it: where very many faces of one plane lie close to each other (their pairs would be the square of their number), overlaps are counted in part, which is told. Curved bodies
 //! are exact by construction, and nothing is found about them.
 
 mod coordinates;

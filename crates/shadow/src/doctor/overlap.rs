@@ -2,9 +2,10 @@
 //!
 //! Sorting by plane numbers ([`PlaneKey`]) leaves the faces that share a plane with another one; only these are placed
 //! again and kept. Inside a plane a tree over boxes proposes pairs, and an exact test decides ([`Plate::meeting`]).
-//! A face that is covered by several others counts what they cover one by one, its own area at most.
+//! A face that is covered by several others counts what they cover one by one, its own area at most. In a plane where very many boxes meet, each face is
+//! compared with some of the others only, and this is told ([`DefectKind::CrowdedPlane`]): all pairs would be the square of the input.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::ControlFlow};
 
 use rayon::prelude::*;
 use umbriel_bvh::BoxTree;
@@ -21,11 +22,17 @@ use super::{
 /// Up to so many faces of a plane every pair is tested; a tree would cost more.
 const WITHOUT_TREE: usize = 8;
 
+/// So many pairs of a plane may be compared, some seconds; and so many of any face.
+const MOST_PAIRS: usize = 1 << 23;
+const PAIRS_EACH: usize = 64;
+
 /// What covers a face, square metres; `None` while nothing does.
 #[derive(Clone, Copy, Debug, Default)]
 struct Covered {
     alike: Option<f64>,
     back_to_back: Option<f64>,
+    /// The face's own area, where it was not compared with all that is near it.
+    not_compared: Option<f64>,
 }
 
 /// The overlaps of all objects, from the numbers of their faces' planes.
@@ -85,46 +92,72 @@ impl Plates {
 /// What is covered of the faces of one plane, with their objects.
 fn covered(plates: &[&Plate]) -> Vec<(u32, Covered)> {
     let mut covered = vec![Covered::default(); plates.len()];
-    for (i, j, meeting) in meetings(plates) {
-        let is_contact = meeting.is_back_to_back && (plates[i].is_one_sided || plates[j].is_one_sided);
-        for face in [i, j] {
-            let Covered { alike, back_to_back } = &mut covered[face];
-            let sum = if is_contact { back_to_back } else { alike };
-            *sum = Some((sum.unwrap_or(0.0) + meeting.area).min(plates[face].area));
+    for (face, meetings) in meetings(plates).into_iter().enumerate() {
+        covered[face].not_compared = meetings.is_cut_short.then_some(plates[face].area);
+        for (other, meeting) in meetings.found {
+            let is_contact = meeting.is_back_to_back && (plates[face].is_one_sided || plates[other].is_one_sided);
+            for face in [face, other] {
+                let Covered { alike, back_to_back, .. } = &mut covered[face];
+                let sum = if is_contact { back_to_back } else { alike };
+                *sum = Some((sum.unwrap_or(0.0) + meeting.area).min(plates[face].area));
+            }
         }
     }
-    let is_covered = |covered: &Covered| covered.alike.is_some() || covered.back_to_back.is_some();
-    plates.iter().zip(covered).filter(|(_, covered)| is_covered(covered)).map(|(plate, c)| (plate.object, c)).collect()
+    plates.iter().zip(covered).map(|(plate, covered)| (plate.object, covered)).collect()
 }
 
-/// The pairs of faces that share an area, each once, the lower face first, in order.
-fn meetings(plates: &[&Plate]) -> Vec<(usize, usize, Meeting)> {
+/// The later faces of a plane that one shares an area with.
+#[derive(Default)]
+struct Meetings {
+    found: Vec<(usize, Meeting)>,
+    is_cut_short: bool,
+}
+
+/// For each face those it meets among the later ones, so that every pair is there once, in order.
+fn meetings(plates: &[&Plate]) -> Vec<Meetings> {
     let meeting = |i: usize, j: usize| {
         let (a, b) = (plates[i], plates[j]);
         // Repeated triangles of one object are a kind of their own.
         let meeting = a.meeting(b).filter(|_| a.object != b.object || !a.repeats(b))?;
-        Some((i, j, meeting))
+        Some((j, meeting))
     };
+    let among = |i: usize, others: &mut dyn Iterator<Item = usize>| others.filter_map(|j| meeting(i, j)).collect();
     if plates.len() <= WITHOUT_TREE {
-        let pairs = (0..plates.len()).flat_map(|i| (i + 1..plates.len()).map(move |j| (i, j)));
-        return pairs.filter_map(|(i, j)| meeting(i, j)).collect();
+        let later = |i: usize| Meetings { found: among(i, &mut (i + 1..plates.len())), is_cut_short: false };
+        return (0..plates.len()).map(later).collect();
     }
+    let most = PAIRS_EACH.max(MOST_PAIRS / plates.len());
     let boxes: Vec<_> = plates.iter().map(|plate| plate.bounds).collect();
     let tree = BoxTree::build(&boxes);
     let of_face = |i: usize| {
-        let mut near = Vec::new();
-        tree.for_each_meeting(&boxes[i], |j| near.extend((j as usize > i).then_some(j as usize)));
+        let (mut near, mut left) = (Vec::new(), most);
+        let ended = tree.for_each_where(
+            |bounds| bounds.meets(&boxes[i]),
+            |j| {
+                if left == 0 {
+                    return ControlFlow::Break(());
+                }
+                left -= 1;
+                near.extend((j as usize > i).then_some(j as usize));
+                ControlFlow::Continue(())
+            },
+        );
         near.sort_unstable();
-        near.into_iter().filter_map(move |j| meeting(i, j))
+        Meetings { found: among(i, &mut near.into_iter()), is_cut_short: ended.is_break() }
     };
-    (0..plates.len()).into_par_iter().flat_map_iter(of_face).collect()
+    (0..plates.len()).into_par_iter().map(of_face).collect()
 }
 
 /// One defect an object and kind.
 fn defects(covered: impl Iterator<Item = (u32, Covered)>) -> Vec<Defect> {
     let mut sums: BTreeMap<(DefectKind, u32), (usize, f64)> = BTreeMap::new();
-    for (object, Covered { alike, back_to_back }) in covered {
-        for (kind, area) in [(DefectKind::CoplanarOverlap, alike), (DefectKind::Contact, back_to_back)] {
+    for (object, Covered { alike, back_to_back, not_compared }) in covered {
+        let kinds = [
+            (DefectKind::CoplanarOverlap, alike),
+            (DefectKind::Contact, back_to_back),
+            (DefectKind::CrowdedPlane, not_compared),
+        ];
+        for (kind, area) in kinds {
             let Some(area) = area else { continue };
             let sum = sums.entry((kind, object)).or_default();
             *sum = (sum.0 + 1, sum.1 + area);
