@@ -159,11 +159,11 @@ impl<'a> Receivers<'a> {
     /// Whether there are too many pairs of an object's face and of what is over it, among the facets of `occluders`, to measure them all.
     pub(crate) fn is_in_crowd(&self, object: usize, facets: &Facets, occluders: &[u32]) -> bool {
         let of_occluders = || occluders.iter().map(|&object| self.bodies.distinct_faces(object as usize)).sum();
-        let lots = || self.occluders.lots(object as u32);
+        let tickets = || self.occluders.tickets(object as u32);
         let over = |face: usize, most: usize| {
             self.occluders.count(occluders, &flat_corners(facets, face, facets.base(face).corner), most)
         };
-        *self.crowds[object].get_or_init(|| crowd::is_crowd((facets.len(), of_occluders()), lots, over))
+        *self.crowds[object].get_or_init(|| crowd::is_crowd((facets.len(), of_occluders()), tickets, over))
     }
 
     fn look_at_patch(

@@ -1,7 +1,8 @@
 //! A scene that changes, and shadows that follow: only what a change touches is redone.
 //!
 //! The answer for a receiver and a light depends on the receiver, on the light, on the objects that may shadow the receiver by the coarse step, and on the detail;
-//! on nothing else, and not on the order of the objects. In a scene with cells, only the objects count that the light reaches through portals. A session keeps for each such pair who was involved, under names that a change of an
+//! on nothing else, and not on the order of the objects. (Names of objects say whether their mesh has several instances, too: points that placing
+//! rounds together count apart then, and so may facets be of which only some are looked at: NUMERICS.md, "Crowds".) In a scene with cells, only the objects count that the light reaches through portals. A session keeps for each such pair who was involved, under names that a change of an
 //! object renews. After a change the coarse step runs again, over boxes alone, and pairs whose list of names is another one are baked. So
 //! what [`Session::lights`] answers is what a [`bake`](crate::bake) of the scene as it stands answers, bit for bit.
 //!
@@ -75,7 +76,7 @@ pub struct Update {
     pub time: Time,
 }
 
-/// Who an answer depends on: the receiver's name, then its occluders' in their order.
+/// Who an answer depends on: the receiver's name, then its occluders' in their order; each twice, and one more for an instance.
 type Involved = Vec<u64>;
 
 /// The name of nobody, in the place of occluders: no light reaches the receiver.
@@ -236,8 +237,9 @@ impl Session {
             let within = reached.as_ref().map(|reached| self.stage(&everything, source, Some(reached.clone())));
             let influences = within.as_ref().unwrap_or(&stage).coarse.step(&everything.receivers, source);
             let is_dark = |object: usize| reached.as_ref().is_some_and(|reached| !reached[object]);
-            let involved: Vec<Involved> =
-                (0..self.names.len()).map(|object| self.involved(object, is_dark(object), &influences)).collect();
+            let involved: Vec<Involved> = (0..self.names.len())
+                .map(|object| self.involved(object, is_dark(object), &influences, &stage))
+                .collect();
             let is_new = |&object: &usize| answers.involved.get(object) != Some(&involved[object]);
             let touched: Vec<usize> = (0..involved.len()).filter(is_new).collect();
             update.redone += touched.len() as u64;
@@ -273,13 +275,13 @@ impl Session {
     }
 
     /// What no light reaches depends on itself alone, and is told apart from what is in nobody's shadow.
-    fn involved(&self, object: usize, is_dark: bool, influences: &Influences) -> Involved {
+    fn involved(&self, object: usize, is_dark: bool, influences: &Influences, stage: &Stage) -> Involved {
+        let name = |object: usize| 2 * self.names[object] + u64::from(stage.bodies.is_instance(object));
         if is_dark {
-            return vec![self.names[object], DARK];
+            return vec![name(object), DARK];
         }
         let occluders = influences.occluders_of(object as u32);
-        let occluders = occluders.iter().map(|&other| self.names[other as usize]);
-        std::iter::once(self.names[object]).chain(occluders).collect()
+        std::iter::once(name(object)).chain(occluders.iter().map(|&other| name(other as usize))).collect()
     }
 }
 

@@ -92,7 +92,7 @@ pub struct CostModel {
 }
 
 impl CostModel {
-    /// As `cargo xtask calibrate` fits them, on one thread; to the best times of three runs.
+    /// As `cargo xtask calibrate` fits them, on one thread, but to the least times of three such runs (docs/projection.md).
     pub const MEASURED: Self = Self {
         bvh: StepCost { ray: 41.5, node: 139.4, pack: 13.6, triangle: 28.6 },
         octree: LookupCost { node: 114.4, hit: 193.7, touch: 346.3, item: 574.1 },

@@ -8,7 +8,7 @@ use std::{collections::HashMap, ops::Range, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
-use umbriel_bvh::{BoxTree, Hit, Ray, TriangleBvh};
+use umbriel_bvh::{BoxTree, Hit, Ray, Steps, TriangleBvh};
 use umbriel_geometry::{Aabb, Cuboid, Mesh, PlacedAnalytic, Rectangle};
 use umbriel_scene::{Object, Scene, Shape};
 
@@ -285,13 +285,14 @@ impl Body {
 }
 
 /// How many of the picture's rays meet a box, and what they look at in the BVH inside, by some of them: where they are a good part of the picture by one of 128,
-/// since samples of a few hundred are off by a tenth.
+/// since samples of a few hundred are off by a tenth, but no more than tens of thousands.
 fn sampled(view: &View, rays_a_pixel: u32, body: &Body, bvh: &TriangleBvh) -> Sampled {
     const GRID: u32 = 12;
+    const LARGEST: u32 = 48;
     const EACH: u32 = 128;
     let few = sampled_on(GRID, view, body, bvh);
     let tiles = view.width.div_ceil(TILE).saturating_mul(view.height.div_ceil(TILE));
-    let grid = (tiles / EACH).isqrt();
+    let grid = (tiles / EACH).isqrt().min(LARGEST);
     let is_large = 16 * few.rays >= u64::from(view.width) * u64::from(view.height);
     let pixels = if is_large && grid > GRID { sampled_on(grid, view, body, bvh) } else { few };
     Sampled { rays: pixels.rays * u64::from(rays_a_pixel), ..pixels }
@@ -301,18 +302,19 @@ fn sampled(view: &View, rays_a_pixel: u32, body: &Body, bvh: &TriangleBvh) -> Sa
 fn sampled_on(grid: u32, view: &View, body: &Body, bvh: &TriangleBvh) -> Sampled {
     let at =
         |n: u32, pixels: u32| (u64::from(2 * n + 1) * u64::from(pixels) / u64::from(2 * grid)) as u32 / TILE * TILE;
-    let (mut sampled, mut cast) = (Sampled::default(), 0);
-    for n in 0..grid * grid {
+    let of_tile = |n: u32| {
         let top = at(n / grid, view.height);
         let pixels = tile(view, top..view.height.min(top + TILE), at(n % grid, view.width));
-        let rays = pixels.map(|(x, y)| view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5)).inspect(|_| cast += 1);
-        let met = rays.filter(|ray| ray.span(&body.bounds).is_some());
-        let local: Vec<(Ray, f64)> = met.map(|ray| (body.pulled(&ray), f64::INFINITY)).collect();
-        sampled.sent += local.len();
-        sampled.steps = sampled.steps + bvh.nearest_hits_steps(&local);
-    }
-    let rays = u64::from(view.width) * u64::from(view.height) * sampled.sent as u64 / cast.max(1);
-    Sampled { rays, ..sampled }
+        let rays: Vec<Ray> = pixels.map(|(x, y)| view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5)).collect();
+        let met = rays.iter().filter(|ray| ray.span(&body.bounds).is_some());
+        let local: Vec<(Ray, f64)> = met.map(|ray| (body.pulled(ray), f64::INFINITY)).collect();
+        (bvh.nearest_hits_steps(&local), local.len(), rays.len())
+    };
+    let sum = |a: (Steps, usize, usize), b: (Steps, usize, usize)| (a.0 + b.0, a.1 + b.1, a.2 + b.2);
+    let tiles = (0..grid * grid).into_par_iter().map(of_tile);
+    let (steps, sent, cast) = tiles.reduce(|| (Steps::default(), 0, 0), sum);
+    let rays = u64::from(view.width) * u64::from(view.height) * sent as u64 / cast.max(1) as u64;
+    Sampled { rays, steps, sent }
 }
 
 fn mesh_hit(bvh: &TriangleBvh, prepared: Option<&Prepared>, ray: &Ray, t_max: f64) -> Option<LocalHit> {

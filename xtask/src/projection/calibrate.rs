@@ -61,7 +61,7 @@ const POINTS: [u64; 4] = [1 << 10, 1 << 14, 1 << 17, 1 << 19];
 /// Rays of pictures that say what they cost: as many as a choice may be in question for.
 const MANY: u64 = 30_000;
 
-/// About so many rays of a picture are sent through the BVH to see what they look at: no fewer, and one of so many.
+/// About so many rays of a picture are sent through the BVH to see what they look at: no fewer, and about one of so many.
 const SENT: usize = 512;
 const EACH: usize = 128;
 

@@ -110,7 +110,7 @@ impl DefectKind {
             }
             Self::CrowdedPlane => {
                 "Too many faces lie close to each other in one plane to compare all: overlap and contact may be more \
-                 than is said. Bakes look at as many and are slow there."
+                 than is said."
             }
             Self::ZeroAreaFaces => "Faces without area have no lit side; they still block, as the segments they are.",
             Self::Slivers => {

@@ -19,11 +19,8 @@ use super::{
     plate::{Meeting, Plate},
 };
 
-/// Up to so many faces of a plane every pair is tested; a tree would cost more.
-const WITHOUT_TREE: usize = 8;
-
-/// So many pairs of a plane may be compared, some seconds; and so many of any face.
-const MOST_PAIRS: usize = 1 << 23;
+/// So many faces of a plane may be near others, each pair from both sides: about a second; and so many near any face.
+const MOST_PAIRS: usize = 1 << 22;
 const PAIRS_EACH: usize = 64;
 
 /// What covers a face, square metres; `None` while nothing does.
@@ -96,56 +93,55 @@ fn covered(plates: &[&Plate]) -> Vec<(u32, Covered)> {
         covered[face].not_compared = meetings.is_cut_short.then_some(plates[face].area);
         for (other, meeting) in meetings.found {
             let is_contact = meeting.is_back_to_back && (plates[face].is_one_sided || plates[other].is_one_sided);
-            for face in [face, other] {
-                let Covered { alike, back_to_back, .. } = &mut covered[face];
-                let sum = if is_contact { back_to_back } else { alike };
-                *sum = Some((sum.unwrap_or(0.0) + meeting.area).min(plates[face].area));
-            }
+            let Covered { alike, back_to_back, .. } = &mut covered[face];
+            let sum = if is_contact { back_to_back } else { alike };
+            *sum = Some((sum.unwrap_or(0.0) + meeting.area).min(plates[face].area));
         }
     }
     plates.iter().zip(covered).map(|(plate, covered)| (plate.object, covered)).collect()
 }
 
-/// The later faces of a plane that one shares an area with.
+/// The other faces of a plane that one shares an area with, in order.
 #[derive(Default)]
 struct Meetings {
     found: Vec<(usize, Meeting)>,
     is_cut_short: bool,
 }
 
-/// For each face those it meets among the later ones, so that every pair is there once, in order.
+/// For each face of a plane what it meets.
 fn meetings(plates: &[&Plate]) -> Vec<Meetings> {
-    let meeting = |i: usize, j: usize| {
-        let (a, b) = (plates[i], plates[j]);
-        // Repeated triangles of one object are a kind of their own.
-        let meeting = a.meeting(b).filter(|_| a.object != b.object || !a.repeats(b))?;
-        Some((j, meeting))
-    };
-    let among = |i: usize, others: &mut dyn Iterator<Item = usize>| others.filter_map(|j| meeting(i, j)).collect();
-    if plates.len() <= WITHOUT_TREE {
-        let later = |i: usize| Meetings { found: among(i, &mut (i + 1..plates.len())), is_cut_short: false };
-        return (0..plates.len()).map(later).collect();
-    }
-    let most = PAIRS_EACH.max(MOST_PAIRS / plates.len());
     let boxes: Vec<_> = plates.iter().map(|plate| plate.bounds).collect();
     let tree = BoxTree::build(&boxes);
+    // Those near a face, itself included, until there are more than so many: what is left of the limit then.
+    let near = |i: usize, most: usize, visit: &mut dyn FnMut(usize)| {
+        let mut left = most;
+        let visit_next = |j| {
+            if left == 0 {
+                return ControlFlow::Break(());
+            }
+            left -= 1;
+            visit(j as usize);
+            ControlFlow::Continue(())
+        };
+        let ended = tree.for_each_where(|bounds| bounds.meets(&boxes[i]), visit_next);
+        ended.is_continue().then_some(left)
+    };
+    let is_crowded = (0..plates.len()).try_fold(MOST_PAIRS, |left, i| near(i, left, &mut |_| {})).is_none();
+    let most = if is_crowded { PAIRS_EACH.max(MOST_PAIRS / plates.len()) } else { plates.len() };
     let of_face = |i: usize| {
-        let (mut near, mut left) = (Vec::new(), most);
-        let ended = tree.for_each_where(
-            |bounds| bounds.meets(&boxes[i]),
-            |j| {
-                if left == 0 {
-                    return ControlFlow::Break(());
-                }
-                left -= 1;
-                near.extend((j as usize > i).then_some(j as usize));
-                ControlFlow::Continue(())
-            },
-        );
-        near.sort_unstable();
-        Meetings { found: among(i, &mut near.into_iter()), is_cut_short: ended.is_break() }
+        let mut others = Vec::new();
+        let is_cut_short = near(i, most, &mut |j| others.extend((j != i).then_some(j))).is_none();
+        others.sort_unstable();
+        Meetings { found: others.into_iter().filter_map(|j| meeting(plates, i, j)).collect(), is_cut_short }
     };
     (0..plates.len()).into_par_iter().map(of_face).collect()
+}
+
+fn meeting(plates: &[&Plate], i: usize, j: usize) -> Option<(usize, Meeting)> {
+    let (a, b) = (plates[i], plates[j]);
+    // The same test from both sides. Repeated triangles of one object are a kind of their own.
+    let meeting = plates[i.min(j)].meeting(plates[i.max(j)]).filter(|_| a.object != b.object || !a.repeats(b))?;
+    Some((j, meeting))
 }
 
 /// One defect an object and kind.

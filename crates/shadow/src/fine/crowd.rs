@@ -1,12 +1,13 @@
 //! Faces in a crowd: under so many facets, and so many of them, that measuring all facets against all faces would take the square of the input.
 //!
-//! Such a face is divided without a list of what is over it. Cells with the fewest facets over them go on as any other ([`FlatFace::divide`]); for the rest an
-//! even share of the facets over the face is asked whether one of them covers the cell alone, and some of them together at the last. What some of the occluders
-//! cover is in shadow whatever the others do, so a cell's verdict is a proof here too; but none of these is proved lit, and some stay undecided that all facets
-//! together would prove shadowed (a sheet of small triangles). Guarantee: [`PAIRS`] facets are measured for a face, and [`PARTS`] for each of at most 64 cells, whatever the
-//! detail; which they are goes by the light, the face and what may shadow it, not by their order. Estimates of undecided cells ask the same few facets, so they
-//! lean to lit. Cost: half a millisecond a face. Not bounded: all objects that may shadow the receiver are asked for each cell, and samples are looked up one
-//! by one. The limit is one of each receiver by itself, so thousands of small objects over each other are the square of the input still.
+//! Such a face is divided without a list of what is over it. Cells with the fewest facets over them go on as any other ([`FlatFace::divide`]); for the rest up
+//! to 1,024 facets over the face, picked evenly, are asked whether one of them covers the cell alone, and some of them together at the last. What some of the
+//! occluders cover is in shadow whatever the others do, so a cell's verdict is a proof here too; but none of these is proved lit, and some stay undecided that all
+//! facets together would prove shadowed (a sheet of small triangles). Guarantee: [`PAIRS`] facets are measured for a face, [`PARTS`] for each of at most 64 cells, and
+//! those picked are looked at for each of at most 85, whatever the detail; which they are goes by the light, the face and what may shadow it, not by their
+//! order. Estimates of undecided cells ask the few parts alone, so they lean to lit. Cost: half a millisecond a face, some where very many facets are beside a
+//! cell though their boxes hold it. Not bounded: all objects that may shadow the receiver are asked for each cell, and samples are looked up one by one. The limit
+//! is one of each receiver by itself, so thousands of small objects over each other are the square of the input still.
 
 use umbriel_geometry::{Point, blocking::Probe};
 use umbriel_octree::Quadrant;
@@ -14,11 +15,7 @@ use umbriel_octree::Quadrant;
 use super::{
     classify::Blockers,
     flat::{self, FLAT, FlatFace, count, count_samples},
-    occluders::{
-        Candidates, Occluders,
-        few::{Cover, Sample},
-        lots::last_share,
-    },
+    occluders::{Candidates, Occluders, few::Picked, tickets::halvings},
     polygon_blocker::FacetId,
     receiver::Receiver,
     tally::{Tally, Units},
@@ -39,26 +36,26 @@ const FREE_PAIRS: usize = 1 << 22;
 const PAIRS_EACH: usize = 256;
 
 /// How many faces of a receiver tell at least whether it is in a crowd.
-const SAMPLES: usize = 64;
+const ASKED: usize = 64;
 
-/// Whether a receiver of so many faces, under objects of so many facets, has too many pairs to measure them all. Expected from those of its faces that are in
-/// the last share ([`lots`](super::occluders::lots)) with enough of them; `count` tells how many facets are over a face, up to a limit.
+/// Whether a receiver of so many faces, under objects of so many facets, has too many pairs to measure them all. Expected from its faces halved as often as leaves
+/// enough of them, by their [`tickets`](super::occluders::tickets); `count` tells how many facets are over a face, up to a limit.
 pub(crate) fn is_crowd<'a>(
     (faces, facets): (usize, usize),
-    lots: impl FnOnce() -> &'a [u64],
+    tickets: impl FnOnce() -> &'a [u64],
     count: impl Fn(usize, usize) -> usize,
 ) -> bool {
     let allowed = FREE_PAIRS.saturating_add(faces.saturating_add(facets).saturating_mul(PAIRS_EACH));
     if faces.saturating_mul(facets) <= allowed {
         return false;
     }
-    let last_shares: Vec<u8> = lots().iter().map(|&lot| last_share(lot)).collect();
-    let size = |share: u8| last_shares.iter().filter(|&&last| last >= share).count();
-    let share = (0..u8::MAX).take_while(|&share| share == 0 || size(share) >= SAMPLES).last().unwrap_or(0);
-    let most = allowed.saturating_mul(size(share)) / faces;
-    let mut sampled = (0..faces).filter(|&face| last_shares[face] >= share);
+    let halvings: Vec<u8> = tickets().iter().map(|&ticket| halvings(ticket)).collect();
+    let left_after = |times: u8| halvings.iter().filter(|&&own| own >= times).count();
+    let times = (0..u8::MAX).take_while(|&times| times == 0 || left_after(times) >= ASKED).last().unwrap_or(0);
+    let most = allowed.saturating_mul(left_after(times)) / faces;
+    let mut asked = (0..faces).filter(|&face| halvings[face] >= times);
     // Ends where it is known to be too many.
-    let left = sampled.try_fold(most, |left, face| left.checked_sub(count(face, left + 1)));
+    let left = asked.try_fold(most, |left, face| left.checked_sub(count(face, left + 1)));
     left.is_none()
 }
 
@@ -77,14 +74,14 @@ impl<'a> Crowd<'a> {
     /// Classifies the whole face, level by level: so which cells have all that is over them measured does not go by their order.
     pub(crate) fn run(&self) -> Tally<Units> {
         let bare = (self.under)(Blockers::none());
-        let sample = self.occluders.sample(self.objects, &self.receiver.points);
+        let picked = self.occluders.pick(self.objects, &self.receiver.points);
         let (mut done, mut level, mut left) = (Vec::new(), vec![Quadrant::ROOT], PAIRS);
         while !level.is_empty() && !(bare.is_cancelled)() {
             let many = self.take_affordable(&mut level, &bare, &mut left);
             done.extend(level.iter().map(|&place| (place, self.under_all(&bare, place))));
             level = Vec::new();
             for place in many {
-                let (tally, is_open) = self.under_sample(&bare, &sample, place);
+                let (tally, is_open) = self.under_picked(&bare, &picked, place);
                 done.push((place, tally));
                 level.extend(bare.shape.domain.children(place).filter(|_| is_open));
             }
@@ -120,15 +117,15 @@ impl<'a> Crowd<'a> {
         tally
     }
 
-    /// Classifies a cell under some of the facets over its face, and tells whether it is to be divided.
-    fn under_sample(&self, bare: &FlatFace, sample: &Sample, place: Quadrant) -> (Tally<Units>, bool) {
+    /// Classifies a cell under the facets picked for its face, and tells whether it is to be divided.
+    fn under_picked(&self, bare: &FlatFace, picked: &Picked, place: Quadrant) -> (Tally<Units>, bool) {
         let mut tally = Tally::new();
         tally.examined += 1;
         let (corners, middle) = (self.corners(bare, place), self.probe(bare.middle(place)));
-        match self.occluders.cover((sample, self.own), (&corners, &middle), PARTS) {
-            Cover::Found => shadowed(bare, place, &mut tally),
-            Cover::Parts(_) if !bare.is_finest(place) => return (tally, true),
-            Cover::Parts(parts) => self.under_parts(bare, parts, place, &mut tally),
+        match self.occluders.uncovered((picked, self.own), (&corners, &middle)) {
+            None => shadowed(bare, place, &mut tally),
+            Some(_) if !bare.is_finest(place) => return (tally, true),
+            Some(hiding) => self.under_parts(bare, parts_of(hiding), place, &mut tally),
         }
         (tally, false)
     }
@@ -162,6 +159,14 @@ impl<'a> Crowd<'a> {
 
 fn bounds_of(corners: &[Probe]) -> Vec<Point<'static>> {
     corners.iter().map(|corner| corner.bounds).collect()
+}
+
+/// [`PARTS`] of some facets, by their tickets; of those with the same ticket all or none.
+fn parts_of(mut hiding: Vec<(u64, FacetId)>) -> Candidates {
+    hiding.sort_unstable();
+    let is_end = |&end: &usize| end == 0 || hiding.get(end).is_none_or(|next| next.0 != hiding[end - 1].0);
+    let end = (0..=PARTS.min(hiding.len())).rev().find(is_end).unwrap_or(0);
+    Candidates { facets: hiding[..end].iter().map(|&(_, id)| id).collect(), bodies: Vec::new() }
 }
 
 fn shadowed(face: &FlatFace, place: Quadrant, tally: &mut Tally<Units>) {

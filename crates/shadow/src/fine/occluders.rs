@@ -5,7 +5,7 @@
 //! out, since boxes are rounded outward.
 
 pub(crate) mod few;
-pub(crate) mod lots;
+pub(crate) mod tickets;
 
 use std::{
     ops::ControlFlow,
@@ -37,7 +37,7 @@ const LOOKS: usize = 1 << 10;
 /// What may block a receiver, by name.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Candidates {
-    /// Facets, sorted.
+    /// Facets, each once; of [`Occluders::candidates`] sorted.
     pub(crate) facets: Vec<FacetId>,
     /// Objects that are analytic bodies.
     pub(crate) bodies: Vec<u32>,
@@ -69,10 +69,10 @@ struct Seen {
     /// The light-space box of the object's box in each frame that sees it; the ties last.
     views: OnceLock<Vec<Option<Aabb>>>,
     index: OnceLock<ObjectIndex>,
-    /// Of facets: see [`lots`].
-    lots: OnceLock<Vec<u64>>,
-    /// Of the shares of its facets after the first, which the index holds.
-    shares: OnceLock<Vec<Trees>>,
+    /// Of its facets ([`tickets`]).
+    tickets: OnceLock<Vec<u64>>,
+    /// Of every second facet, of every fourth and so on.
+    thinned: OnceLock<Vec<Trees>>,
 }
 
 /// For each frame, a tree and the facets that its items stand for (an analytic body is item 0 of its own).
@@ -197,11 +197,7 @@ impl<'a> Occluders<'a> {
         if self.bodies.is_analytic(object as usize) {
             return 0;
         }
-        let views = self.seen(object).views.get_or_init(|| {
-            let corners = box_corners(&self.bodies.boxes[object as usize]);
-            self.frames.iter().chain(&self.ties).map(|frame| frame.bounds(&corners)).collect()
-        });
-        let Some(body) = &views[frame] else { return 0 };
+        let Some(body) = self.view_of_body(object, frame) else { return 0 };
         let area = |bounds: &Aabb| bounds.size().x * bounds.size().y;
         // Depths are left out: what is nearer than all of the face shadows it, too.
         let (min, max) = (body.min.max(face.min), body.max.min(face.max));
@@ -213,6 +209,15 @@ impl<'a> Occluders<'a> {
         } else {
             (share * SHARES).round() as u64 * self.bodies.distinct_faces(object as usize) as u64
         }
+    }
+
+    /// The box of an object's box in a frame; the ties last.
+    fn view_of_body(&self, object: u32, frame: usize) -> Option<&Aabb> {
+        let views = self.seen(object).views.get_or_init(|| {
+            let corners = box_corners(&self.bodies.boxes[object as usize]);
+            self.frames.iter().chain(&self.ties).map(|frame| frame.bounds(&corners)).collect()
+        });
+        views[frame].as_ref()
     }
 
     /// What among `objects` may block some point of the hull of `points`.

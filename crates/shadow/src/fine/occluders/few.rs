@@ -1,6 +1,7 @@
 //! Looks at some of many: for faces under more facets than can be listed.
 //!
-//! Guarantee: which facets are looked at goes by them and by the face alone, whatever the order of objects, of facets and of axes.
+//! Guarantee: which facets are looked at goes by them and by the face alone, whatever the order of objects, of facets and of axes. Memory: of an object over such a
+//! face trees of every second, fourth, eighth facet and so on, as much again as its own tree; of an instance for each group of receivers.
 
 use std::ops::ControlFlow;
 
@@ -9,9 +10,8 @@ use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Point, blocking::Probe};
 
 use super::{
-    Candidates, LightFrame, Occluders, Trees,
-    lots::{self, last_share},
-    over,
+    LightFrame, Occluders, Trees, over,
+    tickets::{self, halvings},
 };
 use crate::{
     bodies::Body,
@@ -19,19 +19,11 @@ use crate::{
     fine::polygon_blocker::FacetId,
 };
 
-/// Facets at most that are looked at for a face.
-const SAMPLED: usize = 1024;
+/// Facets at most that are picked for a face.
+const PICKED: usize = 1024;
 
 /// Some of the facets over a face: in each frame that sees the face those that are over it there, with their boxes.
-pub(crate) struct Sample<'a>(Vec<(&'a LightFrame, Vec<(Aabb, FacetId)>)>);
-
-/// What is known of a cell by some of the facets over it.
-pub(crate) enum Cover {
-    /// One facet hides all of it.
-    Found,
-    /// None of those looked at does; some that hide its middle.
-    Parts(Candidates),
-}
+pub(crate) struct Picked<'a>(Vec<(&'a LightFrame, Vec<(Aabb, FacetId)>)>);
 
 impl Occluders<'_> {
     /// How many of `objects`' facets and bodies have boxes over the hull of `points`, each for every frame that sees it, so no fewer than
@@ -53,22 +45,28 @@ impl Occluders<'_> {
         count
     }
 
-    /// Facets of `objects` over the hull of `points`: of the densest share, the first left out, that has no more than [`SAMPLED`] there.
-    pub(crate) fn sample(&self, objects: &[u32], points: &[Point]) -> Sample<'_> {
-        let sparsest = objects.iter().map(|&object| self.shares(object).len()).max().unwrap_or(0);
-        let shares = (0..sparsest).rev().map_while(|share| self.all_over(objects, share, points));
-        shares.last().unwrap_or(Sample(Vec::new()))
+    /// Facets of `objects` over the hull of `points`: halved as often as leaves no more than [`PICKED`], once at least.
+    pub(crate) fn pick(&self, objects: &[u32], points: &[Point]) -> Picked<'_> {
+        let over = |object: &u32| {
+            let views = self.frames.iter().enumerate();
+            let mut views = views.filter_map(|(number, view)| Some((number, view.bounds(points).map(over)?)));
+            views.any(|(number, query)| self.view_of_body(*object, number).is_some_and(|body| body.meets(&query)))
+        };
+        let objects: Vec<u32> = objects.iter().copied().filter(over).collect();
+        let most = objects.iter().map(|&object| self.thinned(object).len()).max().unwrap_or(0);
+        let picks = (0..most).rev().map_while(|times| self.all_over(&objects, times, points));
+        picks.last().unwrap_or(Picked(Vec::new()))
     }
 
-    /// What of a share is over a hull; `None` if it is more than [`SAMPLED`].
-    fn all_over(&self, objects: &[u32], share: usize, points: &[Point]) -> Option<Sample<'_>> {
-        let (mut left, ties) = (SAMPLED, self.ties_over(points));
-        let mut sample = Sample(Vec::new());
+    /// What is over a hull of the facets halved once more than so often; `None` if it is more than [`PICKED`].
+    fn all_over(&self, objects: &[u32], times: usize, points: &[Point]) -> Option<Picked<'_>> {
+        let (mut left, ties) = (PICKED, self.ties_over(points));
+        let mut picked = Picked(Vec::new());
         for (number, frame) in self.frames.iter().enumerate() {
             let Some(query) = frame.bounds(points).map(over) else { continue };
             let mut found = Vec::new();
-            for (&object, shares) in objects.iter().map(|object| (object, self.shares(*object))) {
-                let Some(trees) = shares.get(share) else { continue };
+            for (&object, thinned) in objects.iter().map(|object| (object, self.thinned(*object))) {
+                let Some(trees) = thinned.get(times) else { continue };
                 let (tree, items): &(BoxTree, Vec<u32>) = &trees[number];
                 let enter = |bounds: &Aabb| bounds.meets(&query).then_some((0.0, *bounds));
                 tree.for_each_entered(enter, 0.0, |item, (_, bounds), _| {
@@ -84,19 +82,18 @@ impl Occluders<'_> {
                 }
             }
             left -= found.len();
-            sample.0.push((frame, found));
+            picked.0.push((frame, found));
         }
-        Some(sample)
+        Some(picked)
     }
 
-    /// Looks among a sample for a facet that covers a cell of its face, given by the cell's corners and its middle; else for up to `most` that hide the middle.
-    /// Exact.
-    pub(crate) fn cover(
+    /// Looks among the facets picked for a face for one that covers a cell of it, given by the cell's corners and its middle. `None` if one does; else those
+    /// that hide the middle, with their tickets. Exact, but for those whose rectangle does not hold that of the cell: they are passed over.
+    pub(crate) fn uncovered(
         &self,
-        (sample, own): (&Sample, FacetId),
+        (picked, own): (&Picked, FacetId),
         (corners, middle): (&[Probe], &Probe),
-        most: usize,
-    ) -> Cover {
+    ) -> Option<Vec<(u64, FacetId)>> {
         let points: Vec<Point> = corners.iter().map(|corner| corner.bounds).collect();
         let hides = |id: FacetId, point: &Probe| {
             face_blocks(self.bodies, (id.object as usize, id.facet as usize), point, Own::Nothing, self.light)
@@ -104,24 +101,20 @@ impl Occluders<'_> {
         // What lies behind a convex facet is convex.
         let covers = |id: FacetId| self.is_solid(id) && corners.iter().all(|corner| hides(id, corner));
         let mut hiding = Vec::new();
-        for id in self.that_may_cover(sample, &points) {
-            if id != own && !self.is_beside(id, middle.bounds.position) && hides(id, middle) {
+        for id in self.that_may_cover(picked, &points) {
+            if id != own && !self.is_beside(id, &middle.bounds) && hides(id, middle) {
                 if covers(id) {
-                    return Cover::Found;
+                    return None;
                 }
-                hiding.push((self.lots(id.object)[id.facet as usize], id));
+                hiding.push((self.tickets(id.object)[id.facet as usize], id));
             }
         }
-        hiding.sort_unstable();
-        // Of those with the same lot all or none.
-        let is_end = |&end: &usize| end == 0 || hiding.get(end).is_none_or(|next| next.0 != hiding[end - 1].0);
-        let end = (0..=most.min(hiding.len())).rev().find(is_end).unwrap_or(0);
-        Cover::Parts(Candidates { facets: hiding[..end].iter().map(|&(_, id)| id).collect(), bodies: Vec::new() })
+        Some(hiding)
     }
 
-    /// Those of a sample whose rectangle holds that of a hull, in every frame that sees this.
-    fn that_may_cover<'s>(&'s self, sample: &'s Sample, points: &[Point]) -> impl Iterator<Item = FacetId> + 's {
-        let mut seen = sample.0.iter().filter_map(|(frame, found)| Some((*frame, frame.bounds(points)?, found)));
+    /// Those picked whose rectangle holds that of a hull, in every frame that sees this.
+    fn that_may_cover<'s>(&'s self, picked: &'s Picked, points: &[Point]) -> impl Iterator<Item = FacetId> + 's {
+        let mut seen = picked.0.iter().filter_map(|(frame, found)| Some((*frame, frame.bounds(points)?, found)));
         let first = seen.next();
         let others = seen.map(|(frame, hull, _)| (frame, hull)).chain(self.ties_over(points));
         let others: Vec<(&LightFrame, Aabb)> = others.collect();
@@ -135,20 +128,21 @@ impl Occluders<'_> {
     }
 
     /// Whether a facet surely does not hide a point, by floats (NUMERICS.md, "Crowds"): tells most of them in a few nanoseconds.
-    fn is_beside(&self, id: FacetId, point: DVec3) -> bool {
+    fn is_beside(&self, id: FacetId, point: &Point) -> bool {
         let Body::Flat(facets) = self.bodies.get(id.object as usize) else { return false };
-        let is_sun = self.light.is_sun();
-        let way = if is_sun { self.light.xyz() } else { self.light.xyz() - point };
+        let (is_sun, x) = (self.light.is_sun(), point.position);
+        let way = if is_sun { self.light.xyz() } else { self.light.xyz() - x };
         let corners = facets.facet(id.facet as usize).corners();
-        let seen = |corner: &u32| facets.positions()[*corner as usize] - point;
+        let seen = |corner: &u32| facets.positions()[*corner as usize] - x;
         let sum = |v: DVec3| v.abs().element_sum();
+        let doubt = 2.0 * sum(point.slack) + 2.0 * sum(point.rest);
         let mut from = corners.last().map_or(DVec3::ZERO, seen);
         let (mut is_left, mut is_right) = (false, false);
         for to in corners.iter().map(seen) {
             let turn = from.cross(to).dot(way);
             let reach = sum(from) + sum(to) + if is_sun { 0.0 } else { sum(way) };
             let product = reach * if is_sun { sum(way) } else { reach };
-            let slack = 64.0 * f64::EPSILON * (sum(point) + reach) * product;
+            let slack = (64.0 * f64::EPSILON * (sum(x) + reach) + doubt) * product;
             (is_left, is_right) = (is_left || turn > slack, is_right || turn < -slack);
             from = to;
         }
@@ -159,20 +153,20 @@ impl Occluders<'_> {
         matches!(self.bodies.get(id.object as usize), Body::Flat(facets) if facets.holes(id.facet as usize).is_none())
     }
 
-    /// The shares of an object's facets after the first, down to the last that is not empty: for each frame a tree and the facets that its items stand for.
-    fn shares(&self, object: u32) -> &[Trees] {
-        self.seen(object).shares.get_or_init(|| {
+    /// Trees of every second facet of an object, of every fourth and so on, down to the last ones that hold something.
+    fn thinned(&self, object: u32) -> &[Trees] {
+        self.seen(object).thinned.get_or_init(|| {
             let Body::Flat(facets) = self.bodies.get(object as usize) else { return Vec::new() };
-            let lots = self.lots(object);
-            let last = lots.iter().map(|&lot| last_share(lot)).max().unwrap_or(0);
-            (1..=last).map_while(|share| self.trees_of(facets, |facet| last_share(lots[facet]) >= share)).collect()
+            let tickets = self.tickets(object);
+            let most = tickets.iter().map(|&ticket| halvings(ticket)).max().unwrap_or(0);
+            (1..=most).map_while(|times| self.trees_of(facets, |facet| halvings(tickets[facet]) >= times)).collect()
         })
     }
 
-    /// The lots of an object's facets; none of an analytic body.
-    pub(crate) fn lots(&self, object: u32) -> &[u64] {
-        self.seen(object).lots.get_or_init(|| match self.bodies.get(object as usize) {
-            Body::Flat(facets) => lots::lots(&self.bodies.scene.objects[object as usize], facets),
+    /// The tickets of an object's facets; none of an analytic body.
+    pub(crate) fn tickets(&self, object: u32) -> &[u64] {
+        self.seen(object).tickets.get_or_init(|| match self.bodies.get(object as usize) {
+            Body::Flat(facets) => tickets::tickets(&self.bodies.scene.objects[object as usize], facets),
             Body::Analytic(_) => Vec::new(),
         })
     }
