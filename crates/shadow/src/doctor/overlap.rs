@@ -19,9 +19,9 @@ use super::{
     plate::{Meeting, Plate},
 };
 
-/// So many faces of a plane may be near others, each pair from both sides: about a second; and so many near any face.
-const MOST_PAIRS: usize = 1 << 22;
-const PAIRS_EACH: usize = 64;
+/// So many pairs of a plane are compared, and so many more for each of its faces, a pair from both sides: a microsecond each.
+const FREE_PAIRS: usize = 1 << 18;
+const PAIRS_EACH: usize = 32;
 
 /// What covers a face, square metres; `None` while nothing does.
 #[derive(Clone, Copy, Debug, Default)]
@@ -126,8 +126,9 @@ fn meetings(plates: &[&Plate]) -> Vec<Meetings> {
         let ended = tree.for_each_where(|bounds| bounds.meets(&boxes[i]), visit_next);
         ended.is_continue().then_some(left)
     };
-    let is_crowded = (0..plates.len()).try_fold(MOST_PAIRS, |left, i| near(i, left, &mut |_| {})).is_none();
-    let most = if is_crowded { PAIRS_EACH.max(MOST_PAIRS / plates.len()) } else { plates.len() };
+    let allowed = FREE_PAIRS + PAIRS_EACH * plates.len();
+    let is_crowded = (0..plates.len()).try_fold(allowed, |left, i| near(i, left, &mut |_| {})).is_none();
+    let most = if is_crowded { allowed / plates.len() } else { plates.len() };
     let of_face = |i: usize| {
         let mut others = Vec::new();
         let is_cut_short = near(i, most, &mut |j| others.extend((j != i).then_some(j))).is_none();

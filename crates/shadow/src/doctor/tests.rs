@@ -320,3 +320,31 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_floor_under_thousands_of_tiles_is_compared_with_all() {
+    let tile = |k: u32| {
+        let map = at(f64::from(k % 60) - 29.5, 0.0, f64::from(k / 60) - 24.5);
+        placed("tile", Shape::Rectangle(Rectangle { size: [0.5; 2] }), map)
+    };
+    let floor = object("floor", Shape::Rectangle(Rectangle { size: [64.0; 2] }));
+    let tiles: Vec<Object> = (0..3000).map(tile).collect();
+    let areas = |objects: Vec<Object>| {
+        let found = found(objects, &[]);
+        assert!(found.iter().all(|defect| defect.0 == DefectKind::CoplanarOverlap), "{:?}", found[0]);
+        // What is clipped out of the floor is rounded.
+        found.iter().map(|defect| (defect.3 * 1e9).round() / 1e9).collect::<Vec<f64>>()
+    };
+    assert_eq!(areas([vec![floor.clone()], tiles.clone()].concat()), [vec![750.0], vec![0.25; 3000]].concat());
+    assert_eq!(areas([tiles, vec![floor]].concat()), [vec![0.25; 3000], vec![750.0]].concat());
+}
+
+#[test]
+fn a_crowded_plane_is_told_and_compared_in_part() {
+    let sheets = (0..2100).map(|_| object("sheet", Shape::Rectangle(Rectangle { size: [2.0, 1.0] }))).collect();
+    let found = found(sheets, &[]);
+    for kind in [DefectKind::CoplanarOverlap, DefectKind::CrowdedPlane] {
+        let areas: Vec<f64> = found.iter().filter(|defect| defect.0 == kind).map(|defect| defect.3).collect();
+        assert_eq!(areas, [2.0; 2100], "{kind:?}");
+    }
+}
