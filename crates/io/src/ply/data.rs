@@ -71,7 +71,7 @@ impl<'a> Source<'a> {
             return Ok(());
         }
         let message = format!("the header tells of {} rows, which do not fit into the rest of the file", element.count);
-        Err(LoadProblem::element(format!("element {}", element.name), message))
+        Err(LoadProblem::element(format!("element {}", excerpt(&element.name)), message))
     }
 
     /// Reads all rows of an element.
@@ -140,7 +140,7 @@ impl<'a> Source<'a> {
     }
 
     fn problem(&self, element: &Element, row: u64, fault: Fault) -> LoadProblem {
-        let place = format!("{} {row}", element.name);
+        let place = format!("{} {row}", excerpt(&element.name));
         let message = match fault {
             Fault::Ended => "the file ends here".to_owned(),
             Fault::Wrong(message) => message,

@@ -114,7 +114,7 @@ impl Element {
     }
 
     fn lacks(&self, name: &str) -> LoadProblem {
-        LoadProblem::element(format!("element {}", self.name), format!("it has no property {name}"))
+        LoadProblem::element(format!("element {}", excerpt(&self.name)), format!("it has no property {name}"))
     }
 }
 
