@@ -1,9 +1,11 @@
 //! Rays whose order of cells floats cannot tell: the comparison goes on in big numbers. Points whose cell rounded distances cannot
-//! tell: what the roundings took away decides. NUMERICS.md, section 4.
+//! tell: what the roundings took away decides. Segments through edges of projected triangles. NUMERICS.md, section 4.
+
+use std::sync::Arc;
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, Dyadic, Ring, Sign, decisions::Decisions};
-use umbriel_octree::{Cube, Octant, Partition, Ray};
+use umbriel_geometry::{Aabb, Dyadic, Mesh, Ring, Sign, decisions::Decisions};
+use umbriel_octree::{Cube, Octant, Partition, Projection, ProjectionOptions, Ray, Viewpoint};
 
 #[test]
 fn a_ray_through_an_edge_between_cells_is_told_exactly() {
@@ -46,4 +48,19 @@ fn a_point_beside_a_plane_that_is_no_float_is_in_its_own_cell() {
         }
     }
     assert!(rests_decided > 100 && below > 1000, "{rests_decided} by rests, {below} below");
+}
+
+#[test]
+fn segments_through_an_edge_of_a_projected_triangle_go_to_big_numbers() {
+    // The middle of the segment is the middle of an edge: L = a + (b − x), without rounding.
+    let (a, b, x) = ([1.1, 1.7, 1.3], [1.9, 1.2, 1.6], [1.4, 1.5, 1.8]);
+    let mesh = Arc::new(Mesh::new(vec![a, b, [1.2, 1.1, 1.9]], vec![[0, 1, 2]]).expect("a triangle"));
+    let lamp = Viewpoint::Point(std::array::from_fn(|k| a[k] + (b[k] - x[k])).into());
+    let projection = Projection::build(mesh, lamp, &ProjectionOptions::default()).expect("a projection");
+    for mut segments in [projection.segments(), projection.segments_by_descent()] {
+        let before = Decisions::of_thread();
+        let hit = segments.any_hit(x.into());
+        let decisions = Decisions::of_thread() - before;
+        assert!(hit && decisions.exact > 0, "{decisions:?}");
+    }
 }

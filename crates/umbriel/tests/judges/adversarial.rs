@@ -13,9 +13,10 @@ use umbriel::adversarial::{
 };
 use umbriel_bvh::{Segment, TriangleBvh};
 use umbriel_geometry::{LightSource, Mesh, Placement};
-use umbriel_scene::{Object, Scene, Shape};
+use umbriel_scene::{Light, Object, Scene, Shape};
 use umbriel_shadow::{
-    Cell, CellMethod, Detail, Place, Queries, Request, Sampling, Silent, Verdict, bake, for_each_sample,
+    Cell, CellMethod, Change, Detail, Place, Queries, Request, Sampling, Session, Silent, Verdict, bake,
+    for_each_sample,
 };
 
 /// Shows the first complaints, if there are any.
@@ -256,6 +257,45 @@ fn a_state_is_baked_alike_whatever_came_before() {
             let light = lights[step % 2].expect("a light");
             let (grown, anew) = (answers_by_name(&scene, light), answers_by_name(&made_anew(&scene), light));
             assert_eq!(grown, anew, "history {number}, edit {step}: {edit:?}");
+        }
+    }
+}
+
+/// A session keeps what an edit does not touch; now and then the sun moves as well, and a lamp comes or goes.
+#[test]
+fn a_session_follows_its_history() {
+    let lamp = || Light::new("lamp", LightSource::point([0.5, 3.0, 0.25]).expect("a lamp"));
+    for number in case_numbers(6) {
+        let mut random = Random::new(number);
+        let edits = history(30, &mut random);
+        let mut any_sun = || {
+            let [x, z] = [(); 2].map(|()| random.below(9) as f64 / 4.0 - 1.0);
+            Light::new("sun", LightSource::sun([x, -1.0, z]).expect("a sun"))
+        };
+        let empty = Scene { lights: vec![any_sun()], ..Scene::default() };
+        let detail = Detail::Depth { interior: 3, boundary: 3 };
+        let request = Request { keep_cells: true, ..Request::everything(&empty, detail) };
+        let mut session = Session::new(empty, request);
+        for (step, edit) in edits.into_iter().enumerate() {
+            let edited = match edit.clone() {
+                Edit::Add(object) => Change::Add(*object),
+                Edit::Remove(object) => Change::Remove(object),
+                Edit::Move { object, to } => Change::Move { object, placement: to },
+            };
+            let lit = match step % 8 {
+                3 => Some(Change::SetLight(0, any_sun())),
+                5 => Some(Change::AddLight(lamp())),
+                7 => Some(Change::RemoveLight(1)),
+                _ => None,
+            };
+            for change in std::iter::once(edited).chain(lit) {
+                session.change(change).expect("a sound change");
+            }
+            session.update(&Silent).expect("nobody cancels");
+            let scene = session.scene();
+            let request = Request { keep_cells: true, ..Request::everything(scene, detail) };
+            let fresh = bake(scene, &request, &Silent).expect("nobody cancels");
+            assert!(session.lights().eq(&fresh.lights), "history {number}, edit {step}: {edit:?}");
         }
     }
 }

@@ -177,3 +177,57 @@ fn holds(bounds: &Aabb, hull: &Aabb) -> bool {
     let across = |k: usize| bounds.min[k] <= hull.min[k] && bounds.max[k] >= hull.max[k];
     across(0) && across(1) && bounds.min.z <= hull.max.z
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use umbriel_geometry::{LightSource, Mesh, Placement};
+    use umbriel_scene::{Object, Scene, Shape, Sides};
+
+    use super::*;
+    use crate::bodies::Bodies;
+
+    /// Triangles round the origin, corners at places of an irrational grid.
+    fn strewn(count: u32) -> Scene {
+        let step = [0.754_877_666, 0.569_840_291, 0.438_579_021];
+        let at = |k: u32| step.map(|step: f64| (step * f64::from(k)).fract() * 4.0 - 2.0);
+        let mesh =
+            Mesh::new((0..3 * count).map(at).collect(), (0..count).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect());
+        let shape = Shape::Mesh(Arc::new(mesh.expect("a mesh")));
+        let object = Object::new("strewn".to_owned(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
+        Scene { objects: vec![object], ..Scene::default() }
+    }
+
+    /// Points behind inner points, edges and corners of triangles, an ulp or so to each side.
+    #[test]
+    fn what_hides_a_point_is_never_beside_it() {
+        let scene = strewn(200);
+        let bodies = Bodies::new(&scene);
+        let Body::Flat(facets) = bodies.get(0) else { panic!("a mesh is flat") };
+        let (mut hidden, mut beside, mut asked) = (0, 0, 0);
+        for light in [LightSource::sun([0.3, -1.0, 0.2]), LightSource::point([0.5, 40.0, 0.25])] {
+            let light = light.expect("a light");
+            let occluders = Occluders::new(&bodies, &light);
+            for facet in 0..200 {
+                let [a, b, c] = [0, 1, 2].map(|k| facets.positions()[3 * facet + k]);
+                for place in [0.25 * (a + b) + 0.5 * c, 0.5 * (a + b), 0.75 * a + 0.25 * c, b] {
+                    let way = if light.is_sun() { light.xyz() } else { light.xyz() - place };
+                    let behind = place - 1.25 * way;
+                    for k in 0..27 {
+                        let nudged = DVec3::from_array([1, 3, 9].map(|n| f64::from(k / n % 3 - 1)));
+                        let x: Probe = Probe::at(behind + nudged * f64::EPSILON);
+                        let id = FacetId { object: 0, facet: facet as u32 };
+                        let hides = face_blocks(&bodies, (0, facet), &x, Own::Nothing, &light);
+                        let is_beside = occluders.is_beside(id, &x.bounds);
+                        assert!(!(hides && is_beside), "triangle {facet} at {place} under {light:?}");
+                        let far = Point::exact(behind + 0.1 * (behind - place).cross(DVec3::X));
+                        (hidden, asked) = (hidden + usize::from(hides), asked + 1);
+                        beside += usize::from(occluders.is_beside(id, &far));
+                    }
+                }
+            }
+        }
+        assert!(4 * hidden > asked && 4 * beside > asked, "{hidden} hidden, {beside} beside, of {asked}");
+    }
+}
