@@ -56,12 +56,13 @@ fn differing<'a>(far: &'a ObjectReport, near: &'a ObjectReport) -> Option<(&'a C
 
 fn judge(title: &str, make: impl Fn(&mut Dice, &[f64]) -> Option<Case>) {
     let mut judged = 0;
-    for (distance, number) in DISTANCES.into_iter().flat_map(|distance| (0..cases(1)).map(move |k| (distance, k))) {
+    let all = DISTANCES.into_iter().flat_map(|distance| (0..cases(1)).map(move |k| (distance, k)));
+    for (place, (distance, number)) in all.enumerate() {
         // The next dice, where rounding leaves the truth open.
         let any = |attempt: u64| make(&mut Dice::new(title, 100 * number + attempt), &[distance]);
         let Some(case) = (0..100).find_map(any) else { continue };
         judged += 1;
-        if let Err(complaint) = case.judge() {
+        if let Err(complaint) = case.judge(place as u64) {
             panic!("{title}, {distance} units away, case {number}: {complaint}; {:?}", case.scene);
         }
         let origin = case.scene.objects[0].placement.map().translation;

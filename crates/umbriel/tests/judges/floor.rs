@@ -10,7 +10,7 @@ use crate::{
     oracle::{
         Oracle,
         dice::Dice,
-        fixtures::{lit_by, object, rectangle, scene},
+        fixtures::{elsewhere, lit_by, object, rectangle, scene},
     },
 };
 
@@ -32,6 +32,15 @@ pub(crate) struct Case {
 
 /// How far from the origin most scenes are, in units.
 pub(crate) const NEAR_AND_FAR: [f64; 4] = [0.0, 1.0, 1e3, 1e6];
+
+/// Scenes are made so large that their farthest coordinate has this exponent, or so small that the floor has the opposite, as far as placements have entries of
+/// the accepted range.
+const EXTREME: i32 = 180;
+const LAST: i32 = 198;
+
+fn exponent(number: f64) -> i32 {
+    number.log2().floor() as i32
+}
 
 /// Where things stand before they are rounded to floats: a floor's middle and a scale.
 #[derive(Clone, Copy, Debug)]
@@ -116,9 +125,13 @@ impl Case {
         Self { scene, size, spin, shadow, caster: None, formula_error: 1e-12 }
     }
 
-    /// Bakes the scene and holds it against the truth.
-    pub(crate) fn judge(&self) -> Result<(), String> {
-        let report = baked(&self.scene);
+    /// Bakes the scene, as it is, as large or as small as scenes may be by the case's number, and holds it against the truth.
+    pub(crate) fn judge(&self, number: u64) -> Result<(), String> {
+        let [least, greatest] = self.entries();
+        let larger = (EXTREME - exponent(self.farthest())).min(LAST - exponent(greatest));
+        let smaller = (-EXTREME - exponent(self.size.max_element())).max(-LAST - exponent(least));
+        let powers = [0, larger, smaller];
+        let report = self.baked_at(powers[number as usize % powers.len()]);
         let objects = report.lights.first().map(|light| &light.objects[..]);
         let Some([floor, caster]) = objects else { return Err("not two objects".into()) };
         let whole = self.size.x * self.size.y;
@@ -128,6 +141,37 @@ impl Case {
             holds(&self.scene, caster, areas, self.formula_error * areas.whole)?;
         }
         self.is_worth_something(floor)
+    }
+
+    /// The greatest coordinate of bodies and of a lamp.
+    fn farthest(&self) -> f64 {
+        let source = self.scene.lights[0].source;
+        let lamp = if source.is_sun() { DVec3::ZERO } else { source.xyz().abs() };
+        let bounds = self.scene.objects.iter().map(|object| object.bounds());
+        bounds.map(|bounds| bounds.min.abs().max(bounds.max.abs())).fold(lamp, DVec3::max).max_element()
+    }
+
+    /// The least and the greatest size of an entry of a placement that is not zero.
+    fn entries(&self) -> [f64; 2] {
+        let entries = self.scene.objects.iter().flat_map(|object| object.placement.map().to_cols_array());
+        let sizes: Vec<f64> = entries.map(f64::abs).filter(|&size| size > 0.0).collect();
+        [f64::min, f64::max].map(|better| sizes.iter().copied().reduce(better).expect("a matrix has entries"))
+    }
+
+    /// The report of the scene made larger by a power of two, in metres of the scene as it is: powers of two change no digit of it.
+    fn baked_at(&self, power: i32) -> Report {
+        let factor = 2f64.powi(power);
+        let source = self.scene.lights[0].source;
+        let placed = || LightSource::point((source.xyz() * factor).to_array()).expect("an accepted light");
+        let light = if source.is_sun() { source } else { placed() };
+        let mut report = baked(&lit_by(elsewhere(&self.scene.objects, factor, DVec3::ZERO), light));
+        for object in &mut report.lights[0].objects {
+            let lit = &mut object.lit;
+            for area in [&mut object.area, &mut object.area_error, &mut lit.lower, &mut lit.upper, &mut lit.estimate] {
+                *area = *area / factor / factor;
+            }
+        }
+        report
     }
 
     /// The undecided part is a narrow band along the border.
@@ -199,7 +243,7 @@ pub(crate) fn judge_all(title: &str, count: u64, make: impl Fn(&mut Dice) -> Opt
     for number in 0..count {
         let Some(case) = make(&mut Dice::new(title, number)) else { continue };
         judged += 1;
-        if let Err(complaint) = case.judge() {
+        if let Err(complaint) = case.judge(number) {
             wrong.push(format!("case {number}: {complaint}; {:?}", case.scene));
         }
     }
