@@ -6,7 +6,7 @@
 //! in one plane and overlap); areas are rounded sums in square metres.
 //!
 //! Cost: a sort of every mesh's vertices and edges, and one of all faces by their planes: O(n log n) in the faces of all
-//! objects, plus two exact tests for every two faces of one plane whose boxes meet, up to some millions a plane. Faces of one object are placed at a
+//! objects, plus one exact test for every two faces of one plane whose boxes meet, up to some dozens a face where they are very many. Faces of one object are placed at a
 //! time; of the others only a number for their plane is kept (`planes`).
 //!
 //! What breaks it: where very many faces of one plane lie close to each other (their pairs would be the square of their number), overlaps are counted in part, which is told. Curved bodies

@@ -19,7 +19,7 @@ use super::{
     plate::{Meeting, Plate},
 };
 
-/// So many pairs of a plane are compared, and so many more for each of its faces, a pair from both sides: a microsecond each.
+/// So many faces may be near others of their plane, and so many more for each of its faces, a pair from both sides: a microsecond each.
 const FREE_PAIRS: usize = 1 << 18;
 const PAIRS_EACH: usize = 32;
 
@@ -89,13 +89,17 @@ impl Plates {
 /// What is covered of the faces of one plane, with their objects.
 fn covered(plates: &[&Plate]) -> Vec<(u32, Covered)> {
     let mut covered = vec![Covered::default(); plates.len()];
-    for (face, meetings) in meetings(plates).into_iter().enumerate() {
+    let (all, is_crowded) = meetings(plates);
+    for (face, meetings) in all.into_iter().enumerate() {
         covered[face].not_compared = meetings.is_cut_short.then_some(plates[face].area);
         for (other, meeting) in meetings.found {
             let is_contact = meeting.is_back_to_back && (plates[face].is_one_sided || plates[other].is_one_sided);
-            let Covered { alike, back_to_back, .. } = &mut covered[face];
-            let sum = if is_contact { back_to_back } else { alike };
-            *sum = Some((sum.unwrap_or(0.0) + meeting.area).min(plates[face].area));
+            let concerned = [face, other];
+            for &face in &concerned[..if is_crowded { 1 } else { 2 }] {
+                let Covered { alike, back_to_back, .. } = &mut covered[face];
+                let sum = if is_contact { back_to_back } else { alike };
+                *sum = Some((sum.unwrap_or(0.0) + meeting.area).min(plates[face].area));
+            }
         }
     }
     plates.iter().zip(covered).map(|(plate, covered)| (plate.object, covered)).collect()
@@ -108,8 +112,8 @@ struct Meetings {
     is_cut_short: bool,
 }
 
-/// For each face of a plane what it meets.
-fn meetings(plates: &[&Plate]) -> Vec<Meetings> {
+/// For each face of a plane what it meets: of the later ones, so that every pair is compared once; in a crowded plane, which is told, of all that it is compared with.
+fn meetings(plates: &[&Plate]) -> (Vec<Meetings>, bool) {
     let boxes: Vec<_> = plates.iter().map(|plate| plate.bounds).collect();
     let tree = BoxTree::build(&boxes);
     // Those near a face, itself included, until there are more than so many: what is left of the limit then.
@@ -131,11 +135,12 @@ fn meetings(plates: &[&Plate]) -> Vec<Meetings> {
     let most = if is_crowded { allowed / plates.len() } else { plates.len() };
     let of_face = |i: usize| {
         let mut others = Vec::new();
-        let is_cut_short = near(i, most, &mut |j| others.extend((j != i).then_some(j))).is_none();
+        let is_cut_short =
+            near(i, most, &mut |j| others.extend((if is_crowded { j != i } else { j > i }).then_some(j))).is_none();
         others.sort_unstable();
         Meetings { found: others.into_iter().filter_map(|j| meeting(plates, i, j)).collect(), is_cut_short }
     };
-    (0..plates.len()).into_par_iter().map(of_face).collect()
+    ((0..plates.len()).into_par_iter().map(of_face).collect(), is_crowded)
 }
 
 fn meeting(plates: &[&Plate], i: usize, j: usize) -> Option<(usize, Meeting)> {
