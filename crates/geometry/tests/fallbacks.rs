@@ -257,7 +257,11 @@ fn a_vertex_between_two_floats_is_rounded_exactly() {
 
 #[test]
 fn points_of_a_hull_on_one_line_are_told_exactly() {
-    let line = [[0.1; 3], [0.2; 3], [0.4; 3], [0.8; 3]].to_vec();
+    // From the origin differences are floats, and products of two of them pairs.
+    let line = [[0.0; 3], [0.1; 3], [0.3; 3], [0.7; 3]].to_vec();
+    assert!(by_pairs(|| Convex::new(line)).is_err());
+    // Differences that begin at 1 and end beside 2^-110: their products are no pairs.
+    let line = [[0.1 * 2f64.powi(-60); 3], [0.7; 3], [1.1; 3], [3.3; 3]].to_vec();
     assert!(exactly(|| Convex::new(line)).is_err());
 }
 

@@ -5,7 +5,7 @@ use std::{ops::ControlFlow, sync::OnceLock};
 use glam::DVec3;
 use umbriel_bvh::{BoxTree, Shaft};
 use umbriel_geometry::{
-    Aabb, Dyadic, Facets, LightSource, MIN_MAGNITUDE, PlacedAnalytic, Ring, Sign, Surd, accept_point,
+    Aabb, Dyadic, Facets, LightSource, MIN_MAGNITUDE, NumberDefect, PlacedAnalytic, Ring, Sign, Surd, accept_point,
     analytic::Surface, blocking::Probe,
 };
 use umbriel_scene::{Scene, Shape};
@@ -82,9 +82,17 @@ pub enum QueryDefect {
     /// (u, v) is not finite or outside the face.
     #[error("(u, v) lies outside the face")]
     OutsideFace,
-    /// A coordinate outside the accepted range, or a normal of length zero.
-    #[error("a coordinate is not an accepted number, or the normal is zero")]
-    BadNumber,
+    /// A coordinate of the point outside the accepted range; `axis` is 0, 1 or 2.
+    #[error("{} {defect}", ["x", "y", "z"].get(*axis).unwrap_or(&"?"))]
+    Coordinate {
+        /// Which.
+        axis: usize,
+        /// Why.
+        defect: NumberDefect,
+    },
+    /// A normal of length zero, or with a number that is not finite.
+    #[error("the normal is zero or not finite")]
+    Normal,
 }
 
 /// Exact answers to single points of a scene; builds what it needs on first use, so keep it for many points. For very many to
@@ -122,16 +130,27 @@ impl<'a> Queries<'a> {
                 Ok(Answer { lit, in_space: false })
             }
             Place::Free { position } => {
-                let position = accept_point(position).map_err(|_| QueryDefect::BadNumber)?;
+                let position = accepted(position)?;
                 Ok(Answer {
                     lit: !self.is_blocked::<Dyadic>(&Probe::at(position), Own::Nothing, light),
                     in_space: false,
                 })
             }
             Place::Oriented { position, normal, precision } => {
-                let position = accept_point(position).map_err(|_| QueryDefect::BadNumber)?;
-                let normal = direction(normal).ok_or(QueryDefect::BadNumber)?;
+                let position = accepted(position)?;
+                let normal = direction(normal).ok_or(QueryDefect::Normal)?;
                 Ok(self.oriented_is_lit(position, normal, precision, light))
+            }
+        }
+    }
+
+    /// Why a place is refused, if it is.
+    pub(crate) fn refusal(&self, place: &Place) -> Option<QueryDefect> {
+        match *place {
+            Place::Surface { object, face, u, v } => self.surface_defect(FacePoint { object, face, u, v }),
+            Place::Free { position } => accepted(position).err(),
+            Place::Oriented { position, normal, .. } => {
+                accepted(position).err().or_else(|| direction(normal).is_none().then_some(QueryDefect::Normal))
             }
         }
     }
@@ -283,6 +302,11 @@ impl<'a> Queries<'a> {
         let lit = !is_on_surface && !self.is_blocked::<Dyadic>(&Probe::at(position), Own::Nothing, light);
         Answer { lit, in_space: !is_on_surface }
     }
+}
+
+/// A point whose coordinates are accepted.
+fn accepted(position: [f64; 3]) -> Result<DVec3, QueryDefect> {
+    accept_point(position).map_err(|(axis, defect)| QueryDefect::Coordinate { axis, defect })
 }
 
 /// A normal of any length but zero, brought near length one by a power of two; parts below 2^-200 of it count as zero.

@@ -60,14 +60,16 @@ impl Expected {
     }
 }
 
-/// What points cost one way, nanoseconds: so many among n triangles take points · (base + doubling · log₂ n) + triangle · n + item · places. The last two are
-/// building, and touching everything for the first time.
+/// What points cost one way, nanoseconds: so many among n triangles take points · (base + doubling · log₂ n) + touch · √(points · places) + triangle · n + item · places. The
+/// last two are building.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointCost {
     /// Of any point.
     pub base: f64,
     /// More for each doubling of the triangles.
     pub doubling: f64,
+    /// Of what is looked at for the first time, in no cache yet, or made finer because many will look at it: the geometric mean of points and places.
+    pub touch: f64,
     /// Of each triangle, whatever the points.
     pub triangle: f64,
     /// Of each place of a triangle in an octree's leaves: large triangles have many, and meet much in light space too.
@@ -78,7 +80,11 @@ impl PointCost {
     /// Nanoseconds for so many points.
     pub fn nanoseconds(&self, points: u64, clutter: Clutter) -> f64 {
         let (points, triangles) = (points as f64, clutter.triangles.max(1) as f64);
-        points * (self.base + self.doubling * triangles.log2()) + self.triangle * triangles + self.item * clutter.items
+        let each = self.base + self.doubling * triangles.log2();
+        points * each
+            + self.touch * (points * clutter.items).sqrt()
+            + self.triangle * triangles
+            + self.item * clutter.items
     }
 }
 
@@ -130,25 +136,25 @@ pub struct SearchCosts {
 }
 
 impl SearchCosts {
-    /// As `cargo xtask calibrate` fits them, on one thread.
+    /// As `cargo xtask calibrate` fits them on one thread, to the least times of four rounds (docs/projection.md).
     pub const MEASURED: Self = Self {
         lamp: WayCosts {
-            direct: PointCost { base: 0.0, doubling: 75.6, triangle: 517.0, item: 51.6 },
-            bvh: PointCost { base: 157.6, doubling: 23.3, triangle: 341.1, item: 3.3 },
-            octree: PointCost { base: 201.8, doubling: 27.8, triangle: 2205.9, item: 326.5 },
-            projection: PointCost { base: 277.8, doubling: 15.4, triangle: 14.1, item: 406.6 },
+            direct: PointCost { base: 0.0, doubling: 52.7, touch: 315.3, triangle: 507.6, item: 2.9 },
+            bvh: PointCost { base: 46.4, doubling: 27.4, touch: 3.2, triangle: 276.8, item: 2.2 },
+            octree: PointCost { base: 305.7, doubling: 0.0, touch: 412.7, triangle: 1746.8, item: 166.6 },
+            projection: PointCost { base: 277.5, doubling: 0.0, touch: 303.2, triangle: 155.7, item: 225.4 },
         },
         sun: WayCosts {
-            direct: PointCost { base: 1416.5, doubling: 0.0, triangle: 613.9, item: 34.4 },
-            bvh: PointCost { base: 296.1, doubling: 16.9, triangle: 381.8, item: 0.0 },
-            octree: PointCost { base: 168.6, doubling: 30.9, triangle: 1092.4, item: 632.7 },
-            projection: PointCost { base: 108.4, doubling: 30.5, triangle: 639.8, item: 267.3 },
+            direct: PointCost { base: 1066.3, doubling: 6.9, touch: 66.8, triangle: 530.7, item: 15.2 },
+            bvh: PointCost { base: 230.8, doubling: 16.5, touch: 10.0, triangle: 272.0, item: 3.1 },
+            octree: PointCost { base: 328.2, doubling: 0.0, touch: 401.6, triangle: 1113.4, item: 378.3 },
+            projection: PointCost { base: 79.1, doubling: 14.9, touch: 347.3, triangle: 333.8, item: 216.8 },
         },
         loose: WayCosts {
-            direct: PointCost { base: 46.1, doubling: 0.0, triangle: 557.6, item: 38.6 },
-            bvh: PointCost { base: 0.0, doubling: 18.5, triangle: 361.0, item: 0.0 },
-            octree: PointCost { base: 162.7, doubling: 16.3, triangle: 2562.6, item: 248.4 },
-            projection: PointCost { base: 56.0, doubling: 12.9, triangle: 218.8, item: 367.6 },
+            direct: PointCost { base: 30.5, doubling: 0.0, touch: 31.7, triangle: 475.0, item: 31.8 },
+            bvh: PointCost { base: 3.7, doubling: 15.9, touch: 0.0, triangle: 281.1, item: 1.2 },
+            octree: PointCost { base: 314.7, doubling: 0.0, touch: 158.4, triangle: 1709.7, item: 198.9 },
+            projection: PointCost { base: 93.0, doubling: 0.0, touch: 258.5, triangle: 60.0, item: 242.7 },
         },
     };
 

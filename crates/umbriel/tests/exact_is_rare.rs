@@ -2,12 +2,16 @@
 //!
 //! One test alone, for decisions are counted over the whole process.
 
-use std::path::{Path, PathBuf};
+use std::{
+    hint::black_box,
+    path::{Path, PathBuf},
+};
 
-use umbriel_geometry::{LightSource, decisions::Decisions};
+use glam::DVec3;
+use umbriel_geometry::{LightSource, accept_point, decisions::Decisions};
 use umbriel_io::{LoadOptions, load};
-use umbriel_scene::{Light, Scene};
-use umbriel_shadow::{Detail, Request, Sampling, Silent, bake};
+use umbriel_scene::{Light, Object, Scene};
+use umbriel_shadow::{Detail, Place, Points, Queries, Request, Sampling, Silent, bake, for_each_sample};
 
 /// The scenes of the repository and, where they are at hand, of public collections.
 #[expect(clippy::print_stderr, reason = "what is skipped is said")]
@@ -40,11 +44,25 @@ fn read(path: &Path) -> Scene {
 /// Samples asked for.
 const SAMPLES: u64 = 20_000;
 
-/// What a bake decides.
-fn decisions_of(scene: &Scene, request: &Request) -> Decisions {
+/// What some work decides.
+fn decisions_of(work: impl FnOnce()) -> Decisions {
     let before = Decisions::of_process();
-    bake(scene, request, &Silent).expect("not cancelled");
+    work();
     Decisions::of_process() - before
+}
+
+/// Points of all surfaces, and as many in the box round them all.
+fn places(scene: &Scene) -> (Vec<Place>, Vec<[f64; 3]>) {
+    let request = Request { sampling: Some(Sampling::Count(SAMPLES / 4)), ..Request::everything(scene, Detail::Faces) };
+    let (mut places, mut loose) = (Vec::new(), Vec::new());
+    let bounds = scene.objects.iter().map(Object::bounds).reduce(|a, b| a.union(b)).expect("an object");
+    for_each_sample(scene, &request, |sample| {
+        places.push(Place::Surface { object: sample.object, face: sample.face, u: sample.u, v: sample.v });
+        let share = [sample.u, sample.v, places.len() as f64 / SAMPLES as f64 * 4.0];
+        loose.push((bounds.min + bounds.size() * DVec3::from_array(share)).to_array());
+    });
+    loose.retain(|point| accept_point(*point).is_ok());
+    (places, loose)
 }
 
 /// Fewer than one of 10,000.
@@ -60,10 +78,21 @@ fn exact_arithmetic_settles_fewer_than_one_decision_of_ten_thousand() {
         let cells = Request::everything(&scene, Detail::Depth { interior: 5, boundary: 5 });
         let samples =
             Request { sampling: Some(Sampling::Count(SAMPLES)), ..Request::everything(&scene, Detail::Faces) };
-        let (cells, samples) = (decisions_of(&scene, &cells), decisions_of(&scene, &samples));
+        let [cells, samples] = [cells, samples]
+            .map(|request| decisions_of(|| drop(bake(&scene, &request, &Silent).expect("not cancelled"))));
+        let (places, loose) = places(&scene);
+        let queries = Queries::new(&scene);
+        let lights = || scene.lights.iter().map(|light| &light.source);
+        let points = decisions_of(|| {
+            for light in lights() {
+                places.iter().for_each(|place| _ = black_box(queries.lit(place, light).expect("a point of a face")));
+                black_box(queries.lit_many(Points::FreeDouble(&loose), light, &Silent).expect("points"));
+            }
+        });
+        assert!(points.all() > 0, "{}: {points:?}", path.display());
         let exact = |of: Decisions| of.expansion + of.exact;
-        if ![cells, samples].into_iter().all(|of| is_rare(exact(of), of.all())) {
-            wrong.push(format!("{}: cells {cells:?}, samples {samples:?}", path.display()));
+        if ![cells, samples, points].into_iter().all(|of| is_rare(exact(of), of.all())) {
+            wrong.push(format!("{}: cells {cells:?}, samples {samples:?}, points {points:?}", path.display()));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));

@@ -53,6 +53,8 @@ impl StepCost {
 /// What rays cost in an octree that is to be built, nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookupCost {
+    /// Of any ray.
+    pub ray: f64,
     /// Of a node that a ray looks at in the BVH: what is cluttered there is so here.
     pub node: f64,
     /// Of a ray that hits something.
@@ -68,15 +70,15 @@ impl LookupCost {
     /// Nanoseconds for rays that are expected among so many places of triangles, building included.
     pub fn nanoseconds(&self, sampled: &Sampled, items: f64) -> f64 {
         let counts = Self::counts(sampled, items);
-        let costs = [self.node, self.hit, self.touch, self.item];
+        let costs = [self.ray, self.node, self.hit, self.touch, self.item];
         counts.iter().zip(costs).map(|(count, cost)| count * cost).sum()
     }
 
     /// How often each of the costs arises, in the order of the fields.
-    pub fn counts(sampled: &Sampled, items: f64) -> [f64; 4] {
+    pub fn counts(sampled: &Sampled, items: f64) -> [f64; 5] {
         let share = sampled.rays as f64 / sampled.sent.max(1) as f64;
         let [nodes, hits] = [sampled.steps.nodes, sampled.steps.hits].map(|count| share * f64::from(count));
-        [nodes, hits, (sampled.rays as f64 * items).sqrt(), items]
+        [sampled.rays as f64, nodes, hits, (sampled.rays as f64 * items).sqrt(), items]
     }
 }
 
@@ -92,11 +94,11 @@ pub struct CostModel {
 }
 
 impl CostModel {
-    /// As `cargo xtask calibrate` fits them, on one thread, but to the least times of three such runs (docs/projection.md).
+    /// As `cargo xtask calibrate` fits them on one thread, to the least times of four rounds (docs/projection.md).
     pub const MEASURED: Self = Self {
-        bvh: StepCost { ray: 41.5, node: 139.4, pack: 13.6, triangle: 28.6 },
-        octree: LookupCost { node: 114.4, hit: 193.7, touch: 346.3, item: 574.1 },
-        projection: LookupCost { node: 114.4, hit: 73.4, touch: 183.8, item: 288.6 },
+        bvh: StepCost { ray: 79.0, node: 161.1, pack: 10.3, triangle: 31.2 },
+        octree: LookupCost { ray: 128.4, node: 136.3, hit: 120.1, touch: 216.9, item: 508.4 },
+        projection: LookupCost { ray: 39.2, node: 117.7, hit: 106.0, touch: 163.9, item: 264.4 },
     };
 
     /// Nanoseconds for rays that are expected among triangles with so many places in leaves: BVH, octree, projection.

@@ -25,7 +25,7 @@ mod view;
 pub use acceleration::{Acceleration, Choice, CostModel, LookupCost, Sampled, StepCost};
 pub use ray_casting::{RayCaster, SurfaceHit};
 pub use umbriel_bvh::Ray;
-pub use view::View;
+pub use view::{EyeRays, View};
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

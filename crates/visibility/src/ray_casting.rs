@@ -64,6 +64,9 @@ enum LocalShape {
 }
 
 impl RayCaster {
+    /// Pixels along a side of a square whose rays share their way through the trees where there is one for each ([`RayCaster::nearest_of`]).
+    pub const SQUARE: u32 = TILE;
+
     /// Builds the trees; meshes shared by several objects are built once. O(n log n) in the number of objects and of
     /// distinct triangles.
     pub fn new(scene: &Scene) -> Self {
@@ -110,7 +113,8 @@ impl RayCaster {
         let mut best: Option<(usize, LocalHit)> = None;
         self.tree.for_each_near(ray, f64::INFINITY, |object, _, t_max| {
             let object = object as usize;
-            let Some(hit) = self.bodies[object].nearest(ray, t_max) else { return t_max };
+            let body = &self.bodies[object];
+            let Some(hit) = body.nearest(&body.pulled(ray), t_max) else { return t_max };
             let wins = best.is_none_or(|(winner, so_far)| {
                 hit.distance < so_far.distance || (hit.distance == so_far.distance && object < winner)
             });
@@ -125,11 +129,19 @@ impl RayCaster {
     /// [`RayCaster::nearest`] of many rays. Sixteen that follow each other share their way through the trees, which pays where they go nearly the same
     /// way, as those of neighbouring pixels do. The answers are the same, but where surfaces of two objects coincide up to rounding either may be answered.
     pub fn nearest_of(&self, rays: &[Ray]) -> Vec<Option<SurfaceHit>> {
-        rays.chunks(BUNDLE).flat_map(|rays| self.nearest_of_bundle(rays)).collect()
+        let mut hits = Vec::with_capacity(rays.len());
+        for rays in rays.chunks(BUNDLE) {
+            let found = self.nearest_of_bundle(rays);
+            hits.extend(
+                found[..rays.len()].iter().map(|found| found.map(|(object, hit)| self.surface_hit(object, hit))),
+            );
+        }
+        hits
     }
 
-    fn nearest_of_bundle(&self, rays: &[Ray]) -> Vec<Option<SurfaceHit>> {
-        let mut best: Vec<Option<(usize, LocalHit)>> = vec![None; rays.len()];
+    /// The nearest hits of at most [`BUNDLE`] rays, with their objects.
+    fn nearest_of_bundle(&self, rays: &[Ray]) -> [Option<(usize, LocalHit)>; BUNDLE] {
+        let mut best = [None::<(usize, LocalHit)>; BUNDLE];
         let mut ends = [f64::INFINITY; BUNDLE];
         let mut bundle = Vec::with_capacity(BUNDLE);
         let enter = |bounds: &Aabb| {
@@ -138,10 +150,10 @@ impl RayCaster {
         };
         self.tree.for_each_entered(enter, f64::INFINITY, |object, (_, lanes), _| {
             let object = object as usize;
+            let body = &self.bodies[object];
             bundle.clear();
-            bundle.extend(lanes_of(lanes).map(|lane| (rays[lane], ends[lane])));
-            for (lane, hit) in lanes_of(lanes).zip(self.bodies[object].nearest_of(&bundle)) {
-                let Some(hit) = hit else { continue };
+            bundle.extend(lanes_of(lanes).map(|lane| (body.pulled(&rays[lane]), ends[lane])));
+            let mut take = |lane: usize, hit: LocalHit| {
                 let wins = best[lane].is_none_or(|(winner, so_far)| {
                     hit.distance < so_far.distance || (hit.distance == so_far.distance && object < winner)
                 });
@@ -149,10 +161,20 @@ impl RayCaster {
                     best[lane] = Some((object, hit));
                     ends[lane] = ends[lane].min(hit.distance);
                 }
+            };
+            if let LocalShape::Mesh(bvh) = &body.shape
+                && body.prepared.is_none()
+            {
+                let hits = lanes_of(lanes).zip(bvh.nearest_hits(&bundle));
+                hits.for_each(|(lane, hit)| hit.into_iter().for_each(|hit| take(lane, triangle_hit(bvh, hit))));
+            } else {
+                let hits =
+                    lanes_of(lanes).zip(&bundle).map(|(lane, (local, t_max))| (lane, body.nearest(local, *t_max)));
+                hits.for_each(|(lane, hit)| hit.into_iter().for_each(|hit| take(lane, hit)));
             }
             ends[..rays.len()].iter().fold(0.0, |end, &other| end.max(other))
         });
-        best.into_iter().map(|best| best.map(|(object, hit)| self.surface_hit(object, hit))).collect()
+        best
     }
 
     fn surface_hit(&self, object: usize, LocalHit { distance, face, u, v, normal }: LocalHit) -> SurfaceHit {
@@ -161,14 +183,21 @@ impl RayCaster {
 
     /// What is seen at the middle of every pixel, row by row from the upper left; bands are cast in parallel.
     pub fn picture(&self, view: &View) -> Vec<Option<SurfaceHit>> {
-        let bands = (0..view.height.div_ceil(TILE)).into_par_iter();
-        bands.flat_map_iter(|band| self.band(view, band)).collect()
+        let band = |band: u32| {
+            let mut hits = vec![None; rows_of(view, band).len() * view.width as usize];
+            self.for_each_pixel(view, band, |(x, y), found| {
+                let place = (y - band * TILE) as usize * view.width as usize + x as usize;
+                hits[place] = found.map(|(object, hit)| self.surface_hit(object, hit));
+            });
+            hits
+        };
+        (0..view.height.div_ceil(TILE)).into_par_iter().flat_map_iter(band).collect()
     }
 
     /// At how many pixels' middles each object is seen, by the objects' indices; bands are cast in parallel.
     pub fn coverage(&self, view: &View) -> Vec<u64> {
         let count = |mut counts: Vec<u64>, band: u32| {
-            self.band(view, band).into_iter().flatten().for_each(|hit| counts[hit.object] += 1);
+            self.for_each_pixel(view, band, |_, found| found.into_iter().for_each(|(object, _)| counts[object] += 1));
             counts
         };
         let none = || vec![0; self.bodies.len()];
@@ -176,21 +205,22 @@ impl RayCaster {
         (0..view.height.div_ceil(TILE)).into_par_iter().fold(none, count).reduce(none, sum)
     }
 
-    /// [`TILE`] rows of a picture, fewer at its end.
-    fn band(&self, view: &View, band: u32) -> Vec<Option<SurfaceHit>> {
-        let rows = band * TILE..view.height.min((band + 1) * TILE);
-        let mut hits = vec![None; rows.len() * view.width as usize];
+    /// Casts the rays of a band of a picture, square by square, and tells what each pixel's meets.
+    fn for_each_pixel(&self, view: &View, band: u32, mut tell: impl FnMut((u32, u32), Option<(usize, LocalHit)>)) {
+        let eye = view.rays();
         let mut rays = Vec::with_capacity(BUNDLE);
         for left in (0..view.width).step_by(TILE as usize) {
-            let pixels = tile(view, rows.clone(), left);
+            let pixels = tile(view, rows_of(view, band), left);
             rays.clear();
-            rays.extend(pixels.clone().map(|(x, y)| view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5)));
-            for ((x, y), hit) in pixels.zip(self.nearest_of_bundle(&rays)) {
-                hits[(y - rows.start) as usize * view.width as usize + x as usize] = hit;
-            }
+            rays.extend(pixels.clone().map(|pixel| eye.of_pixel(pixel)));
+            pixels.zip(self.nearest_of_bundle(&rays)).for_each(|(pixel, found)| tell(pixel, found));
         }
-        hits
     }
+}
+
+/// The rows of a band of a picture: [`TILE`], fewer at its end.
+fn rows_of(view: &View, band: u32) -> Range<u32> {
+    band * TILE..view.height.min((band + 1) * TILE)
 }
 
 /// Rays that share their way through the trees, and the side of a square of pixels that has so many.
@@ -250,27 +280,16 @@ impl Body {
         Self { shape, to_local, bounds: object.bounds(), prepared: None }
     }
 
-    fn nearest(&self, ray: &Ray, t_max: f64) -> Option<LocalHit> {
-        let local = self.pulled(ray);
+    /// The nearest hit of a local ray.
+    fn nearest(&self, local: &Ray, t_max: f64) -> Option<LocalHit> {
         let hit = match &self.shape {
-            LocalShape::Mesh(bvh) => mesh_hit(bvh, self.prepared.as_ref(), &local, t_max),
-            LocalShape::Rectangle(rectangle) => local::rectangle(rectangle, &local),
-            LocalShape::Cuboid(cuboid) => local::cuboid(cuboid, &local),
-            LocalShape::Analytic(body) => local::analytic(body, &local),
+            LocalShape::Mesh(bvh) => mesh_hit(bvh, self.prepared.as_ref(), local, t_max),
+            LocalShape::Rectangle(rectangle) => local::rectangle(rectangle, local),
+            LocalShape::Cuboid(cuboid) => local::cuboid(cuboid, local),
+            LocalShape::Analytic(body) => local::analytic(body, local),
             LocalShape::Unknown => None,
         };
         hit.filter(|hit| hit.distance <= t_max)
-    }
-
-    /// The nearest hits of some rays, each with its own `t_max`.
-    fn nearest_of(&self, rays: &[(Ray, f64)]) -> Vec<Option<LocalHit>> {
-        match &self.shape {
-            LocalShape::Mesh(bvh) if self.prepared.is_none() => {
-                let local: Vec<(Ray, f64)> = rays.iter().map(|(ray, t_max)| (self.pulled(ray), *t_max)).collect();
-                bvh.nearest_hits(&local).into_iter().map(|hit| Some(triangle_hit(bvh, hit?))).collect()
-            }
-            _ => rays.iter().map(|(ray, t_max)| self.nearest(ray, *t_max)).collect(),
-        }
     }
 
     /// The ray in local coordinates. Not normalised: distances stay those of the world.
@@ -284,17 +303,15 @@ impl Body {
     }
 }
 
-/// How many of the picture's rays meet a box, and what they look at in the BVH inside, by some of them: where they are a good part of the picture by one of 128,
-/// since samples of a few hundred are off by a tenth, but no more than tens of thousands.
+/// How many of the picture's rays meet a box, and what they look at in the BVH inside, by one of 128 of them: no more than two thousand, or 36,864
+/// where they are a good part of the picture, since samples of a few hundred are off by a tenth.
 fn sampled(view: &View, rays_a_pixel: u32, body: &Body, bvh: &TriangleBvh) -> Sampled {
-    const GRID: u32 = 12;
-    const LARGEST: u32 = 48;
-    const EACH: u32 = 128;
-    let few = sampled_on(GRID, view, body, bvh);
-    let tiles = view.width.div_ceil(TILE).saturating_mul(view.height.div_ceil(TILE));
-    let grid = (tiles / EACH).isqrt().min(LARGEST);
+    const EACH: u64 = 128;
+    let rays = u64::from(view.width) * u64::from(view.height) * u64::from(rays_a_pixel);
+    let [coarse, fine] = [12, 48].map(|most| (rays / (EACH * BUNDLE as u64)).isqrt().clamp(2, most) as u32);
+    let few = sampled_on(coarse, view, body, bvh);
     let is_large = 16 * few.rays >= u64::from(view.width) * u64::from(view.height);
-    let pixels = if is_large && grid > GRID { sampled_on(grid, view, body, bvh) } else { few };
+    let pixels = if is_large && fine > coarse { sampled_on(fine, view, body, bvh) } else { few };
     Sampled { rays: pixels.rays * u64::from(rays_a_pixel), ..pixels }
 }
 
@@ -302,10 +319,11 @@ fn sampled(view: &View, rays_a_pixel: u32, body: &Body, bvh: &TriangleBvh) -> Sa
 fn sampled_on(grid: u32, view: &View, body: &Body, bvh: &TriangleBvh) -> Sampled {
     let at =
         |n: u32, pixels: u32| (u64::from(2 * n + 1) * u64::from(pixels) / u64::from(2 * grid)) as u32 / TILE * TILE;
+    let eye = view.rays();
     let of_tile = |n: u32| {
         let top = at(n / grid, view.height);
         let pixels = tile(view, top..view.height.min(top + TILE), at(n % grid, view.width));
-        let rays: Vec<Ray> = pixels.map(|(x, y)| view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5)).collect();
+        let rays: Vec<Ray> = pixels.map(|pixel| eye.of_pixel(pixel)).collect();
         let met = rays.iter().filter(|ray| ray.span(&body.bounds).is_some());
         let local: Vec<(Ray, f64)> = met.map(|ray| (body.pulled(ray), f64::INFINITY)).collect();
         (bvh.nearest_hits_steps(&local), local.len(), rays.len())

@@ -80,23 +80,55 @@ impl View {
     }
 
     /// The ray through a point of the picture, in pixels. Its direction has unit length in perspective and parallel
-    /// views alike, so distances along it are metres.
+    /// views alike, so distances along it are metres. For many, [`View::rays`].
     pub fn ray(&self, x: f64, y: f64) -> Ray {
-        let basis = self.basis();
-        let (width, height) = (f64::from(self.width), f64::from(self.height));
+        self.rays().through(x, y)
+    }
+
+    /// All rays of the picture: what they have in common is computed once.
+    pub fn rays(&self) -> EyeRays {
+        let scale = match self.camera.projection {
+            Projection::Orthographic { height } => height,
+            Projection::Perspective { vertical_degrees } => 2.0 * (0.5 * vertical_degrees).to_radians().tan(),
+            _ => 0.0,
+        };
+        EyeRays { view: *self, basis: self.basis(), scale }
+    }
+}
+
+/// The rays through the points of a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct EyeRays {
+    view: View,
+    basis: Basis,
+    /// Height of the picture, metres; in perspective that at a distance of one.
+    scale: f64,
+}
+
+impl EyeRays {
+    /// The view that they are the rays of.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// [`View::ray`].
+    #[inline]
+    pub fn through(&self, x: f64, y: f64) -> Ray {
+        let Self { view: View { camera, width, height }, basis, scale } = self;
+        let (width, height) = (f64::from(*width), f64::from(*height));
         // Heights of the picture from its middle, up and to the right.
         let (right, up) = ((x - 0.5 * width) / height, (0.5 * height - y) / height);
-        match self.camera.projection {
-            Projection::Orthographic { height } => {
-                Ray::new(self.camera.eye + height * (right * basis.right + up * basis.up), basis.forward)
-            }
-            Projection::Perspective { vertical_degrees } => {
-                let scale = 2.0 * (0.5 * vertical_degrees).to_radians().tan();
-                let direction = basis.forward + scale * (right * basis.right + up * basis.up);
-                Ray::new(self.camera.eye, direction.normalize())
-            }
-            _ => Ray::new(self.camera.eye, basis.forward),
+        let across = *scale * (right * basis.right + up * basis.up);
+        match camera.projection {
+            Projection::Perspective { .. } => Ray::new(camera.eye, (basis.forward + across).normalize()),
+            _ => Ray::new(camera.eye + across, basis.forward),
         }
+    }
+
+    /// The ray through the middle of a pixel, by its column and row.
+    #[inline]
+    pub(crate) fn of_pixel(&self, (column, row): (u32, u32)) -> Ray {
+        self.through(f64::from(column) + 0.5, f64::from(row) + 0.5)
     }
 }
 
@@ -129,7 +161,7 @@ impl View {
 }
 
 /// The eye's axes, orthonormal but for rounding.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Basis {
     pub(crate) right: DVec3,
     pub(crate) up: DVec3,

@@ -111,14 +111,6 @@ impl Questions {
         Self::Points(seen.collect())
     }
 
-    /// Directions from the eye, if these are asked.
-    pub(super) fn directions(&self) -> &[DVec3] {
-        match self {
-            Self::Directions { directions, .. } => directions,
-            Self::Points(_) => &[],
-        }
-    }
-
     pub(super) fn len(&self) -> usize {
         match self {
             Self::Directions { directions, .. } => directions.len(),

@@ -67,6 +67,12 @@ pub(crate) struct CalibrateOptions {
     /// Write what was counted and measured
     #[arg(long, value_name = "FILE.csv")]
     csv: Option<PathBuf>,
+    /// Go through all of it so many times, and let the least times count
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    rounds: u32,
+    /// Threads; 0 takes what there is. Building and casting share them alike, so the models are fitted on one
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    threads: usize,
 }
 
 pub(crate) fn run(options: &Options) -> Result<()> {
@@ -111,7 +117,7 @@ pub(crate) fn calibrate(options: &CalibrateOptions) -> Result<()> {
         return again_for_release();
     }
     check(&options.model)?;
-    calibrate::run(asked(&options.model), options.csv.as_deref())
+    calibrate::run(&asked(&options.model).collect::<Vec<_>>(), options)
 }
 
 fn check(models: &[String]) -> Result<()> {

@@ -12,8 +12,9 @@ use glam::DVec3;
 use umbriel_geometry::{LightSource, Mesh, Placement};
 use umbriel_io::{LoadOptions, load};
 use umbriel_octree::Viewpoint;
-use umbriel_scene::{Object, Scene, Shape, Sides};
+use umbriel_scene::{Camera, Object, Projection, Scene, Shape, Sides};
 use umbriel_shadow::rivals::Polygons;
+use umbriel_visibility::View;
 
 use crate::{
     bench::{city, knot},
@@ -46,6 +47,14 @@ impl Picture {
     pub(super) fn viewpoint(&self) -> Viewpoint {
         let Self { eye, forward, right, up } = *self;
         Viewpoint::Picture { eye, forward, right, up }
+    }
+
+    /// The same as a view of `side` × `side` pixels.
+    pub(super) fn view(&self, side: u32) -> View {
+        let Self { eye, forward, right, .. } = *self;
+        let vertical_degrees = 2.0 * (right.length() / forward.length()).atan().to_degrees();
+        let projection = Projection::Perspective { vertical_degrees };
+        View { camera: Camera { eye, target: eye + forward, up: DVec3::Y, projection }, width: side, height: side }
     }
 
     /// The direction of a ray through the middle of a pixel of a picture with `side` pixels in a row.

@@ -34,7 +34,25 @@ pub(super) fn small_literals(file: &Path, text: &str) -> Vec<String> {
     }
     let own = source::without_tests(text);
     let code = own.lines().map(|line| line.split("//").next().unwrap_or_default());
-    code.flat_map(float_literals).filter(|(_, value)| SMALL.contains(value)).map(|(text, _)| text.to_owned()).collect()
+    let numbers = code.flat_map(|line| {
+        let literals = float_literals(line).into_iter().map(|(text, value)| (text.to_owned(), value));
+        literals.chain(powers(line)).collect::<Vec<_>>()
+    });
+    numbers.filter(|(_, value)| SMALL.contains(value)).map(|(text, _)| text).collect()
+}
+
+/// The numbers written as negative powers in a line of code: `2f64.powi(-20)`.
+fn powers(line: &str) -> Vec<(String, f64)> {
+    const POWER: &str = ".powi(-";
+    let all = line.match_indices(POWER).filter_map(|(place, _)| {
+        let (before, after) = (&line[..place], &line[place + POWER.len()..]);
+        let exponent: i32 = after[..after.find(')')?].parse().ok()?;
+        let start = before.rfind(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).map_or(0, |end| end + 1);
+        let base = before[start..].trim_end_matches("f64").trim_end_matches("f32").replace('_', "");
+        let value: f64 = base.parse().ok()?;
+        Some((format!("{}{POWER}{exponent})", &before[start..]), value.powi(-exponent)))
+    });
+    all.collect()
 }
 
 /// The numbers with a point or an exponent in a line of code.
@@ -90,10 +108,25 @@ mod tests {
             ("let a = 0.000_1f32;", "0.000_1"),
             ("f(1.5E-6_f64.min(y))", "1.5E-6"),
             ("const A: f64 = -2.5e-4;", "2.5e-4"),
+            ("if x < 2f64.powi(-40) {", "2f64.powi(-40)"),
+            ("f(10.0_f32.powi(-7))", "10.0_f32.powi(-7)"),
+            ("1_000f64.powi(-2)", "1_000f64.powi(-2)"),
         ] {
             assert_eq!(found(line), [literal], "{line}");
         }
-        for line in ["let a = 1e-21;", "0..3", "x1e-9", "0.5 // not 1e-9", "tuple.0.1", "0x1e-9", "1.0e300", "0.0"] {
+        for line in [
+            "let a = 1e-21;",
+            "0..3",
+            "x1e-9",
+            "0.5 // not 1e-9",
+            "tuple.0.1",
+            "0x1e-9",
+            "1.0e300",
+            "0.0",
+            "2f64.powi(-100)",
+            "2f64.powi(40)",
+            "x.powi(-9)",
+        ] {
             assert!(found(line).is_empty(), "{line}");
         }
     }

@@ -7,8 +7,10 @@ use glam::DVec3;
 use super::surface::points;
 use crate::{
     approx::Approx,
-    decisions::decide,
+    decide::Decide,
+    decisions::decide_by_pairs,
     dyadic::Dyadic,
+    pair::Pair,
     predicates::{Target, side_value},
     ring::{Ring, Sign},
 };
@@ -69,13 +71,15 @@ pub(super) fn are_collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
 
 /// The signs of the normal (b − a) × (c − a), axis by axis. Exact.
 pub(super) fn normal_signs(a: DVec3, b: DVec3, c: DVec3) -> [Sign; 3] {
-    let minor = |i: usize, j: usize| {
-        let difference = |p: DVec3, k: usize| Approx::exact(p[k]) - Approx::exact(a[k]);
-        let filtered = difference(b, i) * difference(c, j) - difference(b, j) * difference(c, i);
-        decide(filtered.sign(), || {
-            let difference = |p: DVec3, k: usize| Dyadic::new(p[k]) - Dyadic::new(a[k]);
-            (difference(b, i) * difference(c, j) - difference(b, j) * difference(c, i)).sign()
-        })
+    let sign = |i: usize, j: usize| {
+        let exact = || minor::<Dyadic>([a, b, c], i, j).sign();
+        decide_by_pairs(minor::<Approx>([a, b, c], i, j).decide(), || minor::<Pair>([a, b, c], i, j).decide(), exact)
     };
-    [minor(1, 2), minor(2, 0), minor(0, 1)]
+    [sign(1, 2), sign(2, 0), sign(0, 1)]
+}
+
+/// The part of the normal that differences along axes `i` and `j` make.
+fn minor<T: Decide>([a, b, c]: [DVec3; 3], i: usize, j: usize) -> T {
+    let difference = |p: DVec3, k: usize| T::number(p[k]) - T::number(a[k]);
+    difference(b, i) * difference(c, j) - difference(b, j) * difference(c, i)
 }

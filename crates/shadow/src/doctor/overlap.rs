@@ -1,7 +1,7 @@
 //! Coplanar overlaps: faces of one plane that lie on each other, in one object or in two.
 //!
 //! Sorting by plane numbers ([`PlaneKey`]) leaves the faces that share a plane with another one; only these are placed
-//! again and kept. Inside a plane a tree over boxes proposes pairs, and an exact test decides ([`Plate::meeting`]).
+//! again, an eighth of them at a time where they are many, so that their corners need not all be kept. Inside a plane a tree over boxes proposes pairs, and an exact test decides ([`Plate::meeting`]).
 //! A face that is covered by several others counts what they cover one by one, its own area at most. In a plane where very many boxes meet, each face is
 //! compared with some of the others only, and this is told ([`DefectKind::CrowdedPlane`]): all pairs would be the square of the input.
 
@@ -22,6 +22,12 @@ use super::{
 /// So many faces may be near others of their plane, and so many more for each of its faces, a pair from both sides: a microsecond each.
 const FREE_PAIRS: usize = 1 << 18;
 const PAIRS_EACH: usize = 32;
+
+/// Faces are placed and kept until there are so many, or an eighth of all, then compared plane by plane.
+const PLACED: usize = 1 << 16;
+
+/// How many faces, and what of them, square metres: one an object and kind.
+type Sums = BTreeMap<(DefectKind, u32), (usize, f64)>;
 
 /// What covers a face, square metres; `None` while nothing does.
 #[derive(Clone, Copy, Debug, Default)]
@@ -46,12 +52,25 @@ pub(super) fn find(scene: &Scene, planes: &[Vec<PlaneKey>], progress: &dyn Progr
     named.par_sort_unstable();
     let groups: Vec<&[(PlaneKey, u32, u32)]> =
         named.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1).collect();
-    let plates = Plates::of(scene, &groups, progress)?;
-    let covered = groups
-        .par_iter()
-        .map(|group| if progress.is_cancelled() { Err(Cancelled) } else { Ok(covered(&plates.of_group(group))) });
-    let covered = covered.collect::<Result<Vec<_>, Cancelled>>()?;
-    Ok(defects(covered.into_iter().flatten()))
+    let most = PLACED.max(groups.iter().map(|group| group.len()).sum::<usize>() / 8);
+    let (mut placed, mut sums) = (0, Sums::new());
+    let is_of_one_batch = |group: &&[_], _: &&[_]| {
+        placed = if placed < most { placed + group.len() } else { group.len() };
+        placed < most
+    };
+    for groups in groups.chunk_by(is_of_one_batch) {
+        let plates = Plates::of(scene, groups, progress)?;
+        let covered = groups
+            .par_iter()
+            .map(|group| if progress.is_cancelled() { Err(Cancelled) } else { Ok(covered(&plates.of_group(group))) });
+        covered
+            .collect::<Result<Vec<_>, Cancelled>>()?
+            .into_iter()
+            .flatten()
+            .for_each(|covered| add(&mut sums, covered));
+    }
+    let defect = |((kind, object), (count, area))| Defect::new(kind, Place::Object(object as usize), count, area);
+    Ok(sums.into_iter().map(defect).collect())
 }
 
 /// The faces that share a plane with another one, in the order of objects and faces.
@@ -150,21 +169,17 @@ fn meeting(plates: &[&Plate], i: usize, j: usize) -> Option<(usize, Meeting)> {
     Some((j, meeting))
 }
 
-/// One defect an object and kind.
-fn defects(covered: impl Iterator<Item = (u32, Covered)>) -> Vec<Defect> {
-    let mut sums: BTreeMap<(DefectKind, u32), (usize, f64)> = BTreeMap::new();
-    for (object, Covered { alike, back_to_back, not_compared }) in covered {
-        let kinds = [
-            (DefectKind::CoplanarOverlap, alike),
-            (DefectKind::Contact, back_to_back),
-            (DefectKind::CrowdedPlane, not_compared),
-        ];
-        for (kind, area) in kinds {
-            let Some(area) = area else { continue };
-            let sum = sums.entry((kind, object)).or_default();
-            *sum = (sum.0 + 1, sum.1 + area);
-        }
+/// Adds what covers a face of an object.
+fn add(sums: &mut Sums, (object, covered): (u32, Covered)) {
+    let Covered { alike, back_to_back, not_compared } = covered;
+    let kinds = [
+        (DefectKind::CoplanarOverlap, alike),
+        (DefectKind::Contact, back_to_back),
+        (DefectKind::CrowdedPlane, not_compared),
+    ];
+    for (kind, area) in kinds {
+        let Some(area) = area else { continue };
+        let sum = sums.entry((kind, object)).or_default();
+        *sum = (sum.0 + 1, sum.1 + area);
     }
-    let defect = |((kind, object), (count, area))| Defect::new(kind, Place::Object(object as usize), count, area);
-    sums.into_iter().map(defect).collect()
 }

@@ -168,11 +168,8 @@ impl Points<'_> {
         match refused.into_inner() {
             usize::MAX => Ok(()),
             index => {
-                let defect = match self {
-                    Self::OnFaces(points) => queries.surface_defect(points[index]),
-                    _ => None,
-                };
-                Err(PointsError::Refused { index, defect: defect.unwrap_or(QueryDefect::BadNumber) })
+                let defect = queries.refusal(&self.place(index)).unwrap_or(QueryDefect::OutsideFace);
+                Err(PointsError::Refused { index, defect })
             }
         }
     }

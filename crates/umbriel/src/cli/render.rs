@@ -52,7 +52,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
     let (view, objects, mut caster) = stand(args, scene, &lights)?;
     interrupt.check()?;
     if args.method.is_none() {
-        prepare(&mut caster, &view, args);
+        let is_looked_at = args.shadows == ShadowsChoice::Cells && view.width.max(view.height) <= LOOK;
+        prepare(&mut caster, &view, args, u32::from(is_looked_at));
     }
     let bar = Bar::new(interrupt, args.scene.quiet);
     let lamplight = Lamplight::new(scene, &lights);
@@ -226,7 +227,7 @@ fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
     plan::tell_findings(scene, args.scene.quiet);
     let (view, _, mut caster) = stand(args, scene, &[])?;
     interrupt.check()?;
-    prepare(&mut caster, &view, args);
+    prepare(&mut caster, &view, args, 1);
     let coverage = caster.coverage(&view);
     let receivers = (0..scene.objects.len()).filter(|&object| coverage[object] > 0).collect();
     let bar = Bar::new(interrupt, args.scene.quiet);
@@ -236,10 +237,10 @@ fn run_hours(args: &RenderArgs, table: &Path) -> Result<(), Failure> {
     write(&picture, &files, &bar)
 }
 
-/// Makes the caster ready for the picture's rays, and says how.
-fn prepare(caster: &mut RayCaster, view: &View, args: &RenderArgs) {
+/// Makes the caster ready for the picture's rays, and for so many looks at all of it beforehand, and says how.
+fn prepare(caster: &mut RayCaster, view: &View, args: &RenderArgs, looks: u32) {
     let acceleration = args.acceleration.of_rays();
-    let choices = caster.prepare(view, args.aa * args.aa, acceleration, &CostModel::MEASURED);
+    let choices = caster.prepare(view, args.aa * args.aa + looks, acceleration, &CostModel::MEASURED);
     if !args.scene.quiet {
         acceleration::tell_eye(&choices);
     }

@@ -14,7 +14,7 @@ use umbriel_io::write::Picture;
 use umbriel_scene::Scene;
 use umbriel_shadow::Progress;
 use umbriel_visibility::{
-    View,
+    RayCaster, View,
     hidden_surface::{
         DepthBuffer, DepthSort, FacePicture, HiddenSurface, RayCasting, RayTree, ScanLine, Shot, Statistics, Warnock,
         draw_rows,
@@ -75,9 +75,9 @@ impl<'a> Canvas<'a> {
         Drawing { canvas: self, shot, methods, rows }
     }
 
-    /// Rows of pixels that are drawn at once.
+    /// Rows of pixels that are drawn at once: no square of pixels whose rays are cast together is cut.
     pub(crate) fn band(&self) -> u32 {
-        (BAND / self.view.width / (self.subpixels * self.subpixels)).max(1)
+        (BAND / self.view.width / (self.subpixels * self.subpixels)).max(1).next_multiple_of(RayCaster::SQUARE)
     }
 }
 
@@ -136,8 +136,9 @@ impl Canvas<'_> {
     /// Some rows of pixels, each the mean of its samples.
     fn colors(&self, shot: &Shot, faces: &FacePicture, rows: Range<u32>) -> Vec<[u8; 3]> {
         let n = self.subpixels;
+        let eye = shot.rays();
         let sample = |column: u32, row: u32| match faces.hit(shot, [column, row]) {
-            Some(hit) => self.studio.surface(&hit, &shot.view().ray(f64::from(column) + 0.5, f64::from(row) + 0.5)),
+            Some(hit) => self.studio.surface(&hit, &eye.through(f64::from(column) + 0.5, f64::from(row) + 0.5)),
             None => background((f64::from(row) + 0.5) / f64::from(shot.view().height)),
         };
         let pixel = |x: u32, y: u32| {

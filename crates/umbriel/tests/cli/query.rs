@@ -101,8 +101,8 @@ fn answers_to_a_table_as_an_array() {
 fn bad_arrays_are_named_by_what_is_wrong() {
     let whole = bytes(&[1.0, 2.0, 3.0, 0.0, f32::NAN, 0.0]);
     for (file, words) in [
-        (npy("<f4", "(2, 3)", &whole), ["p.npy", "row 1: a coordinate"]),
-        (npy("<f4", "(1, 6)", &whole), ["p.npy", "row 0: a coordinate"]),
+        (npy("<f4", "(2, 3)", &whole), ["p.npy", "row 1: y is not finite"]),
+        (npy("<f4", "(1, 6)", &whole), ["p.npy", "row 0: the normal is"]),
         (npy("<f4", "(3, 3)", &whole), ["p.npy", "36 bytes"]),
         (npy("<i8", "(1, 3)", &whole), ["p.npy", "type \"<i8\""]),
         (b"x,y,z\n".to_vec(), ["p.npy", "no .npy file"]),

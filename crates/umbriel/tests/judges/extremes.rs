@@ -1,7 +1,7 @@
 //! Sizes, places, shapes and lights that break programs with epsilons: every answer is that of the oracle.
 //!
-//! Each scene is asked in three ways: cells are baked and points of proved ones judged; points of its surfaces are queried;
-//! samples are taken in tiles. What has a closed form is held against it as well. `UMBRIEL_CASES` sets how many points of
+//! Each scene is asked in all ways: cells are baked by both methods and points of proved ones judged; points of its surfaces are queried one by one,
+//! directly, by a BVH and looked up in octrees; points in space together; samples are taken in tiles. What has a closed form is held against it as well. `UMBRIEL_CASES` sets how many points of
 //! each scene are judged.
 
 mod lights;
@@ -16,9 +16,14 @@ use crate::oracle::{
     fixtures::{has_triangles, lit_by},
 };
 use crate::proving::Case;
-use umbriel_geometry::LightSource;
-use umbriel_scene::Scene;
-use umbriel_shadow::{Detail, Place, Queries, Report, Request, Sampling, Silent, bake, for_each_sample};
+use glam::DVec3;
+use umbriel_geometry::{LightSource, accept_point};
+use umbriel_scene::{Object, Scene};
+use umbriel_shadow::{
+    CellMethod, Detail, Expected, Place, Points, Queries, Report, Request, Sampling, Search, SearchCosts, Silent, bake,
+    for_each_sample,
+};
+use umbriel_visibility::Acceleration;
 
 /// How many of each kind were judged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -53,23 +58,39 @@ fn judge(name: &str, scene: &Scene, light: LightSource) -> Judged {
     let oracle = Oracle::new(scene);
     let cells = judge_cells(name, scene, light, &oracle);
     let lit = judge_points(name, scene, light, &oracle);
+    judge_points_in_space(name, scene, light, &oracle);
     let samples = judge_samples(name, scene, light, &oracle);
     Judged { cells, lit, samples }
 }
 
 fn judge_cells(name: &str, scene: &Scene, light: LightSource, oracle: &Oracle) -> usize {
-    let case = Case::new(name, scene, light, 3);
-    let (proved, mut dice) = (case.proved(), Dice::new(name, 0));
-    let judged = proved.len().min(cases(40) as usize);
-    for k in 0..judged {
-        // Spread over all cells, the first and the last among them.
-        let cell = proved[k * (proved.len() - 1) / judged.max(2).saturating_sub(1)];
-        assert_eq!(case.judge(oracle, cell, 4, &mut dice), None);
-    }
-    proved.len()
+    let by_method = [CellMethod::Quadtree, CellMethod::Borders].map(|method| {
+        let case = Case::by(method, name, scene, light, 3);
+        let (proved, mut dice) = (case.proved(), Dice::new(name, 0));
+        let judged = proved.len().min(cases(30) as usize);
+        for k in 0..judged {
+            // Spread over all cells, the first and the last among them.
+            let cell = proved[k * (proved.len() - 1) / judged.max(2).saturating_sub(1)];
+            assert_eq!(case.judge(oracle, cell, 3, &mut dice), None, "{method:?}");
+        }
+        proved.len()
+    });
+    assert!(by_method.iter().all(|&proved| proved > 0), "{name} under {light:?}: {by_method:?} cells are proved");
+    by_method[0]
 }
 
 fn judge_points(name: &str, scene: &Scene, light: LightSource, oracle: &Oracle) -> usize {
+    const WAYS: [(Acceleration, Search); 3] = [
+        (Acceleration::Bvh, Search::Bvh),
+        (Acceleration::Octree, Search::Octree),
+        (Acceleration::Projection, Search::Projection),
+    ];
+    let prepared = WAYS.map(|(way, search)| {
+        let mut queries = Queries::new(scene);
+        let choice = queries.prepare(&light, Expected::Places(cases(80)), way, &SearchCosts::MEASURED);
+        assert_eq!(choice.chosen, search, "{name} under {light:?}");
+        queries
+    });
     let (queries, mut dice) = (Queries::new(scene), Dice::new(name, 1));
     let mut lit = 0;
     for _ in 0..cases(80) {
@@ -83,9 +104,34 @@ fn judge_points(name: &str, scene: &Scene, light: LightSource, oracle: &Oracle) 
         let expected = oracle.lit(object, face, [u, v], &light);
         let answer = queries.lit(&place, &light).expect("a point of the surface");
         assert_eq!(answer.lit, expected, "{name}: {place:?} under {light:?}");
+        for ((way, _), queries) in WAYS.iter().zip(&prepared) {
+            let looked_up = queries.lit(&place, &light).expect("a point of the surface");
+            assert_eq!(looked_up.lit, expected, "{name}, {way:?}: {place:?} under {light:?}");
+        }
         lit += usize::from(answer.lit);
     }
     lit
+}
+
+/// Points of surfaces as floats say them, and others around.
+fn judge_points_in_space(name: &str, scene: &Scene, light: LightSource, oracle: &Oracle) {
+    let mut dice = Dice::new(name, 2);
+    let bounds = scene.objects.iter().map(Object::bounds).reduce(|a, b| a.union(b)).expect("an object");
+    let mut any = |_| {
+        let object = dice.index(scene.objects.len());
+        let face = dice.index(scene.objects[object].face_count());
+        let [u, v] = dice.parameters(has_triangles(&scene.objects[object].shape));
+        let is_on_a_face = dice.one_in(2) && oracle.has_point(object, face, [u, v]);
+        let share = [0; 3].map(|_| dice.float(0.0, 1.0));
+        let around = bounds.min + bounds.size() * DVec3::from_array(share);
+        if is_on_a_face { oracle.point(object, face, [u, v]).approximate() } else { around.to_array() }
+    };
+    let accepted = |point: &[f64; 3]| accept_point(*point).is_ok();
+    let points: Vec<[f64; 3]> = (0..cases(60)).map(&mut any).filter(accepted).collect();
+    let lit = Queries::new(scene).lit_many(Points::FreeDouble(&points), &light, &Silent).expect("accepted points");
+    for (point, lit) in points.iter().zip(lit) {
+        assert_eq!(lit, oracle.lit_in_space(*point, &light), "{name}: {point:?} under {light:?}");
+    }
 }
 
 fn judge_samples(name: &str, scene: &Scene, light: LightSource, oracle: &Oracle) -> usize {

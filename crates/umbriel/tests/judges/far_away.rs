@@ -72,6 +72,8 @@ fn judge(title: &str, make: impl Fn(&mut Dice, &[f64]) -> Option<Case>) {
         for (far, near) in objects_of(&case.scene, edge).iter().zip(&objects_of(&near, edge)) {
             let name = format!("{title}, {distance} units away, case {number}, object {}", far.object);
             let [undecided_far, undecided_near] = [far, near].map(ObjectReport::undecided);
+            assert_eq!([far.area, far.area_error], [near.area, near.area_error], "{name}");
+            assert_eq!(far.lit, near.lit, "{name}");
             assert!(
                 far.cells == near.cells,
                 "{name}: {undecided_far} undecided, {undecided_near} at the origin, {:?}; {:?}",

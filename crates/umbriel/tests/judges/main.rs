@@ -21,6 +21,7 @@ mod closed_forms_checked;
 mod closed_forms_solids;
 mod coarse_example;
 mod corpus;
+mod crowds;
 mod cut_outs;
 mod extremes;
 mod far_away;

@@ -6,7 +6,7 @@
 
 use crate::chance::{any_light, any_scene};
 use crate::oracle::{cases, dice::Dice, fixtures};
-use umbriel_geometry::LightSource;
+use umbriel_geometry::{LightSource, NumberDefect};
 use umbriel_scene::Scene;
 use umbriel_shadow::{Place, Points, PointsError, Queries, QueryDefect, Silent};
 
@@ -113,10 +113,19 @@ fn what_single_queries_refuse_is_refused() {
     let sun = LightSource::sun([0.1, -1.0, 0.2]).expect("a sun");
     let queries = Queries::new(scene);
     let refused = |points: Points| queries.lit_many(points, &sun, &Silent).expect_err("refused");
-    let bad = |index| PointsError::Refused { index, defect: QueryDefect::BadNumber };
-    assert_eq!(refused(Points::FreeDouble(&[[0.0; 3], [1.0, 1e-300, 0.0], [f64::NAN; 3]])), bad(1));
-    assert_eq!(refused(Points::FreeSingle(&[[f32::INFINITY; 3]])), bad(0));
-    assert_eq!(refused(Points::OrientedSingle(&[[0.0, 1.0, 0.0, 0.0, 0.0, 0.0]])), bad(0));
+    let bad = |index, axis, defect| {
+        let defect = QueryDefect::Coordinate { axis, defect };
+        PointsError::Refused { index, defect }
+    };
+    let points = [[0.0; 3], [1.0, 1e-300, 0.0], [f64::NAN; 3]];
+    assert_eq!(refused(Points::FreeDouble(&points)), bad(1, 1, NumberDefect::TooSmall));
+    assert_eq!(refused(Points::FreeSingle(&[[f32::INFINITY; 3]])), bad(0, 0, NumberDefect::NotFinite));
+    let rows = [[0.0, 0.0, f32::NAN, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]];
+    assert_eq!(refused(Points::OrientedSingle(&rows)), bad(0, 2, NumberDefect::NotFinite));
+    assert_eq!(
+        refused(Points::OrientedSingle(&rows[1..])),
+        PointsError::Refused { index: 0, defect: QueryDefect::Normal }
+    );
     assert_eq!(queries.lit_many(Points::FreeDouble(&[]), &sun, &Silent), Ok(Vec::new()));
     let empty = Scene::default();
     assert_eq!(Queries::new(&empty).lit_many(Points::FreeDouble(&[[1.0; 3]]), &sun, &Silent), Ok(vec![true]));

@@ -1,22 +1,24 @@
 //! Changes that must not change an answer, made to random scenes: no oracle is asked, only the program itself, twice.
 //!
-//! All that is reported keeps every bit when objects, triangles, the corners within a triangle, threads, the SIMD level, or axes
-//! change: cells by both methods, areas with their bounds, estimates and samples. Where the cells themselves are others
+//! All that is reported keeps every bit when objects, triangles, the corners within a triangle, threads, the SIMD level, axes or
+//! powers of two change, or an object comes where it can do nothing: cells by both methods, areas with their bounds, estimates and samples. Where the cells themselves are others
 //! (triangles cut at points that are floats), the bounds overlap and the same points have the same answers.
 //! `UMBRIEL_CASES` sets the number of scenes, `UMBRIEL_FIRST` the first.
 
-use std::{ops::Range, sync::Arc};
+use std::{cell::Cell, ops::Range, sync::Arc};
 
 use crate::chance::{any_light, any_scene};
 use crate::oracle::{
     case_numbers,
     dice::Dice,
-    fixtures::{has_triangles, lit_by, scene, with_sides},
+    fixtures::{analytic, cuboid, has_triangles, lit_by, mesh, scene, sphere, with_sides},
 };
 use glam::{DAffine3, DMat3, DVec3};
-use umbriel_geometry::{LightSource, Mesh, simd::Level};
+use umbriel_geometry::{Analytic, LightSource, Mesh, Placement, simd::Level};
 use umbriel_scene::{Object, Scene, Shape, Sides};
-use umbriel_shadow::{CellMethod, Detail, ObjectReport, Place, Points, Queries, Request, Sampling, Silent, bake};
+use umbriel_shadow::{
+    CellMethod, Detail, LitArea, ObjectReport, Place, Points, Queries, Request, Sampling, Silent, bake,
+};
 
 /// Compares random scenes with what becomes of them.
 fn judge(numbers: Range<u64>, title: &str, compare: impl Fn(&Scene, LightSource, &mut Dice)) {
@@ -265,6 +267,23 @@ fn axes_exchanged_and_mirrored() {
     });
 }
 
+#[test]
+fn powers_of_two() {
+    judge(case_numbers(10), "powers of two", |whole, light, dice| {
+        let exponent = dice.pick(&[-120, -60, 60, 120, 180]);
+        let matrix = DMat3::from_diagonal(DVec3::splat(2f64.powi(exponent)));
+        let (scaled, there) = (mapped(whole, matrix), mapped_light(&light, matrix));
+        let area = 4f64.powi(-exponent);
+        same_reports(whole, &scaled, [light, there], |_, report| {
+            let LitArea { lower, upper, estimate } = &mut report.lit;
+            let sums = [&mut report.area, &mut report.area_error, lower, upper, estimate];
+            sums.into_iter().for_each(|sum| *sum *= area);
+        });
+        let places = any_places(whole, dice);
+        assert_eq!(queried(whole, light, &places), queried(&scaled, there, &places));
+    });
+}
+
 /// Every triangle of the meshes cut in four at the middles of its sides, as far as these are floats, as points are
 /// placed; `None` where they are not.
 fn cut_in_four(whole: &Scene) -> Option<Scene> {
@@ -335,7 +354,8 @@ fn triangles_cut_at_exact_points() {
 
 #[test]
 fn an_object_that_cannot_matter() {
-    judge(case_numbers(6), "bystander", |whole, light, dice| {
+    let compared = Cell::new(0);
+    judge(case_numbers(24), "bystander", |whole, light, dice| {
         // Farther from the light than everything, on the way that the light travels.
         let bounds = whole.objects.iter().map(Object::bounds).reduce(|a, b| a.union(b)).expect("an object");
         let reach = bounds.size().max_element().max(f64::MIN_POSITIVE);
@@ -344,14 +364,23 @@ fn an_object_that_cannot_matter() {
         let far = bounds.center() + way * (reach * 64.0);
         // Smaller than what it is taken from, which sets the spacing of samples.
         let size = whole.objects.iter().map(|object| object.bounds().size().max_element()).fold(0.0, f64::max) * 0.25;
-        let tile = [far, far + DVec3::X * size, far + DVec3::Z * size].map(|p| p.to_array());
+        let tile = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+        let own = &whole.objects[dice.index(whole.objects.len())];
+        let own_size = own.bounds().size().max_element().max(f64::MIN_POSITIVE);
+        let unit = |shape: Shape| (shape, DMat3::from_diagonal(DVec3::splat(size)));
+        let (shape, matrix) = match dice.below(5) {
+            0 => unit(mesh(&tile, &[[0, 1, 2]])),
+            1 => unit(cuboid(0.5, 1.0, 0.25)),
+            2 => unit(sphere(0.5)),
+            3 => unit(analytic(Analytic::Cone { radius: 0.25, height: 0.5 })),
+            // One more of an object that is there.
+            _ => (own.shape.clone(), own.placement.map().matrix3 * (size / own_size)),
+        };
         let mut larger = whole.clone();
-        larger.objects.push(with_sides(
-            "bystander",
-            crate::oracle::fixtures::mesh(&tile, &[[0, 1, 2]]),
-            DAffine3::IDENTITY,
-            Sides::Two,
-        ));
+        let map = DAffine3 { matrix3: matrix, translation: far };
+        let Ok(placement) = Placement::new(map) else { return };
+        let Ok(bystander) = Object::new("bystander".to_owned(), shape, placement, Sides::Auto) else { return };
+        larger.objects.push(bystander);
         let without = |mut reports: Vec<ObjectReport>| {
             reports.pop();
             reports
@@ -360,5 +389,7 @@ fn an_object_that_cannot_matter() {
         assert_eq!(answers(&sampled(whole, light)), answers(&without(sampled(&larger, light))));
         let places = any_places(whole, dice);
         assert_eq!(queried(whole, light, &places), queried(&larger, light, &places));
+        compared.set(compared.get() + 1);
     });
+    assert!(compared.get() > case_numbers(24).count() / 2, "only {} bystanders", compared.get());
 }

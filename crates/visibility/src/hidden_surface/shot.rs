@@ -19,7 +19,7 @@ use super::{
     frame::Frame,
     window::Window,
 };
-use crate::view::View;
+use crate::view::{EyeRays, View};
 
 /// Why no picture can be taken.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -53,7 +53,7 @@ pub(super) enum Body {
 /// A scene made ready for the picture of one view.
 #[derive(Debug)]
 pub struct Shot {
-    view: View,
+    rays: EyeRays,
     pub(super) frame: Frame,
     pub(super) eye: LightSource,
     pub(super) bodies: Vec<Body>,
@@ -102,12 +102,17 @@ impl Shot {
         let faces = found.iter().map(|found| found.faces).sum();
         let removed = found.iter().map(|found| found.removed).sum();
         let footprints = found.into_iter().flat_map(|found| found.footprints).collect();
-        Ok(Self { view: *view, frame, eye, bodies, footprints, faces, removed })
+        Ok(Self { rays: view.rays(), frame, eye, bodies, footprints, faces, removed })
     }
 
     /// The view that it was made for.
     pub fn view(&self) -> &View {
-        &self.view
+        self.rays.view()
+    }
+
+    /// The rays of that view.
+    pub fn rays(&self) -> &EyeRays {
+        &self.rays
     }
 
     /// All faces of the scene; a curved body counts as one.
@@ -127,7 +132,7 @@ impl Shot {
 
     /// The exact ray through the centre of a pixel.
     pub(super) fn ray(&self, [column, row]: [u32; 2]) -> Ray {
-        self.view.ray(f64::from(column) + 0.5, f64::from(row) + 0.5)
+        self.rays.of_pixel((column, row))
     }
 
     /// The world box of a face, rounded outward.

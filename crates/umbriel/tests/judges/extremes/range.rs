@@ -81,15 +81,15 @@ fn what_a_placement_moves_out_of_the_range_is_named() {
 fn queries_refuse_what_scenes_refuse() {
     let floor = scene(vec![object("floor", rectangle(2.0, 2.0), DAffine3::IDENTITY)]);
     let (queries, light) = (Queries::new(&floor), sun([0.0, -1.0, 0.0]));
-    for (number, _) in refused() {
+    for (number, defect) in refused() {
         let position = [0.0, number, 0.0];
         let oriented = |position, normal| Place::Oriented { position, normal, precision: Precision::Double };
         for place in [Place::Free { position }, oriented(position, [0.0, 1.0, 0.0])] {
-            assert_eq!(queries.lit(&place, &light), Err(QueryDefect::BadNumber), "{place:?}");
+            assert_eq!(queries.lit(&place, &light), Err(QueryDefect::Coordinate { axis: 1, defect }), "{place:?}");
         }
         if !number.is_finite() {
             let place = oriented([0.0; 3], [0.0, number, 0.0]);
-            assert_eq!(queries.lit(&place, &light), Err(QueryDefect::BadNumber), "{place:?}");
+            assert_eq!(queries.lit(&place, &light), Err(QueryDefect::Normal), "{place:?}");
             let place = Place::Surface { object: 0, face: 0, u: number, v: 0.5 };
             assert_eq!(queries.lit(&place, &light), Err(QueryDefect::OutsideFace), "{place:?}");
         }

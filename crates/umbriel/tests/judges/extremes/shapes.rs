@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DAffine3, DVec3};
 use umbriel_geometry::Analytic;
 use umbriel_scene::{Object, Scene, Shape, Sides};
-use umbriel_shadow::{Place, Queries};
+use umbriel_shadow::{CellMethod, Place, Queries};
 
 use super::{judge, lamp, sampled, sun};
 use crate::{
@@ -122,9 +122,21 @@ fn ten_thousand_triangles_round_a_vertex() {
             let lit = queries.lit(&Place::Free { position }, &light).expect("accepted").lit;
             assert_eq!(lit, oracle.lit_in_space(position, &light), "{position:?} under {light:?}");
         }
-        let [u, v] = dice.parameters(false);
-        let answer = queries.lit(&Place::Surface { object: 0, face: 0, u, v }, &light).expect("a point").lit;
-        assert_eq!(answer, oracle.lit(0, 0, [u, v], &light), "({u}, {v}) under {light:?}");
+        for _ in 0..20 {
+            let [u, v] = dice.parameters(false);
+            let answer = queries.lit(&Place::Surface { object: 0, face: 0, u, v }, &light).expect("a point").lit;
+            assert_eq!(answer, oracle.lit(0, 0, [u, v], &light), "({u}, {v}) under {light:?}");
+        }
+        for method in [CellMethod::Quadtree, CellMethod::Borders] {
+            let case = Case::by(method, "fan", &whole, light, 5);
+            let on_floor: Vec<_> = case.proved().into_iter().filter(|(object, _)| *object == 0).collect();
+            // A lamp that all but touches the hub has each cell behind dozens of blades, which it sees too near to tell that they are one.
+            let is_beyond_proof = light.xyz().y == 1.0 + 2f64.powi(-40);
+            assert!(is_beyond_proof || !on_floor.is_empty(), "{method:?} under {light:?}");
+            for _ in 0..if on_floor.is_empty() { 0 } else { 20 } {
+                assert_eq!(case.judge(&oracle, dice.pick(&on_floor), 2, &mut dice), None);
+            }
+        }
     }
     let (_, _, report) = sampled(&whole, noon, 20_000);
     let counted = report.lights[0].objects[0].samples.expect("samples were asked for");
@@ -194,7 +206,9 @@ fn plates_one_ulp_thick() {
         }
         let noon = Case::new("plate", &whole, sun([0.0, -1.0, 0.0]), 4);
         let [floor, plate] = [0, 1].map(|k| &noon.report.lights[0].objects[k]);
-        assert!(floor.lit.lower <= 60.0 && 60.0 <= floor.lit.upper, "{:?}", floor.lit);
+        // Of 16 × 16 cells of 1/4 m² those along the outline of the shadow, 8 m, are in doubt.
+        let width = floor.lit.upper - floor.lit.lower;
+        assert!(floor.lit.lower <= 60.0 && 60.0 <= floor.lit.upper && width <= 10.0, "{:?}", floor.lit);
         // The upper side is lit, the lower one and the rims are not.
         assert!(plate.lit.lower <= 4.0 && 4.0 <= plate.lit.upper && plate.undecided() < 1e-9, "{:?}", plate.lit);
     }
