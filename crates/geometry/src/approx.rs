@@ -68,8 +68,10 @@ impl Approx {
     #[must_use]
     pub fn square_root(self) -> Self {
         let value = self.value.max(0.0).sqrt();
-        if self.error == 0.0 && value * value == self.value && value.to_bits().trailing_zeros() >= 26 {
-            return Self::exact(value); // few enough digits for the square to be exact
+        let is_square_exact =
+            value.to_bits().trailing_zeros() >= 27 && value * value >= f64::MIN_POSITIVE || value == 0.0;
+        if self.error == 0.0 && value * value == self.value && is_square_exact {
+            return Self::exact(value); // 26 digits: the square has no more than 52
         }
         // |√x − √y| ≤ |x − y|/√x, and never more than √|x − y|.
         let carried = if self.value > self.error { self.error / value } else { self.error.sqrt() * 2.0 };

@@ -42,15 +42,41 @@ impl Dyadic {
         Self { mantissa: BigInt::zero(), exponent: 0 }
     }
 
-    /// The float nearest to the exact value with a bound on the difference; exact when it fits in 53 bits. The sign of the
-    /// float is the exact sign.
-    pub fn to_approx(&self) -> Approx {
-        let value = self.to_nearest();
-        let is_float = self.mantissa.bits() - self.mantissa.trailing_zeros().unwrap_or(0) <= 53;
-        Approx { value, error: if is_float { 0.0 } else { value.abs() * f64::EPSILON } }
+    /// 2^power.
+    pub(crate) fn power_of_two(power: i64) -> Self {
+        Self { mantissa: BigInt::from(1), exponent: power }
     }
 
-    /// The float nearest to the exact value, ties to even.
+    /// The power of the largest power of two that is not above the magnitude; `None` of zero.
+    pub(crate) fn magnitude(&self) -> Option<i64> {
+        (!self.mantissa.is_zero()).then(|| self.mantissa.bits() as i64 - 1 + self.exponent)
+    }
+
+    /// The float nearest to the exact value with a bound on the difference; exact when it is a float. The sign of the float is the exact sign, also
+    /// of a number beyond the normal floats: the least or the greatest of these stands for it.
+    pub fn to_approx(&self) -> Approx {
+        let value = self.to_nearest();
+        if self.is_float() {
+            return Approx::exact(value);
+        }
+        match self.magnitude() {
+            // The interval from the least float on: its lower end, rounded outward, is zero.
+            Some(..-1022) => {
+                let least = f64::MIN_POSITIVE;
+                Approx { value: least.copysign(value), error: least.next_down() }
+            }
+            _ if value.is_infinite() => Approx { value: f64::MAX.copysign(value), error: f64::INFINITY },
+            _ => Approx { value, error: value.abs() * f64::EPSILON },
+        }
+    }
+
+    fn is_float(&self) -> bool {
+        let spare = self.mantissa.trailing_zeros().unwrap_or(0);
+        let is_in_range = |power| power < 1024 && self.exponent + spare as i64 >= -1074;
+        self.mantissa.bits() - spare <= 53 && self.magnitude().is_none_or(is_in_range)
+    }
+
+    /// The float nearest to the exact value, ties to even; below the normal floats one of the two beside it.
     pub fn to_nearest(&self) -> f64 {
         let bits = self.mantissa.bits();
         if bits <= 53 {
@@ -150,6 +176,7 @@ impl Neg for Dyadic {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pair::Pair;
     use proptest::prelude::*;
 
     proptest! {
@@ -180,5 +207,25 @@ mod tests {
         let sum = big.clone() + small.clone() - big;
         assert_eq!(sum.sign(), Sign::Positive, "the small part survives");
         assert_eq!((sum - small).sign(), Sign::Zero);
+    }
+
+    #[test]
+    fn beyond_the_normal_floats_signs_are_right_and_bounds_hold() {
+        for power in [-1023, -1074, -1075, -1200, -5000] {
+            let tiny = Dyadic::power_of_two(power) + Dyadic::power_of_two(power - 3);
+            for number in [tiny.clone(), -tiny] {
+                let approx = number.to_approx();
+                assert_eq!(approx.sign(), Some(number.sign()), "2^{power}");
+                let beyond = |end: f64| (number.clone() - Dyadic::new(end)).sign();
+                assert_ne!(beyond(approx.lower()), Sign::Negative, "2^{power}");
+                assert_ne!(beyond(approx.upper()), Sign::Positive, "2^{power}");
+                let pair = Pair::from(&number);
+                assert!(pair.sign().is_none_or(|sign| sign == number.sign()), "2^{power}");
+            }
+        }
+        let huge = -Dyadic::power_of_two(1024);
+        assert_eq!((Sign::of(huge.to_approx().value), huge.to_approx().sign()), (Sign::Negative, None));
+        assert_eq!(Pair::from(&huge).sign(), None);
+        assert_eq!(Dyadic::power_of_two(-1074).to_approx(), Approx::exact(f64::from_bits(1)));
     }
 }

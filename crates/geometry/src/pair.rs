@@ -110,6 +110,9 @@ impl Pair {
 impl From<&Dyadic> for Pair {
     fn from(number: &Dyadic) -> Self {
         let value = number.to_nearest();
+        if value.is_infinite() {
+            return Self { error: f64::INFINITY, ..Self::default() };
+        }
         let left = number.clone() - Dyadic::new(value);
         let rest = left.to_nearest();
         let lost = (left - Dyadic::new(rest)).to_approx();

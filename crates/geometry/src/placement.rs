@@ -138,10 +138,7 @@ impl Placement {
 
     /// The determinant of the linear part, the same whatever the order of the world's axes but for its sign.
     pub(crate) fn determinant(&self) -> Approx {
-        let exact = determinant::<Dyadic>(&exact_matrix(&self.map.matrix3));
-        let value = exact.to_nearest();
-        let is_float = (exact - Dyadic::new(value)).sign() == Sign::Zero;
-        Approx { value, error: if is_float { 0.0 } else { value.abs() * f64::EPSILON } }
+        determinant::<Dyadic>(&exact_matrix(&self.map.matrix3)).to_approx()
     }
 
     /// The adjugate of the linear part and its determinant, exact.

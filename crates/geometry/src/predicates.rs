@@ -133,9 +133,10 @@ pub fn side_filter(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
     determinant(&[a.minus(c), b.minus(c), row_of(x, c)])
 }
 
-/// Shewchuk's bound for the determinant of three rows, each a difference of floats (or a float): the error is at most
-/// (7 + 56u)·u times the permanent of the magnitudes ("Adaptive Precision Floating-Point Arithmetic", 1997, §4.3).
-const ROUNDED_ROWS_BOUND: f64 = (7.0 + 56.0 * UNIT_ROUNDOFF) * UNIT_ROUNDOFF;
+/// A bound for the determinant of three rows, each a difference of floats (or a float), as a share of the permanent of the magnitudes.
+/// Shewchuk's (7 + 56u)·u tells the sign ("Adaptive Precision Floating-Point Arithmetic", 1997, §4.3): the rounding of the last
+/// sum cannot change it. Of the value it is one u more.
+const ROUNDED_ROWS_BOUND: f64 = (8.0 + 64.0 * UNIT_ROUNDOFF) * UNIT_ROUNDOFF;
 
 /// As [`side_filter`], of points that are floats.
 #[inline(always)]

@@ -124,12 +124,12 @@ impl LocalRay {
         }
         if reach > FAR {
             let forward = slope * f64::from(forward);
-            let (way_in, slack) = way_to_frame(start, forward)?;
+            let (way_in, slack) = way_to_frame(start, forward, error)?;
             (advance, error) = (way_in, error + slack);
             (start, end) = (start + forward * advance, end - advance);
         }
         if error.is_nan() || error >= UNKNOWN {
-            (start, error) = (DVec3::ZERO, UNKNOWN);
+            (start, end, error) = (DVec3::ZERO, f64::INFINITY, UNKNOWN);
         }
         let rounded = start.as_vec3a();
         error += (start - rounded.as_dvec3()).abs().max_element();
@@ -197,15 +197,15 @@ impl Slabs {
     }
 }
 
-/// How far a point outside may go along the ray without passing the frame's border, and how far it may then be off.
-/// `None` where the ray leads away.
+/// How far a point outside, known up to `error` on each axis, may go along the ray without passing the frame's border, and how far it may then be
+/// off beside that. `None` where the ray leads away.
 #[cold]
-fn way_to_frame(start: DVec3, slope: DVec3) -> Option<(f64, f64)> {
+fn way_to_frame(start: DVec3, slope: DVec3, error: f64) -> Option<(f64, f64)> {
     let mut longest = 0.0f64;
     for axis in 0..3 {
         let outside = start[axis].abs() - 1.0;
         // Roundings leave a point at the border in doubt; it is taken as inside.
-        if outside > 1e-9 {
+        if outside > 1e-9 + error {
             let speed = -slope[axis] * start[axis].signum();
             if speed <= 0.0 {
                 return None;

@@ -163,10 +163,12 @@ proptest! {
     #[test]
     fn a_point_known_roughly_leaves_only_doubts_to_the_caller(
         corners in proptest::collection::vec(a_triangle(), 0..40), origin in point(), light in light(),
-        slack in prop_oneof![Just(1e-12), Just(1e-6), Just(1e-3), Just(0.1), Just(100.0)],
+        slack in prop_oneof![Just(1e-12), Just(1e-6), Just(1e-3), Just(0.1), Just(100.0), Just(1e30)],
+        away in prop_oneof![3 => Just(1.0), 3 => Just(4.0), 1 => Just(1e3), 1 => Just(1e40)],
         offset in proptest::array::uniform3(-1.0..=1.0f64),
     ) {
         let bvh = soup(corners.clone());
+        let origin = origin * away;
         let truth = origin + DVec3::from_array(offset) * slack * 0.999;
         let found = bvh.towards(light).any_hit_where(origin, slack, |triangle| {
             blocked(&[bvh.corners(triangle)], truth, &light)

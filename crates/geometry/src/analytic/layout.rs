@@ -235,8 +235,8 @@ pub(crate) fn symmetric_form(matrix: &[[f64; 4]; 4], unit: f64) -> QuadricForm<D
 impl QuadricForm<Dyadic> {
     /// The form times the power of two that brings its largest factor near one.
     fn normalised(self) -> Self {
-        let largest = self.factors().map(|factor| factor.to_approx().value.abs()).fold(0.0, f64::max);
-        let inverse = Dyadic::new(1.0 / power_of_two(largest));
+        let largest = self.factors().filter_map(Dyadic::magnitude).max().unwrap_or(0);
+        let inverse = Dyadic::power_of_two(-largest);
         self.map(|factor| factor.clone() * inverse.clone())
     }
 }

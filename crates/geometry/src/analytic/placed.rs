@@ -371,6 +371,17 @@ impl<T: Decide> Segment<T> {
 /// A value at a light is sharp where its bound is below this share of it. Any number serves: what is not sharp is told exactly.
 const SHARP: f64 = 1.0 / (1u64 << 30) as f64;
 
+/// A number times a power of two, whatever that leaves of it.
+fn scaled(number: Approx, factor: f64) -> Approx {
+    let [value, error] = [number.value * factor, number.error * factor.abs()];
+    let keeps_digits = |before: f64, after: f64| before == 0.0 || after.is_normal();
+    match value.is_finite() && error.is_finite() {
+        true if keeps_digits(number.value, value) && keeps_digits(number.error, error) => Approx { value, error },
+        true => Approx { value, error: error + f64::MIN_POSITIVE },
+        false => Approx::UNKNOWN,
+    }
+}
+
 /// The forms with bounds, and their scale. The matrix is scaled by a power of two that brings the weight near one, so that products of
 /// values stay far from underflow whatever the scale.
 fn approx_forms(layout: &Layout, placement: &Placement) -> (Forms<Approx>, f64) {
@@ -378,8 +389,6 @@ fn approx_forms(layout: &Layout, placement: &Placement) -> (Forms<Approx>, f64) 
     let sign = if placement.is_mirrored() { -1.0 } else { 1.0 };
     let weight = determinant * Approx::exact(sign * layout.unit);
     let factor = sign / power_of_two(weight.value.abs());
-    let scaled =
-        |number: Approx, factor: f64| Approx { value: number.value * factor, error: number.error * factor.abs() };
     let forms = Forms {
         adjugate: adjugate.map(|row| row.map(|number| scaled(number, factor))),
         translation: placement.map().translation.to_array().map(Approx::exact),

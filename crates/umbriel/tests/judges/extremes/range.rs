@@ -8,8 +8,8 @@ use umbriel_geometry::{
 use umbriel_scene::{Object, ObjectDefect, Shape, Sides};
 use umbriel_shadow::{Place, Precision, Queries, QueryDefect};
 
-use super::{judge, lamp, sun};
-use crate::oracle::fixtures::{at, cuboid, mesh, object, rectangle, scene, sphere};
+use super::{judge, judge_answers, lamp, sun};
+use crate::oracle::fixtures::{analytic, at, cuboid, mesh, object, rectangle, scene, sphere};
 
 /// Numbers that are refused, and why.
 fn refused() -> [(f64, NumberDefect); 6] {
@@ -150,4 +150,67 @@ fn both_ends_of_the_range_in_one_scene() {
     let (queries, noon) = (Queries::new(&both), sun([0.0, -1.0, 0.0]));
     let lit = |x: f64| queries.lit(&Place::Free { position: [x, 0.0, 0.0] }, &noon).expect("accepted").lit;
     assert_eq!([0.0, small, small.next_up(), -small].map(lit), [false, false, true, true]);
+}
+
+/// Bodies with sizes at the ends of the range, one or two of them at a time.
+fn bodies_at_the_ends() -> Vec<(String, Shape)> {
+    // Corners lie at half a height, and at a height and a half.
+    const ENDS: [f64; 3] = [2.0 * MIN_MAGNITUDE, 1.0, 0.5 * MAX_MAGNITUDE];
+    let mut bodies = Vec::new();
+    let mut add = |name: String, body: Analytic| bodies.push((name, analytic(body)));
+    for (k, a) in ENDS.into_iter().enumerate() {
+        add(format!("sphere {a:e}"), Analytic::Sphere { radius: a });
+        add(format!("disk {a:e}"), Analytic::Disk { radius: a });
+        for b in ENDS {
+            add(format!("ellipsoid {a:e} {b:e}"), Analytic::Ellipsoid { radii: [a, b, ENDS[(k + 1) % 3]] });
+            add(format!("cylinder {a:e} {b:e}"), Analytic::Cylinder { radius: a, height: b });
+            add(format!("cone {a:e} {b:e}"), Analytic::Cone { radius: a, height: b });
+            let frustum = Analytic::Frustum { bottom_radius: a, top_radius: ENDS[(k + 2) % 3], height: b };
+            add(format!("frustum {a:e} {b:e}"), frustum);
+            add(format!("capsule {a:e} {b:e}"), Analytic::Capsule { radius: a, height: b });
+            add(format!("paraboloid {a:e} {b:e}"), Analytic::Paraboloid { radius: a, height: b });
+            let waist_radius = a;
+            let end_radius = 2.0 * waist_radius;
+            add(format!("hyperboloid {a:e} {b:e}"), Analytic::Hyperboloid { waist_radius, end_radius, height: b });
+        }
+    }
+    for [a, b, c] in [[0, 1, 2], [0, 0, 2], [2, 2, 0]].map(|ends| ends.map(|end: usize| ENDS[end])) {
+        bodies.push((format!("box {a:e} {b:e}"), cuboid(a, b, c)));
+    }
+    bodies
+}
+
+#[test]
+fn sizes_at_both_ends_of_the_range() {
+    let lights = [sun([0.25, -1.0, 0.5]), lamp([0.5, 3.0, 0.25]), lamp([3.0, 0.0, 0.0])];
+    for ((name, body), light) in bodies_at_the_ends().into_iter().zip(lights.into_iter().cycle()) {
+        let floor = object("floor", rectangle(4.0, 4.0), at(0.25, -0.75, 0.0));
+        let whole = scene(vec![object("body", body, DAffine3::IDENTITY), floor]);
+        judge_answers(&name, &whole, light);
+    }
+}
+
+/// What is farther from a place than floats can tell is told exactly.
+#[test]
+fn differences_below_all_floats() {
+    let speck = |power: i32| {
+        let map = DAffine3 { matrix3: DMat3::from_diagonal(DVec3::splat(2f64.powi(power))), translation: DVec3::ONE };
+        object("speck", cuboid(2.0 * MIN_MAGNITUDE, 2.0 * MIN_MAGNITUDE, 2.0 * MIN_MAGNITUDE), map)
+    };
+    let nested = scene(vec![speck(-199), speck(-198)]);
+    for light in [lamp([5.0, 6.0, 7.0]), sun([-0.25, -1.0, -0.5])] {
+        judge_answers("nested specks", &nested, light);
+        let inner = Queries::new(&nested).lit(&Place::Surface { object: 0, face: 3, u: 0.5, v: 0.5 }, &light);
+        assert!(!inner.expect("a point of a face").lit, "{light:?}");
+    }
+    // A ball that is sheared until its matrix has no inverse in floats.
+    let [small, large] = [MIN_MAGNITUDE, 0.25 * MAX_MAGNITUDE];
+    let shear =
+        DMat3::from_cols(DVec3::new(small, 0.0, 0.0), DVec3::new(large, small, 0.0), DVec3::new(large, large, small));
+    let floor = object("floor", rectangle(4.0, 4.0), at(0.0, -0.75, 0.0));
+    let map = DAffine3 { matrix3: shear, translation: DVec3::Z };
+    let sheared = scene(vec![object("needle", sphere(1.0), map), floor]);
+    for light in [lamp([0.5, 3.0, 0.25]), sun([0.25, -1.0, 0.5])] {
+        judge_answers("a sheared ball", &sheared, light);
+    }
 }
