@@ -34,6 +34,8 @@ pub struct Probe<'a, R = crate::Dyadic> {
     face: Option<FacePlace<'a>>,
     /// The same of a patch.
     patch: Option<PatchPlace<'a>>,
+    /// Three corners of a face in whose plane it lies, if no more is known of it.
+    plane: Option<[Point<'a>; 3]>,
 }
 
 /// The point (u, v) of a patch of a placed body.
@@ -56,7 +58,12 @@ struct FacePlace<'a> {
 impl<'a, R: Ring> Probe<'a, R> {
     /// A point inside `bounds` whose exact coordinates `exact` gives; called once at most.
     pub fn new(bounds: Point<'static>, exact: impl FnOnce() -> ExactPoint<R> + 'a) -> Self {
-        Self { bounds, exact: LazyCell::new(Box::new(exact)), face: None, patch: None }
+        Self { bounds, exact: LazyCell::new(Box::new(exact)), face: None, patch: None, plane: None }
+    }
+
+    /// As [`Probe::new`], a point in the plane of a face with these corners.
+    pub fn in_plane(bounds: Point<'static>, plane: [Point<'a>; 3], exact: impl FnOnce() -> ExactPoint<R> + 'a) -> Self {
+        Self { plane: Some(plane), ..Self::new(bounds, exact) }
     }
 
     /// The point A + u·(B − A) + v·(D − A) of a planar face with the corners A, B and D, its first, second and last one.
@@ -144,7 +151,8 @@ impl<R: std::fmt::Debug> std::fmt::Debug for Probe<'_, R> {
 /// Whether the closed planar convex polygon with these corners meets the open segment from `x` to the light.
 pub fn polygon_blocks<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSource) -> bool {
     let filtered = polygon_blocks_filter(corners, &x.bounds, light)
-        .or_else(|| x.face.and_then(|place| polygon_blocks_place(corners, &place, light)));
+        .or_else(|| x.face.and_then(|place| polygon_blocks_place(corners, &place, light)))
+        .or_else(|| x.plane.filter(|plane| is_contact_in_plane(corners, plane, light)).map(|_| false));
     let by_pairs = || match x.patch {
         Some(_) => polygon_blocks_roots(corners, &x.in_pairs()?, light),
         None => polygon_blocks_pairs(corners, x, light),
@@ -160,7 +168,7 @@ pub fn polygon_blocks_filter(corners: &[Point], x: &Point, light: &LightSource) 
     let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
     let light_side = side_filter(a, b, c, Target::Light(light)).sign()?;
     let plane = side_filter(a, b, c, Target::Point(x));
-    blocks_by_signs(corners.len(), light_side, plane.sign()?, |i| {
+    blocks_by_signs(corners.len(), light_side, plane.sign(), |i| {
         side_filter(&corners[i], &corners[(i + 1) % corners.len()], x, Target::Light(light)).sign()
     })
 }
@@ -171,10 +179,17 @@ fn polygon_blocks_place(corners: &[Point], place: &FacePlace, light: &LightSourc
     let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
     let light_side = Sign::of(side_value(a, b, c, Target::Light(light)).value);
     let plane = place.mean(|corner| side_value(a, b, c, Target::Point(corner)));
-    blocks_by_signs(corners.len(), light_side, plane.sign()?, |i| {
+    blocks_by_signs(corners.len(), light_side, plane.sign(), |i| {
         let (from, to) = (&corners[i], &corners[(i + 1) % corners.len()]);
         place.mean(|corner| side_value(from, to, corner, Target::Light(light))).sign()
     })
+}
+
+/// Whether three points are in the polygon's plane, and the light is not: all that lies with them is in contact at most.
+fn is_contact_in_plane(corners: &[Point], plane: &[Point; 3], light: &LightSource) -> bool {
+    let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
+    let sign = |target| Sign::of(side_value(a, b, c, target).value);
+    sign(Target::Light(light)) != Sign::Zero && plane.iter().all(|point| sign(Target::Point(point)) == Sign::Zero)
 }
 
 /// The same in pairs of floats, for a point that pairs can hold. On a face the signs follow from those at its corners, whose
@@ -188,7 +203,7 @@ fn polygon_blocks_pairs<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightS
     let (towards, w) = (light.xyz().to_array().map(Pair::exact), light.w());
     let plane = [corners[0], corners[1], corners[corners.len() - 1]];
     let light_side = side_of_pairs(&plane, &towards, w).sign()?;
-    blocks_by_signs(corners.len(), light_side, mean(&|x| side_of_pairs(&plane, x, 1.0)).sign()?, |i| {
+    blocks_by_signs(corners.len(), light_side, mean(&|x| side_of_pairs(&plane, x, 1.0)).sign(), |i| {
         mean(&|x| side_of_pairs(&[corners[i], corners[(i + 1) % corners.len()], *x], &towards, w)).sign()
     })
 }
@@ -200,7 +215,7 @@ fn polygon_blocks_roots(corners: &[Point], x: &ExactPoint<Surd<Pair>>, light: &L
     let corners: Vec<_> = corners.iter().map(|corner| ExactPoint::of_pairs(Pair::of_point(corner))).collect();
     let (light, last) = (ExactPoint::from_light(light), &corners[corners.len() - 1]);
     let plane = exact_side(&corners[0], &corners[1], last, x);
-    blocks_by_signs(corners.len(), light_side, plane.decide()?, |i| {
+    blocks_by_signs(corners.len(), light_side, plane.decide(), |i| {
         exact_side(&corners[i], &corners[(i + 1) % corners.len()], x, &light).decide()
     })
 }
@@ -221,16 +236,17 @@ impl FacePlace<'_> {
 fn blocks_by_signs(
     edges: usize,
     light_side: Sign,
-    point_side: Sign,
+    point_side: Option<Sign>,
     shadow_plane: impl Fn(usize) -> Option<Sign>,
 ) -> Option<bool> {
     if light_side == Sign::Zero {
-        return if point_side == Sign::Zero { None } else { Some(false) };
+        return if point_side? == Sign::Zero { None } else { Some(false) };
     }
-    if point_side.times(light_side) != Sign::Negative {
+    if point_side.is_some_and(|side| side.times(light_side) != Sign::Negative) {
         return Some(false);
     }
-    let mut certain = true;
+    // Outside of the shadow it does not matter on which side of the plane.
+    let mut certain = point_side.is_some();
     for i in 0..edges {
         match shadow_plane(i) {
             Some(sign) if sign.times(light_side) == Sign::Negative => return Some(false),

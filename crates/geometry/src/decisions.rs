@@ -102,11 +102,7 @@ pub fn decide<T>(filtered: Option<T>, exact: impl FnOnce() -> T) -> T {
 }
 
 /// As [`decide`], with pairs of floats between the filter and big numbers.
-pub(crate) fn decide_by_pairs<T>(
-    filtered: Option<T>,
-    by_pairs: impl FnOnce() -> Option<T>,
-    exact: impl FnOnce() -> T,
-) -> T {
+pub fn decide_by_pairs<T>(filtered: Option<T>, by_pairs: impl FnOnce() -> Option<T>, exact: impl FnOnce() -> T) -> T {
     if filtered.is_none()
         && let Some(answer) = by_pairs()
     {

@@ -55,6 +55,7 @@ pub use light::{LightDefect, LightSource};
 pub use measures::Measures;
 pub use mesh::{Mesh, MeshDefect};
 pub use number::{MAX_MAGNITUDE, MIN_MAGNITUDE, NumberDefect, accept, accept_point};
+pub use pair::Pair;
 pub use placement::{Placement, PlacementDefect};
 pub use point::{Exact, ExactPoint, Image, Point};
 pub use rectangle::Rectangle;

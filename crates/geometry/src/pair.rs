@@ -24,7 +24,7 @@ const ERROR_PADDING: f64 = 1.0 + 16.0 * UNIT_ROUNDOFF;
 
 /// `value + rest`, where `rest` is at most half an ulp of a `value` above [`UNDERFLOW_LIMIT`], with a bound.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Pair {
+pub struct Pair {
     value: f64,
     rest: f64,
     error: f64,

@@ -162,6 +162,11 @@ impl Point<'_> {
         }
     }
 
+    /// The point in pairs of floats, with their bounds.
+    pub fn to_pairs(&self) -> ExactPoint<Pair> {
+        ExactPoint { xyz: Pair::of_point(self), w: Pair::exact(1.0) }
+    }
+
     /// The way to this point from another one, as the filters see it.
     pub fn minus(&self, other: &Point) -> [Approx; 3] {
         if self.rest == DVec3::ZERO && other.rest == DVec3::ZERO {

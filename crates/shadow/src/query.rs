@@ -5,8 +5,8 @@ use std::{ops::ControlFlow, sync::OnceLock};
 use glam::DVec3;
 use umbriel_bvh::{BoxTree, Shaft};
 use umbriel_geometry::{
-    Aabb, Dyadic, Facets, LightSource, MIN_MAGNITUDE, NumberDefect, PlacedAnalytic, Ring, Sign, Surd, accept_point,
-    analytic::Surface, blocking::Probe,
+    Aabb, Dyadic, Facets, LightSource, NumberDefect, PlacedAnalytic, Ring, Sign, Surd, accept_point, analytic::Surface,
+    blocking::Probe, decisions::decide,
 };
 use umbriel_scene::{Scene, Shape};
 
@@ -138,7 +138,7 @@ impl<'a> Queries<'a> {
             }
             Place::Oriented { position, normal, precision } => {
                 let position = accepted(position)?;
-                let normal = direction(normal).ok_or(QueryDefect::Normal)?;
+                let normal = accepted_normal(normal)?;
                 Ok(self.oriented_is_lit(position, normal, precision, light))
             }
         }
@@ -149,9 +149,7 @@ impl<'a> Queries<'a> {
         match *place {
             Place::Surface { object, face, u, v } => self.surface_defect(FacePoint { object, face, u, v }),
             Place::Free { position } => accepted(position).err(),
-            Place::Oriented { position, normal, .. } => {
-                accepted(position).err().or_else(|| direction(normal).is_none().then_some(QueryDefect::Normal))
-            }
+            Place::Oriented { position, normal, .. } => accepted(position).and(accepted_normal(normal)).err(),
         }
     }
 
@@ -191,7 +189,7 @@ impl<'a> Queries<'a> {
         let is_triangle = matches!(body.shape, Shape::Mesh(_) | Shape::Convex(_));
         // Rounding is monotone: only a rounded sum of 1 may hide a greater one.
         let is_beyond_exactly = || (Dyadic::new(1.0) - Dyadic::new(v) - Dyadic::new(u)).sign() == Sign::Negative;
-        let is_beyond = || u + v > 1.0 || u + v == 1.0 && is_beyond_exactly();
+        let is_beyond = || decide((u + v != 1.0).then_some(u + v > 1.0), is_beyond_exactly);
         if !is_in_square || is_triangle && is_beyond() { Err(QueryDefect::OutsideFace) } else { Ok(()) }
     }
 
@@ -309,16 +307,8 @@ fn accepted(position: [f64; 3]) -> Result<DVec3, QueryDefect> {
     accept_point(position).map_err(|(axis, defect)| QueryDefect::Coordinate { axis, defect })
 }
 
-/// A normal of any length but zero, brought near length one by a power of two; parts below 2^-200 of it count as zero.
-fn direction(normal: [f64; 3]) -> Option<DVec3> {
-    let largest = DVec3::from_array(normal).abs().max_element();
-    if largest == 0.0 || !normal.iter().all(|coordinate| coordinate.is_finite()) {
-        return None;
-    }
-    // In two steps: the factor for the smallest numbers is no float.
-    let exponent = (largest.to_bits() >> 52) as i32 - 1023;
-    let half = exponent / 2;
-    let scaled = DVec3::from_array(normal) * f64::powi(0.5, half) * f64::powi(0.5, exponent - half);
-    let keep = |coordinate: f64| if coordinate.abs() < MIN_MAGNITUDE { 0.0 } else { coordinate };
-    Some(DVec3::from_array(scaled.to_array().map(keep)))
+/// A normal of any length but zero.
+fn accepted_normal(normal: [f64; 3]) -> Result<DVec3, QueryDefect> {
+    let normal = DVec3::from_array(normal);
+    if normal.is_finite() && normal != DVec3::ZERO { Ok(normal) } else { Err(QueryDefect::Normal) }
 }

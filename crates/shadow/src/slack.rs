@@ -5,15 +5,17 @@
 
 use glam::DVec3;
 use umbriel_geometry::{
-    Aabb, Dyadic, ExactPoint, Facets, LightSource, PlacedAnalytic, Point, Ring, Sign, Surd,
+    Aabb, Approx, Decide, Dyadic, ExactPoint, Facets, LightSource, PlacedAnalytic, Point, Ring, Sign, Surd,
     analytic::{Part, Surface, Trim},
     blocking::Probe,
-    predicates::exact_side,
+    decisions::{Level, count, decide_by_pairs},
+    predicates::{Target, exact_side, side_filter},
 };
 
 use crate::query::Precision;
 
 /// A point and half an ulp round it.
+#[derive(Clone, Copy)]
 pub(crate) struct SlackBox {
     position: DVec3,
     /// Half an ulp of each coordinate; zero for a zero coordinate.
@@ -49,17 +51,50 @@ impl SlackBox {
         let turn = facets.turn(face, light);
         let lit_side =
             if is_one_sided { if facets.is_mirrored() { Sign::Negative } else { Sign::Positive } } else { turn };
-        // The face's normal against the given one: the face's side of a light far away along it.
-        let far = LightSource::sun((-normal).to_array());
-        far.is_ok_and(|far| facets.turn(face, &far).times(lit_side) == Sign::Positive)
+        turn_along(facets, face, normal).times(lit_side) == Sign::Positive
     }
 
     /// A point of a flat face inside the box; `None` when they do not meet.
-    pub(crate) fn point_on_face(&self, facets: &Facets, face: usize) -> Option<Probe<'static>> {
-        let corners: Vec<ExactPoint> =
-            facets.facet(face).corners().iter().map(|&corner| facets.point(corner).to_exact()).collect();
-        let x = self.straight_to(&corners).or_else(|| self.clip(corners))?;
-        Some(Probe::new(self.whole(), || x))
+    pub(crate) fn point_on_face<'a>(&self, facets: &'a Facets, face: usize) -> Option<Probe<'a>> {
+        let corners: Vec<Point<'a>> = facets.facet(face).corners().iter().map(|&corner| facets.point(corner)).collect();
+        if self.certainly_misses(&corners) {
+            count(Level::Double, 1);
+            return None;
+        }
+        let exact = |corners: &[Point]| -> Vec<ExactPoint> { corners.iter().map(Point::to_exact).collect() };
+        let by_pairs = || self.passage(&corners.iter().map(Point::to_pairs).collect::<Vec<_>>());
+        let (slack, plane) = (*self, [corners[0], corners[1], corners[corners.len() - 1]]);
+        match decide_by_pairs(None, by_pairs, || self.passage(&exact(&corners)).unwrap_or(Passage::Nowhere)) {
+            Passage::Nowhere => None,
+            Passage::Through(way) => Some(Probe::in_plane(self.whole(), plane, move || {
+                slack.on_plane(&exact(&corners), way).flatten().expect("the way crosses the plane")
+            })),
+            Passage::PastAnEdge => Some(Probe::in_plane(self.whole(), plane, move || {
+                slack.clip(&exact(&corners)).flatten().expect("something is left of the face")
+            })),
+        }
+    }
+
+    /// Whether the box is on one side of the face's plane, or beyond one of its edges, as far as floats tell.
+    fn certainly_misses(&self, corners: &[Point]) -> bool {
+        let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
+        let whole = self.whole();
+        if side_filter(a, b, c, Target::Point(&whole)).sign().is_some_and(|sign| sign != Sign::Zero) {
+            return true;
+        }
+        let along = DVec3::AXES.map(|axis| LightSource::sun(axis.to_array()).expect("an axis is a direction"));
+        let turns = along.map(|axis| (axis, side_filter(a, b, c, Target::Light(&axis))));
+        let steepest = |(x, of_x): (LightSource, Approx), (y, of_y): (LightSource, Approx)| {
+            if of_y.value.abs() > of_x.value.abs() { (y, of_y) } else { (x, of_x) }
+        };
+        let Some((axis, Some(turn))) = turns.into_iter().reduce(steepest).map(|(axis, turn)| (axis, turn.sign()))
+        else {
+            return false;
+        };
+        corners.iter().zip(corners.iter().cycle().skip(1)).any(|(from, to)| {
+            let side = side_filter(from, to, &whole, Target::Light(&axis)).sign();
+            side.is_some_and(|side| side.times(turn) == Sign::Negative)
+        })
     }
 
     /// The box as a filter sees any point inside it.
@@ -67,60 +102,92 @@ impl SlackBox {
         Point::within(self.position, self.half)
     }
 
-    /// The point of the face's plane straight above or below the middle along some axis, if it lies in the face and in
-    /// the box.
-    fn straight_to(&self, corners: &[ExactPoint]) -> Option<ExactPoint> {
-        let plane = |x: &ExactPoint| exact_side(&corners[0], &corners[1], &corners[corners.len() - 1], x);
-        let middle = ExactPoint::from_position(self.position);
-        let height = plane(&middle);
-        (0..3).find_map(|axis| {
-            let mut direction = ExactPoint::from_position(DVec3::AXES[axis]);
-            direction.w = Dyadic::zero();
-            let slope = plane(&direction);
-            let upward = match slope.sign() {
-                Sign::Zero => return None,
-                sign => sign == Sign::Positive,
-            };
-            // middle·slope − direction·height, over the weight slope > 0.
-            let (slope, height) = if upward { (slope, height.clone()) } else { (-slope, -height.clone()) };
-            let mut xyz = middle.xyz.clone().map(|coordinate| coordinate * slope.clone());
-            xyz[axis] = xyz[axis].clone() - height;
-            let x = ExactPoint { xyz, w: slope };
-            (self.holds(&x) && lies_inside(corners, &x)).then_some(x)
-        })
+    /// How the face passes the box: it is looked for from the middle along the axes and along the box's diagonals, one of which meets
+    /// its plane inside the box if any line does; where these points lie beside the face, or on its edges, the face is cut. `None` where that
+    /// is not known.
+    fn passage<T: Decide>(&self, corners: &[ExactPoint<T>]) -> Option<Passage> {
+        // Of a face without area no line is known to pass the plane.
+        let mut is_beside_plane = false;
+        let mut may_be_in_plane = false;
+        for way in self.ways() {
+            match self.on_plane(corners, way) {
+                Some(None) => {}
+                Some(Some(x)) => match self.holds(&x) {
+                    Some(false) => is_beside_plane = true,
+                    Some(true) if lies_inside(corners, &x) == Some(true) => return Some(Passage::Through(way)),
+                    _ => may_be_in_plane = true,
+                },
+                None => may_be_in_plane = true,
+            }
+        }
+        if is_beside_plane && !may_be_in_plane {
+            return Some(Passage::Nowhere);
+        }
+        Some(if self.clip(corners)?.is_some() { Passage::PastAnEdge } else { Passage::Nowhere })
     }
 
-    /// The face cut by the box's six planes, one corner of what is left (Sutherland & Hodgman 1974, in exact numbers).
-    fn clip(&self, corners: Vec<ExactPoint>) -> Option<ExactPoint> {
-        let mut polygon = corners;
+    fn ways(&self) -> [DVec3; 7] {
+        let DVec3 { x, y, z } = self.half;
+        let [a, b, c, d] = [[x, y, z], [-x, y, z], [x, -y, z], [x, y, -z]].map(DVec3::from_array);
+        [DVec3::X, DVec3::Y, DVec3::Z, a, b, c, d]
+    }
+
+    /// Where the line through the middle, parallel to a vector, meets the face's plane, if it is not parallel to this. `None` where that is not known.
+    fn on_plane<T: Decide>(&self, corners: &[ExactPoint<T>], way: DVec3) -> Option<Option<ExactPoint<T>>> {
+        let plane = |x: &ExactPoint<T>| exact_side(&corners[0], &corners[1], &corners[corners.len() - 1], x);
+        let (middle, way) = (ExactPoint::from_position(self.position), direction(way));
+        let (slope, height) = (plane(&way), plane(&middle));
+        let (slope, height) = match slope.decide()? {
+            Sign::Zero => return Some(None),
+            Sign::Positive => (slope, height),
+            Sign::Negative => (-slope, -height),
+        };
+        // middle·slope − way·height, over the weight slope > 0.
+        let at = |k: usize| middle.xyz[k].clone() * slope.clone() - way.xyz[k].clone() * height.clone();
+        Some(Some(ExactPoint { xyz: std::array::from_fn(at), w: slope.clone() }))
+    }
+
+    /// The face cut by the box's six planes, one corner of what is left (Sutherland & Hodgman 1974, without rounding). `None` where that is not known.
+    fn clip<T: Decide>(&self, corners: &[ExactPoint<T>]) -> Option<Option<ExactPoint<T>>> {
+        let mut polygon = corners.to_vec();
         for plane in 0..6 {
-            let inside: Vec<Dyadic> = polygon.iter().map(|corner| self.inside_by(corner, plane)).collect();
+            let distances: Vec<T> = polygon.iter().map(|corner| self.inside_by(corner, plane)).collect();
+            let sides: Vec<Sign> = distances.iter().map(T::decide).collect::<Option<_>>()?;
             let mut kept = Vec::new();
             for (i, corner) in polygon.iter().enumerate() {
                 let next = (i + 1) % polygon.len();
-                if inside[i].sign() != Sign::Negative {
+                if sides[i] != Sign::Negative {
                     kept.push(corner.clone());
                 }
-                if inside[i].sign().times(inside[next].sign()) == Sign::Negative {
-                    kept.push(crossing(corner, &inside[i], &polygon[next], &inside[next]));
+                if sides[i].times(sides[next]) == Sign::Negative {
+                    let size = |k: usize| {
+                        if sides[k] == Sign::Negative { -distances[k].clone() } else { distances[k].clone() }
+                    };
+                    kept.push(between(corner, &polygon[next], [size(next), size(i)]));
                 }
             }
             polygon = kept;
         }
-        polygon.into_iter().next()
+        Some(polygon.into_iter().next())
     }
 
     /// How far inside one of the box's planes a point lies, times its weight.
-    fn inside_by<R: Ring>(&self, x: &ExactPoint<R>, plane: usize) -> R {
+    fn inside_by<T: Decide>(&self, x: &ExactPoint<T>, plane: usize) -> T {
         let axis = plane / 2;
-        let half = R::from_f64(self.half[axis]);
-        let offset = x.xyz[axis].clone() - x.w.clone() * R::from_f64(self.position[axis]);
+        let half = T::number(self.half[axis]);
+        let offset = x.xyz[axis].clone() - x.w.clone() * T::number(self.position[axis]);
         let reach = x.w.clone() * half;
         if plane.is_multiple_of(2) { reach - offset } else { reach + offset }
     }
 
-    fn holds<R: Ring>(&self, x: &ExactPoint<R>) -> bool {
-        (0..6).all(|plane| self.inside_by(x, plane).sign() != Sign::Negative)
+    /// Whether a point is in the box, if that is known.
+    fn holds<T: Decide>(&self, x: &ExactPoint<T>) -> Option<bool> {
+        for plane in 0..6 {
+            if self.inside_by(x, plane).decide()? == Sign::Negative {
+                return Some(false);
+            }
+        }
+        Some(true)
     }
 
     /// A point of an analytic body's surface inside the box, one that `is_meant` where it can be had; and whether it is.
@@ -132,11 +199,12 @@ impl SlackBox {
         body: &PlacedAnalytic,
         is_meant: impl Fn(&SurfacePoint) -> bool,
     ) -> Option<(SurfacePoint, bool)> {
+        count(Level::Exact, 1);
         let mut other = None;
         for part in body.parts().iter().filter(|part| self.may_meet(body, part.surface)) {
             let lines = self.lines(body, part);
             let points = lines.iter().flat_map(|(line, surface)| points_on_line(body, *surface, line));
-            for exact in points.filter(|x| self.holds(x) && body.part_holds(part, x)) {
+            for exact in points.filter(|x| self.holds(x) == Some(true) && body.part_holds(part, x)) {
                 let outward = body.outward(part.surface, &exact);
                 let found = SurfacePoint { probe: Probe::new(self.whole(), || exact), surface: part.surface, outward };
                 if is_meant(&found) {
@@ -207,6 +275,16 @@ impl SlackBox {
         let start = ExactPoint { xyz: start.xyz.map(|x| x.rational().clone()), w: start.w.rational().clone() };
         (!is_zero).then_some(Line { start, along })
     }
+}
+
+/// How a face passes a box.
+enum Passage {
+    /// The line through the middle along this vector meets it inside.
+    Through(DVec3),
+    /// The face does not meet it.
+    Nowhere,
+    /// It does, past or through an edge of the face.
+    PastAnEdge,
 }
 
 /// A point of a curved surface.
@@ -280,30 +358,44 @@ fn points_on_line(body: &PlacedAnalytic, surface: Surface, line: &Line) -> Vec<E
     }
 }
 
-/// Whether a point of the plane of a convex polygon lies in the closed polygon.
-fn lies_inside(corners: &[ExactPoint], x: &ExactPoint) -> bool {
-    // Against the planes through each edge and along the normal's largest axis, all must agree with the polygon's turn.
+/// Whether a point of the plane of a convex polygon lies in the closed polygon, if that is known.
+fn lies_inside<T: Decide>(corners: &[ExactPoint<T>], x: &ExactPoint<T>) -> Option<bool> {
+    // Against the planes through each edge and along an axis that crosses the polygon's plane, all must agree with its turn.
     let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
-    let turns = |p: &ExactPoint, q: &ExactPoint, r: &ExactPoint, axis: usize| {
-        let mut direction = ExactPoint::from_position(DVec3::AXES[axis]);
-        direction.w = Dyadic::zero();
-        exact_side(p, q, r, &direction).sign()
-    };
-    let Some((axis, turn)) = (0..3).map(|axis| (axis, turns(a, b, c, axis))).find(|&(_, turn)| turn != Sign::Zero)
-    else {
-        return false;
-    };
-    (0..corners.len()).all(|i| {
-        let next = &corners[(i + 1) % corners.len()];
-        turns(&corners[i], next, x, axis).times(turn) != Sign::Negative
-    })
+    for axis in DVec3::AXES.map(direction) {
+        let turn = exact_side(a, b, c, &axis).decide()?;
+        if turn != Sign::Zero {
+            for (i, corner) in corners.iter().enumerate() {
+                let next = &corners[(i + 1) % corners.len()];
+                if exact_side(corner, next, x, &axis).decide()?.times(turn) == Sign::Negative {
+                    return Some(false);
+                }
+            }
+            return Some(true);
+        }
+    }
+    Some(false)
 }
 
-/// The point between two corners, on different sides of a plane, where the plane is crossed.
-fn crossing(a: &ExactPoint, a_inside: &Dyadic, b: &ExactPoint, b_inside: &Dyadic) -> ExactPoint {
-    // a·|b_inside| + b·|a_inside|, weights included.
-    let size = |value: &Dyadic| if value.sign() == Sign::Negative { -value.clone() } else { value.clone() };
-    let (to_a, to_b) = (size(b_inside), size(a_inside));
-    let mix = |x: &Dyadic, y: &Dyadic| x.clone() * to_a.clone() + y.clone() * to_b.clone();
+/// The point infinitely far away along a vector.
+fn direction<T: Decide>(along: DVec3) -> ExactPoint<T> {
+    ExactPoint { w: T::number(0.0), ..ExactPoint::from_position(along) }
+}
+
+/// Which way a face's corners turn as seen from far away along a vector; exact, as long as the vector is.
+fn turn_along(facets: &Facets, face: usize, normal: DVec3) -> Sign {
+    if let Ok(far) = LightSource::sun((-normal).to_array()) {
+        return facets.turn(face, &far);
+    }
+    // Numbers that no light may have.
+    count(Level::Exact, 1);
+    let corners = facets.facet(face).corners();
+    let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| facets.point(corner).to_exact());
+    exact_side::<Dyadic>(&a, &b, &c, &direction(normal)).sign()
+}
+
+/// The point between two others with these weights.
+fn between<T: Decide>(a: &ExactPoint<T>, b: &ExactPoint<T>, [of_a, of_b]: [T; 2]) -> ExactPoint<T> {
+    let mix = |x: &T, y: &T| x.clone() * of_a.clone() + y.clone() * of_b.clone();
     ExactPoint { xyz: std::array::from_fn(|k| mix(&a.xyz[k], &b.xyz[k])), w: mix(&a.w, &b.w) }
 }

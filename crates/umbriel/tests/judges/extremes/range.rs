@@ -96,6 +96,20 @@ fn queries_refuse_what_scenes_refuse() {
     }
 }
 
+/// Normals as flat, as short and as long as floats may be.
+#[test]
+fn any_normal_but_zero() {
+    let floor = scene(vec![object("floor", rectangle(2.0, 2.0), DAffine3::IDENTITY)]);
+    let (queries, noon) = (Queries::new(&floor), sun([0.0, -1.0, 0.0]));
+    let lit = |normal| {
+        let place = Place::Oriented { position: [0.25, 0.0, 0.25], normal, precision: Precision::Double };
+        queries.lit(&place, &noon).expect("a normal").lit
+    };
+    for [x, y] in [[1.0, 1e-61], [1e300, 5e-324], [-3.0, 5e-324], [0.0, 5e-324], [f64::MAX, f64::MAX]] {
+        assert_eq!([lit([x, y, 0.0]), lit([x, -y, 0.0])], [true, false], "{x:e}, {y:e}");
+    }
+}
+
 /// The same scene with all its zeros written as −0.
 #[test]
 fn minus_zero_is_zero() {
