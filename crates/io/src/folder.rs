@@ -20,6 +20,8 @@ use crate::{
 pub(crate) struct Folder {
     base: PathBuf,
     root: PathBuf,
+    /// How many folders the base lies below the root.
+    depth: usize,
     outside: Outside,
     ledger: Rc<Ledger>,
 }
@@ -39,12 +41,15 @@ impl Folder {
         let base = parent(scene);
         // A folder that cannot be resolved cannot be read either; the read says so.
         let root = base.canonicalize().unwrap_or_else(|_| base.clone());
-        Self { base, root, outside, ledger: Rc::default() }
+        Self { base, root, depth: 0, outside, ledger: Rc::default() }
     }
 
     /// The folder of a file that the scene names: relative paths start there, the borders stay the scene's.
     pub(crate) fn of_file(&self, file: &Path) -> Self {
-        Self { base: parent(file), ..self.clone() }
+        let base = parent(file);
+        let real = base.canonicalize().unwrap_or_else(|_| base.clone());
+        let depth = real.strip_prefix(&self.root).map_or(0, |below| below.components().count());
+        Self { base, depth, ..self.clone() }
     }
 
     /// The account of the scene.
@@ -71,8 +76,7 @@ impl Folder {
 
     /// Whether the path, as written, never climbs above the folder of the scene.
     fn stays_inside(&self, path: &Path) -> bool {
-        let base = self.base.canonicalize().unwrap_or_else(|_| self.base.clone());
-        let mut depth = base.strip_prefix(&self.root).map_or(0, |below| below.components().count() as i64);
+        let mut depth = self.depth as i64;
         path.components().all(|component| {
             depth += match component {
                 Component::Normal(_) => 1,

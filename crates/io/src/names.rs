@@ -18,6 +18,16 @@ pub(crate) fn printable(text: &str) -> Cow<'_, str> {
     shown.into()
 }
 
+/// A name as a file gives it, cut after 200 characters: a scene may place the object that has it thousands of times. Cutting
+/// twice changes nothing.
+pub(crate) fn brief_name(name: &str) -> String {
+    const LONGEST: usize = 200;
+    match name.char_indices().nth(LONGEST) {
+        Some(_) => name.chars().take(LONGEST - 1).chain(['…']).collect(),
+        None => name.to_owned(),
+    }
+}
+
 /// The names given so far.
 #[derive(Debug, Default)]
 pub(crate) struct Names {
@@ -42,7 +52,7 @@ impl Names {
 
 #[cfg(test)]
 mod tests {
-    use super::Names;
+    use super::*;
 
     #[test]
     fn equal_names_are_numbered() {
@@ -50,5 +60,13 @@ mod tests {
         let given = ["a", "a_2", "a", "a", ""].map(|name| names.unique(name));
         assert_eq!(given, ["a", "a_2", "a_3", "a_4", ""]);
         assert_eq!(names.unique("\u{1b}[2Jä\n\u{9b}"), "\\u{1b}[2Jä\\n\\u{9b}");
+    }
+
+    #[test]
+    fn long_names_are_cut_once() {
+        assert_eq!(brief_name(&"ä".repeat(200)), "ä".repeat(200));
+        let cut = brief_name(&"ä".repeat(100_000));
+        assert_eq!(cut, "ä".repeat(199) + "…");
+        assert_eq!(brief_name(&cut), cut);
     }
 }

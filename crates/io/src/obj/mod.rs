@@ -9,7 +9,7 @@
 //! counts from below in this format, so it is turned). A statement may be continued
 //! by a `\` at the end of the line; negative indices count back from their own line, others may look ahead. Text is UTF-8 or
 //! UTF-16, with any line ends. Faults that change no surface (a normal that is no number, a face of two corners, corners of
-//! different forms in one face) are findings, and so are exponents that Fortran writes with a D: they are read as what they mean,
+//! different forms in one face, a texture coordinate that is none) are findings, and so are exponents that Fortran writes with a D: they are read as what they mean,
 //! where other readers stop at the letter. Two passes (statements, then triangles), linear in the file but for
 //! triangulation.
 
@@ -43,13 +43,7 @@ pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, reading: &Reading)
     parser.check_ranges()?;
     let mut model = build(&parser, stem)?;
     model.findings.absorb(std::mem::take(&mut parser.findings), str::to_owned);
-    for library in &parser.libraries {
-        // One name with spaces in it, or several.
-        let is_there = |name: &str| folder.resolve(name, "mtllib").is_ok_and(|file| file.real.is_file());
-        if !is_there(library) && !library.split_whitespace().all(is_there) {
-            model.findings.add(FindingKind::MissingMaterials, &excerpt(library), 1);
-        }
-    }
+    tell_missing_libraries(&parser, folder, &mut model.findings);
     tell_non_planar(&parser, &mut model.findings);
     tell_z_up(&mut model, reading);
     Ok(model)
@@ -159,6 +153,20 @@ fn mesh_of(
     let mesh = Mesh::new(positions, triangles);
     let mesh = mesh.map_err(|defect| LoadProblem::element(format!("object \"{name}\""), defect))?;
     Ok((mesh, LightmapLayout::of(layout)))
+}
+
+fn tell_missing_libraries(parser: &Parser, folder: &Folder, findings: &mut Findings) {
+    let mut known = HashMap::new();
+    for (library, &count) in &parser.libraries {
+        let mut is_there = |name| {
+            let look = || folder.resolve(name, "mtllib").is_ok_and(|file| file.real.is_file());
+            *known.entry(name).or_insert_with(look)
+        };
+        // One name with spaces in it, or several.
+        if !is_there(library.as_str()) && !library.split_whitespace().all(is_there) {
+            findings.add(FindingKind::MissingMaterials, &excerpt(library), count);
+        }
+    }
 }
 
 fn tell_non_planar(parser: &Parser, findings: &mut Findings) {

@@ -1,6 +1,6 @@
 //! The first pass over an OBJ file: statements become positions and polygons, checked one by one.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
 use umbriel_geometry::accept_point;
@@ -9,6 +9,7 @@ use umbriel_scene::FindingKind;
 use crate::{
     error::{LoadProblem, excerpt},
     model::Findings,
+    names::brief_name,
     tokens::fortran_number,
 };
 
@@ -45,7 +46,8 @@ pub(super) struct Parser {
     /// Whether texture coordinates are kept, or only counted.
     pub(super) keeps_texture: bool,
     texture_count: usize,
-    texture_coordinates: Vec<[f64; 2]>,
+    /// `None` where the statement is no texture coordinate.
+    texture_coordinates: Vec<Option<[f64; 2]>>,
     /// As long as `corners` where texture coordinates are kept.
     texture_corners: Vec<Option<u32>>,
     normals: usize,
@@ -53,7 +55,8 @@ pub(super) struct Parser {
     pub(super) polygons: Vec<Polygon>,
     pub(super) owners: Vec<Owner>,
     pub(super) groups: Vec<String>,
-    pub(super) libraries: Vec<String>,
+    /// Each with how many statements name it.
+    pub(super) libraries: BTreeMap<String, usize>,
     pub(super) findings: Findings,
     group_of_name: HashMap<String, (usize, Option<usize>)>,
     /// The owner of faces before any name.
@@ -101,11 +104,7 @@ impl Parser {
                 let is_sound = words().nth(3).is_none() || finite(words().skip(3), 0..=4);
                 self.require(is_sound, "v: not up to four numbers after the position", line);
             }
-            "vt" if self.keeps_texture => self.texture_coordinate(&numbers(words(), 1..=3)?),
-            "vt" => {
-                self.texture_count += 1;
-                self.require(finite(words(), 1..=3), "vt: not one to three numbers", line);
-            }
+            "vt" => self.texture_coordinate(words(), line),
             "vn" => {
                 self.normals += 1;
                 self.require(finite(words(), 3..=3), "vn: not three numbers", line);
@@ -113,13 +112,15 @@ impl Parser {
             "f" | "fo" => self.face(words(), line)?,
             "o" => self.begin_object(rest.trim()),
             "g" => self.begin_group(&rest.split_whitespace().collect::<Vec<_>>().join(" ")),
-            "mtllib" => {
-                self.require(!rest.trim().is_empty(), "mtllib: no file", line);
-                self.libraries.push(rest.trim().to_owned());
+            "mtllib" if rest.trim().is_empty() => self.require(false, "mtllib: no file", line),
+            "mtllib" => *self.libraries.entry(rest.trim().to_owned()).or_default() += 1,
+            "p" | "l" => {
+                for word in words() {
+                    self.indices(word, line)?;
+                }
+                self.tell_not_triangles(line);
             }
-            "p" | "l" | "curv" | "curv2" | "surf" => {
-                self.findings.add_at(FindingKind::NotTriangles, "", format_args!("line {line}"));
-            }
+            "curv" | "curv2" | "surf" => self.tell_not_triangles(line),
             _ if WITHOUT_EFFECT.split_whitespace().any(|known| known == keyword) => {}
             _ => self.findings.add_at(FindingKind::UnknownExtension, &excerpt(keyword), format_args!("line {line}")),
         }
@@ -133,22 +134,31 @@ impl Parser {
         }
     }
 
-    fn texture_coordinate(&mut self, numbers: &[f64]) {
+    fn tell_not_triangles(&mut self, line: usize) {
+        self.findings.add_at(FindingKind::NotTriangles, "", format_args!("line {line}"));
+    }
+
+    fn texture_coordinate<'a>(&mut self, words: impl Iterator<Item = &'a str>, line: usize) {
+        let numbers = numbers(words, 1..=3);
         self.texture_count += 1;
-        // The origin is the lower left corner here, the upper left one in glTF and in pictures.
-        self.texture_coordinates.push([numbers[0], 1.0 - numbers.get(1).copied().unwrap_or(0.0)]);
+        self.require(numbers.is_ok(), "vt: not one to three numbers", line);
+        if self.keeps_texture {
+            // The origin is the lower left corner here, the upper left one in glTF and in pictures.
+            let turned = |numbers: Vec<f64>| [numbers[0], 1.0 - numbers.get(1).copied().unwrap_or(0.0)];
+            self.texture_coordinates.push(numbers.ok().map(turned));
+        }
     }
 
     /// The texture coordinates of a polygon's corners, if they are kept and it has them.
     pub(super) fn texture(&self, polygon: &Polygon) -> Option<Vec<[f64; 2]>> {
         let corners = self.texture_corners.get(polygon.first..polygon.first + polygon.len)?;
-        corners.iter().map(|&corner| Some(self.texture_coordinates[corner? as usize])).collect()
+        corners.iter().map(|&corner| self.texture_coordinates[corner? as usize]).collect()
     }
 
     fn begin_object(&mut self, name: &str) {
         self.in_object = true;
         self.owner = Some(self.owners.len());
-        self.owners.push(Owner::Object(name.to_owned()));
+        self.owners.push(Owner::Object(brief_name(name)));
     }
 
     fn begin_group(&mut self, name: &str) {
@@ -160,12 +170,12 @@ impl Parser {
         let next_group = self.groups.len();
         let (group, owner) = self.group_of_name.entry(name.to_owned()).or_insert((next_group, None));
         if *group == next_group {
-            self.groups.push(name.to_owned());
+            self.groups.push(brief_name(name));
         }
         self.group = Some(*group);
         if !self.in_object {
             self.owner = Some(*owner.get_or_insert_with(|| {
-                self.owners.push(Owner::Group(name.to_owned()));
+                self.owners.push(Owner::Group(brief_name(name)));
                 self.owners.len() - 1
             }));
         }
@@ -201,10 +211,20 @@ impl Parser {
         })
     }
 
-    /// Takes a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`; says which of the three it has.
+    /// Takes a corner; says which of its three indices it has.
     fn corner(&mut self, word: &str, line: usize) -> Result<[bool; 3], String> {
+        let indices = self.indices(word, line)?;
+        self.corners.extend(indices[0]);
+        if self.keeps_texture {
+            self.texture_corners.push(indices[1]);
+        }
+        Ok(indices.map(|index| index.is_some()))
+    }
+
+    /// The indices `v`, `v/vt`, `v//vn` or `v/vt/vn`, which may look ahead.
+    fn indices(&mut self, word: &str, line: usize) -> Result<[Option<u32>; 3], String> {
         let counts = [self.positions.len(), self.texture_count, self.normals];
-        let (mut has, mut texture) = ([false; 3], None);
+        let mut indices = [None; 3];
         for (kind, part) in word.split('/').enumerate() {
             // Some writers end corners without texture coordinates and normals in two slashes.
             if kind > 2 || (part.is_empty() && kind == 0) {
@@ -213,21 +233,13 @@ impl Parser {
             if part.is_empty() {
                 continue;
             }
-            has[kind] = true;
             let index = absolute(part, counts[kind], KINDS[kind])?;
             if index >= counts[kind].max(self.ahead[kind].0) {
                 self.ahead[kind] = (index + 1, line);
             }
-            match kind {
-                0 => self.corners.push(index as u32),
-                1 => texture = Some(index as u32),
-                _ => {}
-            }
+            indices[kind] = Some(index as u32);
         }
-        if self.keeps_texture {
-            self.texture_corners.push(texture);
-        }
-        Ok(has)
+        Ok(indices)
     }
 
     /// Once everything is read: whether the indices that looked ahead found something.

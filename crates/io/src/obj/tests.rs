@@ -147,7 +147,6 @@ fn faults_name_their_line() {
         ("v 0 0 1e99\n", 1, "larger than 2^200"),
         ("v 0 zero 0\n", 1, "not a number"),
         ("v 0 0\n", 1, "3 numbers"),
-        ("vt\n", 1, "1 to 3 numbers"),
     ] {
         let (found, message) = fault(text);
         assert!(found == line && message.contains(part), "{text}: {found}: {message}");
@@ -165,6 +164,11 @@ fn faults_name_their_line() {
         ("f 1/ /2 3", "not a corner"),
         ("f 1/1/1/1 2 3", "not a corner"),
         ("f 1 2 3//-1", "out of range"),
+        ("p 99", "index 99 is out of range: there are 4 vertices"),
+        ("p 1 0", "out of range"),
+        ("l 1 99", "index 99 is out of range: there are 4 vertices"),
+        ("l 1/1 2/2", "there are 0 texture coordinates"),
+        ("l 1 x", "not an index"),
     ] {
         let (line, message) = fault(&format!("{SQUARE}{face}\n"));
         assert!(line == 5 && message.contains(part), "{face}: {line}: {message}");
@@ -227,6 +231,29 @@ fn every_material_library_has_to_be_there() {
 }
 
 #[test]
+fn a_material_library_is_looked_for_once() {
+    let mut parser = Parser::new(false);
+    for line in 1..=3 {
+        parser.statement("mtllib a b.mtl", line).expect("a statement");
+    }
+    assert_eq!(parser.libraries.into_iter().collect::<Vec<_>>(), [("a b.mtl".to_owned(), 3)]);
+    let found = findings(model(&format!("{SQUARE}f 1 2 3\nmtllib a\nmtllib a b\nmtllib a\n")));
+    let missing: Vec<_> = found.iter().filter(|found| found.0 == FindingKind::MissingMaterials).collect();
+    assert_eq!(missing.iter().map(|found| (found.1.as_str(), found.2)).collect::<Vec<_>>(), [("a", 2), ("a b", 1)]);
+}
+
+#[test]
+fn long_names_are_cut() {
+    let long = "ä".repeat(100_000);
+    let faces = "f 1 2 3\n";
+    let model = model(&format!("{SQUARE}g {long}\n{faces}g {long}b\n{faces}o {long}\n{faces}o {long}\n{faces}"));
+    assert_eq!(names(&model), [crate::names::brief_name(&long).as_str(); 4]);
+    assert_eq!(model.families.families[0].name.chars().count(), 200);
+    let far = LoadProblem::element(long, "").in_file(std::path::Path::new("a.obj")).to_string();
+    assert!(far.chars().count() < 500, "{far}");
+}
+
+#[test]
 fn utf_16_and_old_line_ends() {
     let text = format!("o h\u{fc}tte\n{SQUARE}f 1 2 3 4\n").replace('\n', "\r");
     let bytes: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
@@ -266,4 +293,11 @@ fn texture_coordinates_lay_out_light_maps() {
     let expected = [place(mesh.triangles()[0]), place(mesh.triangles()[1]), NOWHERE];
     assert_eq!(model.objects[0].lightmap.as_ref().expect("a layout").triangles, expected);
     assert!(model.objects[1].lightmap.is_none());
+    // A corner without a place leaves its polygon without one.
+    for wrong in ["vt", "vt 1 nan", "vt 1 0 0 0", "vt x"] {
+        let model = self::model(&text.replace("vt 1 0.75", wrong));
+        assert!(model.objects[0].lightmap.is_none());
+        let told = model.findings.into_list().into_iter().find(|found| found.kind == FindingKind::BrokenRule);
+        assert_eq!(told.expect("a finding").places, ["line 7"], "{wrong}");
+    }
 }
