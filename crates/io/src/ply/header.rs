@@ -1,5 +1,7 @@
 //! The header: which elements follow, how many of each, and what they are made of.
 
+use std::collections::HashSet;
+
 use crate::{
     error::{LoadProblem, excerpt},
     text::cut_line,
@@ -143,7 +145,7 @@ impl Header {
             return Err(LoadProblem::line(1, "the first line is not \"ply\""));
         }
         let mut rest = &bytes[..bytes.len().min(LONGEST)];
-        let (mut encoding, mut elements, mut number) = (None, Vec::new(), 0);
+        let (mut statements, mut number) = (Statements::default(), 0);
         loop {
             number += 1;
             let Some((line, behind)) = cut(rest) else {
@@ -154,10 +156,12 @@ impl Header {
             let text = String::from_utf8_lossy(line);
             let words: Vec<&str> = text.split_whitespace().collect();
             if words == ["end_header"] {
+                let Statements { encoding, elements, .. } = statements;
                 let encoding = encoding.ok_or_else(|| LoadProblem::line(number, "there is no line \"format\""))?;
                 return Ok(Self { encoding, elements, length, lines: number });
             }
-            statement(&words, &mut encoding, &mut elements)
+            statements
+                .take(&words)
                 .map_err(|message| LoadProblem::line(number, message.unwrap_or_else(|| unknown(&text))))?;
         }
     }
@@ -174,44 +178,58 @@ fn unknown(line: &str) -> String {
     format!("\"{}\" is no line of a header", excerpt(cut_line(line).0))
 }
 
-/// Takes one line of the header; an error without words means that it is none.
-fn statement(
-    words: &[&str],
-    encoding: &mut Option<Encoding>,
-    elements: &mut Vec<Element>,
-) -> Result<(), Option<String>> {
-    match words {
-        ["ply"] | [] | ["comment" | "obj_info", ..] => Ok(()),
-        ["format", name, version] => {
-            let read = match *name {
-                "ascii" => Encoding::Text,
-                "binary_little_endian" => Encoding::LittleEndian,
-                "binary_big_endian" => Encoding::BigEndian,
-                _ => return Err(None),
-            };
-            if *version != "1.0" {
-                return Err(Some(format!("version {} of the format is not known", excerpt(version))));
-            }
-            if encoding.replace(read).is_some() { Err(Some("\"format\" is there twice".to_owned())) } else { Ok(()) }
+/// What the lines of a header have said so far.
+#[derive(Default)]
+struct Statements {
+    encoding: Option<Encoding>,
+    elements: Vec<Element>,
+    element_names: HashSet<String>,
+    /// Of the last element.
+    property_names: HashSet<String>,
+}
+
+impl Statements {
+    /// Takes one line of the header; an error without words means that it is none.
+    fn take(&mut self, words: &[&str]) -> Result<(), Option<String>> {
+        match words {
+            ["ply"] | [] | ["comment" | "obj_info", ..] => Ok(()),
+            ["format", name, version] => self.format(name, version),
+            ["element", name, count] => self.element(name, count),
+            ["property", what @ .., name] => self.property(property(what, name)?),
+            _ => Err(None),
         }
-        ["element", name, count] => {
-            let count = count.parse().map_err(|_| Some(format!("\"{}\" is not a count", excerpt(count))))?;
-            if elements.iter().any(|element| element.name == *name) {
-                return Err(Some(format!("element {} is there twice", excerpt(name))));
-            }
-            elements.push(Element { name: (*name).to_owned(), count, properties: Vec::new() });
-            Ok(())
+    }
+
+    fn format(&mut self, name: &str, version: &str) -> Result<(), Option<String>> {
+        let read = match name {
+            "ascii" => Encoding::Text,
+            "binary_little_endian" => Encoding::LittleEndian,
+            "binary_big_endian" => Encoding::BigEndian,
+            _ => return Err(None),
+        };
+        if version != "1.0" {
+            return Err(Some(format!("version {} of the format is not known", excerpt(version))));
         }
-        ["property", what @ .., name] => {
-            let property = property(what, name)?;
-            let element = elements.last_mut().ok_or_else(|| Some("a property before any element".to_owned()))?;
-            if element.properties.iter().any(|other| other.name == property.name) {
-                return Err(Some(format!("property {} is there twice", excerpt(name))));
-            }
-            element.properties.push(property);
-            Ok(())
+        if self.encoding.replace(read).is_some() { Err(Some("\"format\" is there twice".to_owned())) } else { Ok(()) }
+    }
+
+    fn element(&mut self, name: &str, count: &str) -> Result<(), Option<String>> {
+        let count = count.parse().map_err(|_| Some(format!("\"{}\" is not a count", excerpt(count))))?;
+        if !self.element_names.insert(name.to_owned()) {
+            return Err(Some(format!("element {} is there twice", excerpt(name))));
         }
-        _ => Err(None),
+        self.property_names.clear();
+        self.elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+        Ok(())
+    }
+
+    fn property(&mut self, property: Property) -> Result<(), Option<String>> {
+        let element = self.elements.last_mut().ok_or_else(|| Some("a property before any element".to_owned()))?;
+        if !self.property_names.insert(property.name.clone()) {
+            return Err(Some(format!("property {} is there twice", excerpt(&property.name))));
+        }
+        element.properties.push(property);
+        Ok(())
     }
 }
 

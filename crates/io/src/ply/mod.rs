@@ -96,6 +96,8 @@ impl Surface {
     /// Takes all rows of an element.
     fn take(&mut self, element: &Element, source: &mut Source, model: &mut Model) -> Result<(), LoadProblem> {
         let odd = match element.name.as_str() {
+            // A table without rows needs no columns.
+            "vertex" | "face" | "tristrips" if element.count == 0 => 0,
             "vertex" => {
                 let columns = element.columns(["x", "y", "z"])?;
                 let take = |_, row: &Row| {
@@ -107,7 +109,8 @@ impl Surface {
             "face" => self.take_polygons(Kind::Face, element, source)?,
             "tristrips" => self.take_polygons(Kind::Strip, element, source)?,
             "edge" => {
-                model.findings.add(FindingKind::NotTriangles, "", element.count as usize);
+                let rows = if element.properties.is_empty() { 0 } else { element.count as usize };
+                model.findings.add(FindingKind::NotTriangles, "", rows);
                 source.rows(element, &[], |_, _| Ok(()))?
             }
             name => {
@@ -115,6 +118,9 @@ impl Surface {
                 source.rows(element, &[], |_, _| Ok(()))?
             }
         };
+        let is_hollow = element.count > 0 && element.properties.is_empty();
+        let subject = format!("element {}: rows without properties", excerpt(&element.name));
+        model.findings.add(FindingKind::BrokenRule, &subject, usize::from(is_hollow));
         let subject = format!("element {}: numbers that are none of their type", excerpt(&element.name));
         model.findings.add(FindingKind::BrokenRule, &subject, odd);
         Ok(())

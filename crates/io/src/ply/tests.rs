@@ -86,8 +86,40 @@ fn strips_and_elements_of_any_order() {
     let found: Vec<_> = model.findings.into_list().into_iter().map(|found| (found.kind, found.subject)).collect();
     assert_eq!(
         found,
-        [(FindingKind::UnknownExtension, "colour".to_owned()), (FindingKind::NotTriangles, String::new())]
+        [
+            (FindingKind::UnknownExtension, "colour".to_owned()),
+            (FindingKind::NotTriangles, String::new()),
+            (FindingKind::BrokenRule, "element colour: rows without properties".to_owned())
+        ]
     );
+}
+
+#[test]
+fn rows_without_properties_are_not_counted() {
+    let lines = format!("{SQUARE}element edge {}\n", u64::MAX);
+    let data = "0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n0 3 0 1 2\n";
+    let found: Vec<_> = parse(&text(&lines, data)).expect("loads").findings.into_list();
+    let found: Vec<_> = found.iter().map(|found| (found.kind, found.subject.as_str(), found.count)).collect();
+    assert_eq!(found, [(FindingKind::BrokenRule, "element edge: rows without properties", 1)]);
+}
+
+#[test]
+fn elements_without_rows_need_no_properties() {
+    for lines in ["element vertex 0\nelement face 0\n", "element face 0\nproperty int vertex_indices\n"] {
+        let model = parse(&text(lines, "")).expect("loads");
+        assert!(model.objects.is_empty() && model.findings.into_list().is_empty(), "{lines}");
+    }
+}
+
+#[test]
+fn headers_of_many_names_take_linear_time() {
+    // The longest header there may be; squares of these counts take seconds to minutes.
+    let elements: String = (0..60_000).map(|number| format!("element {number} 0\n")).collect();
+    let elements = parse(&text(&elements, "")).expect("loads");
+    assert_eq!(elements.findings.into_list().len(), 60_000);
+    let properties: String = (0..45_000).map(|number| format!("property int {number}\n")).collect();
+    let properties = parse(&text(&format!("element a 0\n{properties}"), "")).expect("loads");
+    assert_eq!(properties.findings.into_list().len(), 1);
 }
 
 #[test]
@@ -139,8 +171,8 @@ fn faults_name_their_place() {
         (text("element vertex 1\nproperty half x\n", ""), "line 5: \"half\" is no type"),
         (text("element vertex 1\nproperty list float int x\n", ""), "line 5: the length of a list"),
         (text("element vertex 1\nelement vertex 1\n", ""), "line 5: element vertex is there twice"),
-        (text("element vertex 0\nproperty float x\n", ""), "element vertex: it has no property y"),
-        (text("element face 0\nproperty int vertex_indices\n", ""), "element face: it has no property list"),
+        (text("element vertex 1\nproperty float x\n", "1"), "element vertex: it has no property y"),
+        (text("element face 1\nproperty int vertex_indices\n", "1"), "element face: it has no property list"),
         (text(SQUARE, &format!("{vertices}0 3 0 0.5 1")), "line 17: face 0: \"0.5\" is not a whole number"),
         (
             text(&SQUARE.replace("float x", "uchar x"), &vertices.replace("1 1 0", "300 1 0")),
