@@ -24,11 +24,35 @@ impl<'a> Tokens<'a> {
         (!word.is_empty()).then_some(word)
     }
 
-    /// What is left of the line of the last word.
-    pub(crate) fn rest_of_line(&mut self) -> &'a str {
-        let (line, rest) = self.rest.split_at(self.rest.find(['\n', '\r']).unwrap_or(self.rest.len()));
+    /// What is left of the line of the last word, up to a word that `ends` it: that is asked of all that begins with one.
+    pub(crate) fn line_until(&mut self, ends: impl Fn(&str) -> bool) -> &'a str {
+        let (line, rest) = self.rest.split_at(self.line_length(ends));
         self.rest = rest;
         line
+    }
+
+    /// Whether a word of the same line follows that `ends` it.
+    pub(crate) fn has_on_line(&self, ends: impl Fn(&str) -> bool) -> bool {
+        let behind = &self.rest[self.line_length(ends)..];
+        behind.starts_with(|character| !matches!(character, '\n' | '\r'))
+    }
+
+    fn line_length(&self, ends: impl Fn(&str) -> bool) -> usize {
+        let mut before = ' ';
+        for (at, character) in self.rest.char_indices() {
+            let begins_word = before.is_whitespace() && !character.is_whitespace();
+            if matches!(character, '\n' | '\r') || begins_word && ends(&self.rest[at..]) {
+                return at;
+            }
+            before = character;
+        }
+        self.rest.len()
+    }
+
+    /// Passes a word or several words if they come next, after white space of the line.
+    pub(crate) fn skip(&mut self, words: &str) {
+        let rest = self.rest.trim_start_matches([' ', '\t']);
+        self.rest = rest.strip_prefix(words).unwrap_or(rest);
     }
 
     /// The line of the last word; where there was none, the last line.
@@ -67,7 +91,9 @@ mod tests {
         let mut next = || (tokens.next(), tokens.line());
         assert_eq!([next(), next()], [(Some("a"), 10), (Some("b"), 10)]);
         assert_eq!([next(), next()], [(Some("c"), 12), (Some("d"), 13)]);
-        assert_eq!((tokens.rest_of_line(), tokens.next(), tokens.line()), (" rest of it ", Some("e"), 14));
+        assert!(tokens.has_on_line(|rest| rest.starts_with("of")) && !tokens.has_on_line(|rest| rest.starts_with("e")));
+        assert_eq!(tokens.line_until(|rest| rest.starts_with("of")), " rest ");
+        assert_eq!((tokens.line_until(|_| false), tokens.next(), tokens.line()), ("of it ", Some("e"), 14));
         assert_eq!((tokens.next(), tokens.remaining()), (None, 0));
     }
 }

@@ -14,7 +14,8 @@ use umbriel_scene::{FindingKind, Member, Shape};
 use crate::{
     error::{LoadProblem, excerpt},
     load::Reading,
-    model::{Model, ModelObject},
+    model::{Findings, Model, ModelObject},
+    names::brief_name,
     tokens::{Tokens, fortran_number},
     z_up::tell_z_up,
 };
@@ -29,7 +30,7 @@ pub(crate) fn read(bytes: &[u8], stem: &str, reading: &Reading) -> Result<Model,
     let mut model = Model::default();
     let content = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     if is_text(content) {
-        read_text(&mut model, &String::from_utf8_lossy(content), stem)?;
+        read_text(&mut model, &String::from_utf8_lossy(without_end_marks(content)), stem)?;
     } else {
         read_binary(&mut model, bytes, stem)?;
     }
@@ -40,7 +41,15 @@ pub(crate) fn read(bytes: &[u8], stem: &str, reading: &Reading) -> Result<Model,
 fn is_text(bytes: &[u8]) -> bool {
     let begins = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     let is_binary = binary_length(bytes).is_some_and(|length| length == bytes.len() as u64);
-    begins && !is_binary && !bytes.contains(&0)
+    begins && !is_binary && !without_end_marks(bytes).contains(&0)
+}
+
+/// The file without the zero bytes and the Ctrl-Z that some programs end text with.
+fn without_end_marks(bytes: &[u8]) -> &[u8] {
+    let is_mark = |byte: &u8| matches!(byte, 0 | 0x1a);
+    let end = bytes.iter().rposition(|byte| !is_mark(byte) && !byte.is_ascii_whitespace()).map_or(0, |last| last + 1);
+    let marks = bytes[end..].iter().position(is_mark);
+    &bytes[..marks.map_or(bytes.len(), |mark| end + mark)]
 }
 
 /// How long the file is according to its header, if it is long enough to have one.
@@ -67,9 +76,20 @@ fn read_binary(model: &mut Model, bytes: &[u8], stem: &str) -> Result<(), LoadPr
     let number = |triangle: &[u8; TRIANGLE], at: usize| {
         f64::from(f32::from_le_bytes(std::array::from_fn(|byte| triangle[4 * at + byte])))
     };
+    for (place, triangle) in triangles.iter().enumerate() {
+        let is_sound = (0..3).all(|axis| number(triangle, axis).is_finite());
+        tell_normal(is_sound, &mut model.findings, format_args!("triangle {place}"));
+    }
     let corner = |triangle, corner: usize| std::array::from_fn(|axis| number(triangle, 3 + 3 * corner + axis));
     let corners = triangles.iter().flat_map(|triangle| (0..3).map(move |at| corner(triangle, at)));
     take_solid(model, stem, corners.collect())
+}
+
+/// Normals are not used, but they should be numbers.
+fn tell_normal(is_sound: bool, findings: &mut Findings, place: std::fmt::Arguments) {
+    if !is_sound {
+        findings.add_at(FindingKind::BrokenRule, "normal: not three numbers", place);
+    }
 }
 
 /// A solid with the corners of its triangles, three a triangle; nothing if there are none.
@@ -77,6 +97,7 @@ fn take_solid(model: &mut Model, name: &str, corners: Vec<[f64; 3]>) -> Result<(
     if corners.is_empty() {
         return Ok(());
     }
+    let name = brief_name(name);
     let triangles = (0..corners.len() as u32 / 3).map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner));
     let mesh = Mesh::new(corners, triangles.collect()).map_err(|defect| match defect {
         MeshDefect::Coordinate { vertex, axis, defect } => {
@@ -88,7 +109,7 @@ fn take_solid(model: &mut Model, name: &str, corners: Vec<[f64; 3]>) -> Result<(
     model.families.roots.push(Member::Object(model.objects.len()));
     let shape = Shape::Mesh(Arc::new(mesh));
     model.objects.push(ModelObject {
-        name: name.to_owned(),
+        name,
         shape,
         map: DAffine3::IDENTITY,
         sides: None,
@@ -104,25 +125,25 @@ fn read_text(model: &mut Model, text: &str, stem: &str) -> Result<(), LoadProble
         if !word.eq_ignore_ascii_case("solid") {
             return Err(unexpected(&tokens, Some(word), "solid"));
         }
-        let name = tokens.rest_of_line().trim();
-        let corners = solid(model, &mut tokens)?;
+        let name = tokens.line_until(begins_content).trim();
+        let corners = solid(model, &mut tokens, name)?;
         take_solid(model, if name.is_empty() { stem } else { name }, corners)?;
     }
     Ok(())
 }
 
 /// The corners up to `endsolid`, also in two words, or, where that is left out, to the end of the file.
-fn solid(model: &mut Model, tokens: &mut Tokens) -> Result<Vec<[f64; 3]>, LoadProblem> {
+fn solid(model: &mut Model, tokens: &mut Tokens, name: &str) -> Result<Vec<[f64; 3]>, LoadProblem> {
     let mut corners = Vec::new();
     loop {
         match tokens.next() {
             Some(word) if word.eq_ignore_ascii_case("endsolid") => {
-                tokens.rest_of_line();
+                skip_end(tokens, name);
                 return Ok(corners);
             }
             Some(word) if word.eq_ignore_ascii_case("end") => {
                 expect(tokens, "solid")?;
-                tokens.rest_of_line();
+                skip_end(tokens, name);
                 return Ok(corners);
             }
             Some(word) if word.eq_ignore_ascii_case("facet") => facet(model, tokens, &mut corners)?,
@@ -136,6 +157,23 @@ fn solid(model: &mut Model, tokens: &mut Tokens) -> Result<Vec<[f64; 3]>, LoadPr
     }
 }
 
+/// Passes the name behind an end. It is the rest of the line, unless another solid stands there.
+fn skip_end(tokens: &mut Tokens, name: &str) {
+    tokens.skip(name);
+    let goes_on = tokens.has_on_line(begins_content);
+    tokens.line_until(|text| goes_on && (begins_with(text, &["solid"]) || begins_content(text)));
+}
+
+/// Whether the content of a solid begins, or ends, with this text. Names may hold "facet", even "solid".
+fn begins_content(text: &str) -> bool {
+    begins_with(text, &["facet", "normal"]) || begins_with(text, &["endsolid"])
+}
+
+fn begins_with(text: &str, words: &[&str]) -> bool {
+    let mut found = text.split_whitespace();
+    words.iter().all(|word| found.next().is_some_and(|found| found.eq_ignore_ascii_case(word)))
+}
+
 /// The rest of a facet, after its first word.
 fn facet(model: &mut Model, tokens: &mut Tokens, corners: &mut Vec<[f64; 3]>) -> Result<(), LoadProblem> {
     expect(tokens, "normal")?;
@@ -143,10 +181,7 @@ fn facet(model: &mut Model, tokens: &mut Tokens, corners: &mut Vec<[f64; 3]>) ->
     for _ in 0..3 {
         is_sound &= tokens.next().and_then(|word| word.parse::<f64>().ok()).is_some_and(f64::is_finite);
     }
-    if !is_sound {
-        let fault = "normal: not three numbers";
-        model.findings.add_at(FindingKind::BrokenRule, fault, format_args!("line {}", tokens.line()));
-    }
+    tell_normal(is_sound, &mut model.findings, format_args!("line {}", tokens.line()));
     expect(tokens, "outer")?;
     expect(tokens, "loop")?;
     for _ in 0..3 {

@@ -18,7 +18,7 @@ fn binary(header: &str, count: u32, triangles: &[[f32; 9]]) -> Vec<u8> {
     bytes.resize(80, b' ');
     bytes.extend(count.to_le_bytes());
     for corners in triangles {
-        bytes.extend([f32::NAN; 3].iter().chain(corners).flat_map(|number| number.to_le_bytes()));
+        bytes.extend([0.0_f32; 3].iter().chain(corners).flat_map(|number| number.to_le_bytes()));
         bytes.extend([7, 9]);
     }
     bytes
@@ -58,6 +58,49 @@ fn what_changes_no_surface_is_told() {
     bytes.push(0);
     let found = parse(&bytes).expect("loads").findings.into_list();
     assert_eq!((found[0].kind, found[0].places[0].as_str()), (FindingKind::BrokenRule, "byte 134"));
+}
+
+#[test]
+fn normals_that_are_no_numbers_are_told() {
+    let mut bytes = binary("", 2, &[CORNERS; 2]);
+    bytes[HEADER + TRIANGLE..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    let found = parse(&bytes).expect("loads").findings.into_list();
+    assert_eq!(found.len(), 1);
+    assert_eq!((found[0].kind, found[0].places[0].as_str()), (FindingKind::BrokenRule, "triangle 1"));
+}
+
+#[test]
+fn text_may_stand_on_one_line() {
+    let line = |text: &str| text.replace('\n', " ");
+    let text =
+        format!("solid Solid facet\n{FACET}endsolid Solid facet\nsolid\n{FACET}endsolid\nsolid b\n{FACET}endsolid b");
+    for text in [line(&text), text] {
+        let model = parse(text.as_bytes()).expect("loads");
+        let names: Vec<&str> = model.objects.iter().map(|object| object.name.as_str()).collect();
+        assert_eq!(names, ["Solid facet", "part", "b"], "{text}");
+        assert!(model.findings.into_list().is_empty());
+    }
+    let message =
+        parse(line(&format!("solid a\n{FACET}endsolid a\n{FACET}")).as_bytes()).expect_err("refused").to_string();
+    assert!(message.contains("\"facet\" where \"solid\""), "{message}");
+    // Squares of this count take minutes.
+    let many = line(&format!("solid a\n{FACET}endsolid a\n")).repeat(100_000);
+    assert_eq!(parse(many.as_bytes()).expect("loads").objects.len(), 100_000);
+}
+
+#[test]
+fn text_may_end_in_zero_bytes() {
+    for end in ["\0", "\n\0\0\n", "\u{1a}", "\u{1a}\0\0"] {
+        let model = parse(format!("solid a\n{FACET}endsolid a{end}").as_bytes()).expect("loads");
+        assert_eq!((model.objects.len(), model.findings.into_list().len()), (1, 0), "{end:?}");
+    }
+}
+
+#[test]
+fn long_names_are_cut() {
+    let long = "ä".repeat(100_000);
+    let model = parse(format!("solid {long}\n{FACET}endsolid {long}\n").as_bytes()).expect("loads");
+    assert_eq!(model.objects[0].name.chars().count(), 200);
 }
 
 #[test]
