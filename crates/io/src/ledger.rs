@@ -21,8 +21,12 @@ pub(crate) enum Quantity {
     Elements,
     /// Objects, families and lights.
     Parts,
-    /// Triangles, counted once for every object that places them.
+    /// Triangles, counted once for every object or cell that places them.
     PlacedTriangles,
+    /// Vertices, counted in the same way: a mesh may hold any number that no triangle uses.
+    PlacedVertices,
+    /// For each object its vertices times its boxes, since every vertex is looked for in these.
+    BoxedVertices,
     /// Texels of pictures, decoded.
     Texels,
 }
@@ -34,6 +38,8 @@ impl Quantity {
             Self::Elements => 1 << 24,
             Self::Parts => 1 << 18,
             Self::PlacedTriangles => 1 << 23,
+            Self::PlacedVertices => 3 << 23,
+            Self::BoxedVertices => 1 << 30,
             Self::Texels => 1 << 25,
         }
     }
@@ -46,6 +52,8 @@ impl Quantity {
             Self::Elements => bytes,
             Self::Parts => bytes / 4,
             Self::PlacedTriangles => 8 * bytes,
+            Self::PlacedVertices => 24 * bytes,
+            Self::BoxedVertices => 64 * bytes,
             Self::Texels => 4 * bytes,
         }
     }
@@ -55,6 +63,8 @@ impl Quantity {
             Self::Elements => "decoded elements of accessors",
             Self::Parts => "objects, families and lights",
             Self::PlacedTriangles => "placed triangles",
+            Self::PlacedVertices => "placed vertices",
+            Self::BoxedVertices => "pairs of a vertex and a box",
             Self::Texels => "texels of pictures",
         }
     }

@@ -1,22 +1,22 @@
 //! What a reader makes of a file, in the file's own axes; and the step from there to a scene.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::{BTreeMap, HashMap},
     sync::Arc,
 };
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{LightSource, Placement, PlacementDefect};
+use umbriel_geometry::{LightSource, Mesh, Placement, PlacementDefect};
 use umbriel_scene::{
     Camera, Family, FamilyTree, Finding, FindingKind, Light, Member, Object, PartBox, Projection, Scene, Shape, Sides,
 };
 
 use crate::{
-    error::{LoadProblem, brief},
+    error::{LoadProblem, brief, excerpt},
     ledger::{Ledger, Quantity},
     lightmap::LightmapLayout,
     names::{Names, printable},
-    rooms::{self, ModelCell, ModelPortal},
+    rooms::{self, CellShape, ModelCell, ModelPortal, Outline},
 };
 
 /// A body as read. Its name need not be unique within a scene yet.
@@ -97,6 +97,18 @@ impl Findings {
         }
     }
 
+    /// Takes out the findings about some subjects, those of each by themselves.
+    pub(crate) fn split_off(&mut self, is_wanted: impl Fn(&str) -> bool) -> HashMap<String, Self> {
+        let (wanted, rest) = std::mem::take(&mut self.0).into_iter().partition(|((_, subject), _)| is_wanted(subject));
+        self.0 = rest;
+        let wanted: BTreeMap<(FindingKind, String), Found> = wanted;
+        let mut parts: HashMap<String, Self> = HashMap::new();
+        for (key, found) in wanted {
+            parts.entry(key.1.clone()).or_default().0.insert(key, found);
+        }
+        parts
+    }
+
     pub(crate) fn into_list(self) -> Vec<Finding> {
         let shown = |text: String| brief(&printable(&text)).into_owned();
         let finding = |((kind, subject), Found { count, places })| {
@@ -110,7 +122,15 @@ impl Findings {
 impl Model {
     /// Takes in the content of another file under one name: a single object gets the name itself, several become the
     /// family `name` with objects `name/...`. Lights, cells and portals come along unless a part was picked; a camera never does.
-    pub(crate) fn take_in(&mut self, mut part: Self, name: &str, map: DAffine3, sides: Option<Sides>, picked: bool) {
+    /// Refuses what has a light that `map` moves out of range.
+    pub(crate) fn take_in(
+        &mut self,
+        mut part: Self,
+        name: &str,
+        map: DAffine3,
+        sides: Option<Sides>,
+        picked: bool,
+    ) -> Result<(), String> {
         let alone = part.objects.len() == 1;
         let full = |inner: &str| if inner.is_empty() { name.to_owned() } else { format!("{name}/{inner}") };
         let first = self.objects.len();
@@ -128,19 +148,19 @@ impl Model {
         if alone {
             self.families.roots.push(Member::Object(first));
         } else {
-            let place: Vec<_> = (first..self.objects.len()).map(Some).collect();
+            let place = |object| Some(first + object);
             let family = self.families.families.len();
             self.families.families.push(Family { name: name.to_owned(), members: Vec::new() });
-            let members = copy_members(&part.families, &part.families.roots, &mut self.families, &place);
+            let members = copy_members(&part.families, &part.families.roots, &mut self.families, place);
             self.families.families[family].members = members;
             self.families.roots.push(Member::Family(family));
         }
         if !picked {
-            let lights = part
-                .lights
-                .into_iter()
-                .filter_map(|light| moved_light(&light, &map).map(|moved| Light { name: full(&light.name), ..moved }));
-            self.lights.extend(lights);
+            for light in part.lights {
+                let moved = moved_light(&light, &map)
+                    .ok_or_else(|| format!("its light \"{}\" {LOST_LIGHT}", excerpt(&light.name)))?;
+                self.lights.push(Light { name: full(&light.name), ..moved });
+            }
             let cells = part.cells.into_iter();
             self.cells.extend(cells.map(|cell| ModelCell { name: full(&cell.name), map: map * cell.map, ..cell }));
             self.portals.extend(part.portals.into_iter().map(|portal| ModelPortal {
@@ -150,28 +170,21 @@ impl Model {
                 ..portal
             }));
         }
+        Ok(())
     }
 
-    /// Only the object `name`, or all objects of the family `name`. `None` if there is neither.
-    pub(crate) fn pick(&self, name: &str) -> Option<Self> {
-        let root = match self.objects.iter().position(|object| object.name == name) {
-            Some(object) => Member::Object(object),
-            None => Member::Family(self.families.families.iter().position(|family| family.name == name)?),
-        };
+    /// Only an object, or all objects of a family; without findings. Takes no longer than that has parts.
+    pub(crate) fn pick(&self, root: Member) -> Self {
         let chosen = objects_below(&self.families, root);
-        let mut place = vec![None; self.objects.len()];
-        chosen.iter().enumerate().for_each(|(new, &old)| place[old] = Some(new));
         let objects: Vec<_> = chosen.iter().map(|&old| self.objects[old].clone()).collect();
         let roots = match root {
             Member::Family(family) => self.families.families[family].members.as_slice(),
             Member::Object(_) => &[root],
         };
         let mut families = FamilyTree::default();
-        families.roots = copy_members(&self.families, roots, &mut families, &place);
-        let kept: BTreeSet<&str> = objects.iter().map(|object| object.name.as_str()).collect();
-        let findings = self.findings.0.iter().filter(|((_, subject), _)| kept.contains(subject.as_str()));
-        let findings = Findings(findings.map(|(key, found)| (key.clone(), found.clone())).collect());
-        Some(Self { objects, families, findings, ..Self::default() })
+        let place = |object| chosen.binary_search(&object).ok();
+        families.roots = copy_members(&self.families, roots, &mut families, place);
+        Self { objects, families, ..Self::default() }
     }
 
     /// Tells a rule of the format that an element breaks without harm.
@@ -186,14 +199,35 @@ impl Model {
         ledger.check(Quantity::Parts, parts as u64)
     }
 
+    /// Whether objects, cells and portals do not place too much.
+    fn check_placed(&self, ledger: &Ledger) -> Result<(), LoadProblem> {
+        let size = |mesh: &Mesh| (mesh.triangles().len(), mesh.positions().len());
+        let of_object = |object: &ModelObject| match &object.shape {
+            Shape::Mesh(mesh) => size(mesh),
+            _ => (0, 0),
+        };
+        let of_cell = |cell: &ModelCell| match &cell.shape {
+            CellShape::Mesh(mesh) => size(mesh),
+            _ => (0, 0),
+        };
+        let of_portal = |portal: &ModelPortal| match &portal.outline {
+            Outline::HullOf(points) => (0, points.len()),
+            Outline::Corners(_) => (0, 0),
+        };
+        let sizes = || {
+            let rooms = self.cells.iter().map(of_cell).chain(self.portals.iter().map(of_portal));
+            self.objects.iter().map(of_object).chain(rooms)
+        };
+        let boxed = self.objects.iter().map(|object| object.boxes.len() as u64 * of_object(object).1 as u64);
+        ledger.check(Quantity::PlacedTriangles, sizes().map(|(triangles, _)| triangles as u64).sum())?;
+        ledger.check(Quantity::PlacedVertices, sizes().map(|(_, vertices)| vertices as u64).sum())?;
+        ledger.check(Quantity::BoxedVertices, boxed.sum())
+    }
+
     /// Turns the content into a scene: names made unique, everything turned by `turn`, every object checked.
     pub(crate) fn into_scene(self, turn: DAffine3, sides: Sides, ledger: &Ledger) -> Result<Scene, LoadProblem> {
         self.check_size(ledger)?;
-        let triangles = |object: &ModelObject| match &object.shape {
-            Shape::Mesh(mesh) => mesh.triangles().len() as u64,
-            _ => 0,
-        };
-        ledger.check(Quantity::PlacedTriangles, self.objects.iter().map(triangles).sum())?;
+        self.check_placed(ledger)?;
         let mut names = Names::default();
         let mut objects = Vec::with_capacity(self.objects.len());
         for object in self.objects {
@@ -212,9 +246,8 @@ impl Model {
         let mut lights = Vec::with_capacity(self.lights.len());
         for light in self.lights {
             let name = names.unique(&light.name);
-            let moved = moved_light(&light, &turn).ok_or_else(|| {
-                LoadProblem::element(format!("light \"{name}\""), "it lies too far away or has no direction")
-            })?;
+            let moved = moved_light(&light, &turn)
+                .ok_or_else(|| LoadProblem::element(format!("light \"{name}\""), format!("it {LOST_LIGHT}")))?;
             lights.push(Light { name, ..moved });
         }
         let mut families = self.families;
@@ -238,6 +271,9 @@ fn placed(shape: Shape, map: DAffine3) -> Result<(Shape, Placement), Box<dyn std
         (placement, shape) => Ok((shape, placement?)),
     }
 }
+
+/// What a light does that is none once moved.
+const LOST_LIGHT: &str = "lies too far away or has no direction";
 
 /// A light moved with its model; `None` where the result is no light.
 fn moved_light(light: &Light, map: &DAffine3) -> Option<Light> {
@@ -289,12 +325,12 @@ fn copy_members(
     source: &FamilyTree,
     members: &[Member],
     target: &mut FamilyTree,
-    place: &[Option<usize>],
+    place: impl Fn(usize) -> Option<usize>,
 ) -> Vec<Member> {
     let mut open = Vec::new();
     let copy = |members: &[Member], target: &mut FamilyTree, open: &mut Vec<(usize, usize)>| -> Vec<Member> {
         let copied = members.iter().filter_map(|&member| match member {
-            Member::Object(object) => place[object].map(Member::Object),
+            Member::Object(object) => place(object).map(Member::Object),
             Member::Family(family) => {
                 let new = target.families.len();
                 target.families.push(Family { name: source.families[family].name.clone(), members: Vec::new() });

@@ -94,7 +94,7 @@ pub fn read_npy_points(mut input: impl Read) -> Result<NpyPoints, NpyError> {
     let shape = || NpyError::Shape(header.shape.clone());
     let &[rows, columns] = header.shape.as_slice() else { return Err(shape()) };
     let size = header.kind.size();
-    let expected = u128::from(rows) * u128::from(columns) * size as u128;
+    let expected = (u128::from(rows) * u128::from(columns)).saturating_mul(size as u128);
     let found = numbers.len() as u64;
     let layout = |columns| Layout { rows: found as usize / (columns * size), columns, kind: &header };
     match (columns, header.kind) {

@@ -86,8 +86,8 @@ pub(crate) struct ModelPortal {
 pub(crate) enum Outline {
     /// Its corners, in order.
     Corners(Vec<DVec3>),
-    /// Points of which it is the hull.
-    HullOf(Vec<DVec3>),
+    /// Points of which it is the hull; instances share them.
+    HullOf(Arc<[DVec3]>),
 }
 
 /// The points of a body that half-spaces [nx, ny, nz, offset] have in common: n·x ≤ offset.

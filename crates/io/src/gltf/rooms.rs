@@ -65,7 +65,7 @@ pub(super) fn add(
         }
         Role::Portal(cells) => {
             let mesh = mesh.ok_or("a portal needs a flat mesh")?;
-            let outline = Outline::HullOf(mesh.mesh.positions().to_vec());
+            let outline = Outline::HullOf(mesh.mesh.positions().into());
             let name = node.name.clone().unwrap_or_else(|| format!("node{}", placed.node));
             model.portals.push(ModelPortal { name, cells, outline, map, rounding: None, place });
         }

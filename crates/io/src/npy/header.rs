@@ -1,9 +1,13 @@
 //! The header: a Python dictionary of three entries.
 
 use super::NpyError;
+use crate::error::excerpt;
 
 /// The first bytes of every file.
 pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+
+/// NumPy has no more axes.
+const MOST_AXES: usize = 64;
 
 /// What a file says of its numbers.
 pub(super) struct Header {
@@ -41,12 +45,12 @@ impl Type {
             Some(">") => true,
             // "=" is the order of the machine that reads.
             Some("=") => cfg!(target_endian = "big"),
-            _ => return Err(NpyError::Type(text.to_owned())),
+            _ => return Err(NpyError::Type(excerpt(text).into_owned())),
         };
         match &text[1..] {
             "f4" => Ok(Self::Single { is_big_endian }),
             "f8" => Ok(Self::Double { is_big_endian }),
-            _ => Err(NpyError::Type(text.to_owned())),
+            _ => Err(NpyError::Type(excerpt(text).into_owned())),
         }
     }
 }
@@ -90,7 +94,7 @@ impl Parser<'_> {
                 "descr" => kind.replace(Type::parse(&self.string()?)?).is_some(),
                 "fortran_order" => by_columns.replace(self.truth()?).is_some(),
                 "shape" => shape.replace(self.tuple()?).is_some(),
-                _ => return Err(self.wrong(format!("the entry \"{key}\" is not known"))),
+                _ => return Err(self.wrong(format!("the entry \"{}\" is not known", excerpt(&key)))),
             };
             if is_known_twice {
                 return Err(self.wrong(format!("\"{key}\" is there twice")));
@@ -139,6 +143,9 @@ impl Parser<'_> {
         self.expect(b'(')?;
         while !self.take(b')') {
             self.skip_spaces();
+            if numbers.len() == MOST_AXES {
+                return Err(self.wrong(format!("more than {MOST_AXES} axes")));
+            }
             let digits = self.text[self.at..].iter().take_while(|byte| byte.is_ascii_digit()).count();
             let text = String::from_utf8_lossy(&self.text[self.at..self.at + digits]).into_owned();
             numbers.push(text.parse().map_err(|_| self.wrong("expected a number of 64 bits".to_owned()))?);

@@ -15,6 +15,7 @@ use super::{
 use crate::{
     error::LoadProblem,
     model::Model,
+    names::brief_name,
     options::{DetailSetting, UpAxis},
     sun::sun_from_angles,
 };
@@ -30,7 +31,7 @@ pub(super) fn read(
     let mut own = BTreeMap::new();
     for (number, spanned) in entries.iter().enumerate() {
         let entry = spanned.get_ref();
-        let name = entry.name.clone().unwrap_or_else(|| format!("light{}", number + 1));
+        let name = entry.name.as_deref().map_or_else(|| format!("light{}", number + 1), brief_name);
         let refused = |message: String| places.at(spanned.span(), format!("light \"{name}\": {message}"));
         let (source, extent) = light_of(entry, up, north).map_err(refused)?;
         let light = Light::with_extent(&name, source, extent).map_err(|defect| refused(defect.to_string()))?;

@@ -37,11 +37,12 @@
 //!
 //! Strict: an unknown key is an error with its line and column, so is a body or light that is given twice or not at all.
 //! An object's matrix stands to the left of the matrices inside its mesh file. A mesh file with several objects becomes
-//! a family of objects `name/part`.
+//! a family of objects `name/part`. What is found in a mesh file is told once, of the first object that takes the part.
 
 mod entries;
 mod exact;
 mod lights;
+mod meshes;
 mod objects;
 mod rooms;
 
@@ -83,9 +84,10 @@ pub(crate) fn read(
     let north = options.north_degrees.unwrap_or(stated.north);
     let mut model = Model::default();
     let reading = Reading::new(options, options.up.or(stated.up));
-    let context = objects::Context { places: &places, folder, reading };
-    stated.own.objects = objects::read(&mut model, path, &file.object, &context)?;
-    rooms::read(&mut model, path, (&file.cell, &file.portal), &context)?;
+    let context = objects::Context { path, places: &places, folder, reading };
+    let mut files = meshes::MeshFiles::default();
+    stated.own.objects = objects::read(&mut model, &file.object, &mut files, &context)?;
+    rooms::read(&mut model, (&file.cell, &file.portal), &mut files, &context)?;
     stated.own.lights = lights::read(&mut model, &file.light, &places, up, north).map_err(in_file)?;
     if let Some(entry) = &file.camera {
         let eye = camera_of(entry.get_ref(), up);
@@ -185,12 +187,18 @@ pub(super) struct Places<'a> {
     text: &'a str,
     /// Where each line begins.
     lines: Vec<usize>,
+    /// How many characters stand before every [`STEP`]-th byte: a file may be one line, and all of its entries have places.
+    characters: Vec<usize>,
 }
+
+/// Bytes between marks.
+const STEP: usize = 1024;
 
 impl<'a> Places<'a> {
     fn new(text: &'a str) -> Self {
         let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(newline, _)| newline + 1)).collect();
-        Self { text, lines }
+        let sum = |sum: &mut usize, bytes| Some(std::mem::replace(sum, *sum + begun(bytes)));
+        Self { text, lines, characters: text.as_bytes().chunks(STEP).scan(0, sum).collect() }
     }
 
     /// A problem at the beginning of a span.
@@ -202,13 +210,21 @@ impl<'a> Places<'a> {
     /// Where a span begins, counted from 1.
     fn line_and_column(&self, span: std::ops::Range<usize>) -> (usize, usize) {
         let line = self.lines.partition_point(|&line| line <= span.start).max(1);
-        let before = self.text.get(self.lines[line - 1]..span.start).unwrap_or_default();
-        (line, before.chars().count() + 1)
+        let begin = self.lines[line - 1];
+        (line, self.characters_before(span.start) - self.characters_before(begin) + 1)
+    }
+
+    fn characters_before(&self, at: usize) -> usize {
+        let at = at.min(self.text.len());
+        let mark = (at / STEP).min(self.characters.len().saturating_sub(1));
+        let bytes = &self.text.as_bytes()[mark * STEP..at];
+        self.characters.get(mark).map_or(0, |before| before + begun(bytes))
     }
 
     /// What the TOML parser refuses.
     fn fault(&self, fault: &toml::de::Error) -> LoadProblem {
-        let message = fault.message().replace('\n', ", ").replace("u8", "a whole number from 0 to 21");
+        let message =
+            fault.message().replace('\n', ", ").replace("expected u8", "expected a whole number from 0 to 21");
         // Lists of tables are all that this format has of sequences at its top.
         let message = message.replace("invalid type: map, expected a sequence", "write it with two brackets, [[...]]");
         match fault.span() {
@@ -216,6 +232,11 @@ impl<'a> Places<'a> {
             None => LoadProblem::element("scene file", message),
         }
     }
+}
+
+/// How many characters begin in these bytes of UTF-8.
+fn begun(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|&&byte| byte & 0xc0 != 0x80).count()
 }
 
 #[cfg(test)]

@@ -1,10 +1,6 @@
 //! Objects of a scene file: bodies, and meshes from other files.
 
-use std::{
-    collections::{BTreeMap, HashMap},
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::{collections::BTreeMap, path::Path, sync::Arc};
 
 use glam::DAffine3;
 use toml::Spanned;
@@ -14,19 +10,23 @@ use umbriel_scene::{Member, PartBox, Shape, Sides};
 use super::{
     Places,
     entries::{ObjectEntry, Scale},
+    meshes::{MeshFile, MeshFiles},
     own_detail_of, sides_of,
 };
 use crate::{
-    error::{LoadError, LoadProblem},
-    folder::{Folder, Located},
-    load::{MeshFormat, Reading, read_mesh},
+    error::{LoadError, excerpt},
+    folder::Folder,
+    load::Reading,
     model::{Model, ModelObject},
+    names::brief_name,
     options::DetailSetting,
     transform::{from_matrix, from_parts},
 };
 
-/// What an object's entry is read with.
+/// What entries are read with.
 pub(super) struct Context<'a> {
+    /// The scene file.
+    pub(super) path: &'a Path,
     pub(super) places: &'a Places<'a>,
     pub(super) folder: &'a Folder,
     pub(super) reading: Reading,
@@ -35,15 +35,15 @@ pub(super) struct Context<'a> {
 /// Reads all objects; a mesh file that several of them name is read once, and its geometry shared. Answers the details that objects have of their own.
 pub(super) fn read(
     model: &mut Model,
-    path: &Path,
     entries: &[Spanned<ObjectEntry>],
+    files: &mut MeshFiles,
     context: &Context,
 ) -> Result<BTreeMap<usize, DetailSetting>, LoadError> {
+    let path = context.path;
     let mut own = BTreeMap::new();
-    let mut files: HashMap<PathBuf, Model> = HashMap::new();
     for (number, spanned) in entries.iter().enumerate() {
         let entry = spanned.get_ref();
-        let name = entry.name.clone().unwrap_or_else(|| format!("object{}", number + 1));
+        let name = entry.name.as_deref().map_or_else(|| format!("object{}", number + 1), brief_name);
         let refused =
             |message: String| context.places.at(spanned.span(), format!("object \"{name}\": {message}")).in_file(path);
         let map = map_of(entry).map_err(refused)?;
@@ -63,14 +63,9 @@ pub(super) fn read(
             }
             Body::Mesh(file) => {
                 let place = format!("object \"{name}\"");
-                let located = context.folder.resolve(file, &place).map_err(|problem| problem.in_file(path))?;
-                if !files.contains_key(&located.real) {
-                    let is_turned = entry.rotation.is_some() || entry.matrix.is_some();
-                    let content = read_file(&located, place, is_turned, path, context)?;
-                    files.insert(located.real.clone(), content);
-                }
-                let whole = &files[&located.real];
-                take_in(model, whole, entry, &name, (map, sides)).map_err(refused)?;
+                let is_turned = entry.rotation.is_some() || entry.matrix.is_some();
+                let file = files.get((file, &place), is_turned, context)?;
+                take_in(model, file, entry, &name, (map, sides)).map_err(refused)?;
                 model.check_size(context.folder.ledger()).map_err(|problem| problem.in_file(path))?;
             }
         }
@@ -140,43 +135,23 @@ fn map_of(entry: &ObjectEntry) -> Result<DAffine3, String> {
     from_parts(entry.translation.unwrap_or([0.0; 3]), entry.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]), scale)
 }
 
-/// The content of a mesh file; an entry that turns its mesh has said which way is up.
-pub(super) fn read_file(
-    file: &Located,
-    place: String,
-    is_turned: bool,
-    scene: &Path,
-    context: &Context,
-) -> Result<Model, LoadError> {
-    let Some(format) = MeshFormat::of(&file.shown) else {
-        let message =
-            format!("\"{}\" is no mesh file; .gltf, .glb, .obj, .stl and .ply are read", file.shown.display());
-        return Err(LoadProblem::element(place, message).in_file(scene));
-    };
-    let bytes = context.folder.ledger().read(file).map_err(|problem| problem.in_file(scene))?;
-    let up_is_stated = context.reading.up_is_stated || is_turned;
-    read_mesh(&file.shown, format, &bytes, context.folder, &Reading { up_is_stated, ..context.reading })
-}
-
 /// Adds a mesh file, or the part of it that the entry picks.
 fn take_in(
     model: &mut Model,
-    whole: &Model,
+    file: &mut MeshFile,
     entry: &ObjectEntry,
     name: &str,
     (map, sides): (DAffine3, Option<Sides>),
 ) -> Result<(), String> {
     let mut part = match &entry.node {
-        None => whole.clone(),
-        Some(node) => whole.pick(node).ok_or_else(|| {
-            let some: Vec<_> = whole.objects.iter().take(5).map(|object| format!("\"{}\"", object.name)).collect();
-            let more = if whole.objects.len() > some.len() { ", ..." } else { "" };
-            format!("its mesh file has no node \"{node}\"; it has {}{more}", some.join(", "))
-        })?,
+        None => file.whole(),
+        Some(node) => file
+            .node(node)
+            .ok_or_else(|| format!("its mesh file has no node \"{}\"; it has {}", excerpt(node), file.some_names()))?,
     };
     if part.objects.is_empty() {
         let file = entry.mesh.as_deref().unwrap_or_default();
-        return Err(format!("its mesh file \"{file}\" holds no triangle"));
+        return Err(format!("its mesh file \"{}\" holds no triangle", excerpt(file)));
     }
     if entry.boxes.is_some() {
         let [object] = part.objects.as_mut_slice() else {
@@ -185,6 +160,5 @@ fn take_in(
         };
         object.boxes = boxes_of(entry, object.map)?;
     }
-    model.take_in(part, name, map, sides, entry.node.is_some());
-    Ok(())
+    model.take_in(part, name, map, sides, entry.node.is_some())
 }

@@ -180,6 +180,139 @@ fn a_mesh_file_is_an_object_or_a_family() {
 }
 
 #[test]
+fn what_is_found_in_a_mesh_file_is_told_once() {
+    let entry = |name: &str, node: &str| format!("[[object]]\nname = \"{name}\"\nmesh = \"a.obj\"\n{node}");
+    let found = |scene: &str, mesh: &str| {
+        let files = Files::new(scene).with("a.obj", mesh);
+        let findings = files.load().unwrap_or_else(|error| panic!("{error}")).scene.findings;
+        findings.into_iter().map(|found| (found.kind, found.subject, found.count)).collect::<Vec<_>>()
+    };
+    let points = |subject: &str| (FindingKind::NotTriangles, subject.to_owned(), 2);
+    let wall = entry("wall", "node = \"Wall\"\n");
+    let (one, two) = (entry("one", ""), entry("two", ""));
+    let mesh = format!("{TWO_PARTS}v 0 0 9\np 1\np 2\n");
+    assert_eq!(found(&format!("up = \"y\"\n{wall}{one}{two}"), &mesh), [points("one")]);
+    assert_eq!(found(&wall, &mesh), []);
+    // Squares of these counts take minutes.
+    let bad: String = (0..20_000).map(|number| format!("word{number}\n")).collect();
+    let entries = "[[object]]\nmesh = \"a.obj\"\n".repeat(10_000);
+    let found = found(&entries, &format!("v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 2 3\n{bad}"));
+    assert_eq!(found.len(), 20_000);
+    assert!(found.iter().all(|found| found.1.starts_with("object1/word") && found.2 == 1));
+}
+
+#[test]
+fn parts_are_found_by_their_names() {
+    // Squares of these counts take minutes.
+    const COUNT: usize = 40_000;
+    let mesh: String = (0..COUNT).map(|number| format!("g group{}\no part{number}\nf 1 2 3\n", number / 2)).collect();
+    let scene: String = (0..COUNT)
+        .map(|number| {
+            let node = if number % 2 == 0 { format!("part{number}") } else { format!("group{}", number / 2) };
+            format!("[[object]]\nmesh = \"a.obj\"\nnode = \"{node}\"\n")
+        })
+        .collect();
+    let files = Files::new(&scene).with("a.obj", &format!("v 0 0 0\nv 1 0 0\nv 0 1 1\n{mesh}"));
+    let scene = files.load().unwrap_or_else(|error| panic!("{error}")).scene;
+    assert_eq!((scene.objects.len(), scene.families.families.len()), (COUNT + COUNT / 2, COUNT / 2));
+    assert_eq!(scene.objects[1].name, "object2/part0");
+}
+
+#[test]
+fn a_mesh_of_many_cells_is_read_once() {
+    // A part that is not there ends the reading; without it, the files would be read for minutes.
+    let mesh: String = (0..100_000).map(|number| format!("v {number} 0 0\n")).collect();
+    let cells: String = (0..20_000).map(|_| "[[cell]]\nmesh = \"a.obj\"\nnode = \"room\"\n").collect();
+    let files = Files::new(&format!("{cells}[[cell]]\nmesh = \"a.obj\"\nnode = \"none\"\n"));
+    let error = files.with("a.obj", &format!("o room\n{mesh}f 1 2 3\n")).load().expect_err("refused").to_string();
+    assert!(error.contains("line 60001") && error.contains("cell20001"), "{error}");
+    let broken = Files::new("[[cell]]\nmesh = \"a.obj\"\n").with("a.obj", "v 0 0 x\n").load().expect_err("refused");
+    assert!(broken.to_string().contains("a.obj: line 1"), "{broken}");
+}
+
+#[test]
+fn a_light_that_is_moved_out_of_range_is_refused() {
+    let lit = r#"{"asset":{"version":"2.0"},"extensionsUsed":["KHR_lights_punctual"],
+        "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point"}]}},
+        "nodes":[{"mesh":0},{"name":"lamp","translation":[1e60,0,0],"extensions":{"KHR_lights_punctual":{"light":0}}}],
+        "scenes":[{"nodes":[0,1]}],"scene":0,"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,1]}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,
+        "uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAIA/"}]}"#;
+    let load = |x: &str| {
+        let scene = format!("[[object]]\nmesh = \"lit.gltf\"\ntranslation = [{x}, 0, 0]\n");
+        Files::new(&scene).with("lit.gltf", lit).load()
+    };
+    assert_eq!(load("1").unwrap_or_else(|error| panic!("{error}")).scene.lights[0].name, "object1/lamp");
+    let message = load("1e60").expect_err("refused").to_string();
+    assert!(message.contains("\"lamp\" lies too far away"), "{message}");
+}
+
+/// Vertices of which the only triangle uses three.
+fn loose_vertices(count: usize) -> String {
+    let header = format!(
+        "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    );
+    header + "0 0 0\n1 0 1\n0 1 0\n" + &"0 0 0\n".repeat(count - 3) + "3 0 1 2\n"
+}
+
+#[test]
+fn what_is_multiplied_has_limits() {
+    // Without them, each of these would take half a minute or more.
+    let boxes = "{ center = [9, 9, 9], half = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] },".repeat(40_000);
+    let cells: String = (0..3000).map(|n| format!("[[cell]]\nname = \"c{n}\"\nmesh = \"a.obj\"\n")).collect();
+    let grid = format!("o room\nv 0 0 0\nv 1 0 0\nv 0 1 1\n{}", "f 1 2 3\n".repeat(4096));
+    for (scene, file, mesh, words) in [
+        ("[[object]]\nmesh = \"a.ply\"\n".repeat(2000), "a.ply", loose_vertices(100_000), "200000000 placed vertices"),
+        (
+            format!("[[object]]\nmesh = \"a.ply\"\nboxes = [{boxes}]\n"),
+            "a.ply",
+            loose_vertices(100_000),
+            "4000000000 pairs of a vertex and a box",
+        ),
+        (format!("{FLOOR}{cells}"), "a.obj", grid, "12288000 placed triangles"),
+    ] {
+        let message = Files::new(&scene).with(file, &mesh).load().expect_err(words).to_string();
+        assert!(message.contains(words) && message.contains("at most"), "{message}");
+    }
+}
+
+#[test]
+fn long_names_are_cut() {
+    let long = "ä".repeat(100_000);
+    let mesh = format!("v 0 0 0\nv 1 0 0\nv 0 1 1\no {long}\nf 1 2 3\no b\nf 1 2 3\n");
+    let entry = |node: &str| format!("[[object]]\nname = \"{long}\"\nmesh = \"a.obj\"\n{node}");
+    let scene = format!("{}{}", entry(&format!("node = \"{long}\"\n")), entry(""));
+    let scene = Files::new(&scene).with("a.obj", &mesh).load().unwrap_or_else(|error| panic!("{error}")).scene;
+    let lengths: Vec<usize> = scene.objects.iter().map(|object| object.name.chars().count()).collect();
+    assert_eq!(lengths, [200, 401, 202]);
+    let rooms = ROOMS.replace("west", &long);
+    assert_eq!(loaded(&rooms).scene.cells.cells()[0].name.chars().count(), 200);
+    for wrong in [entry("node = \"x\"\n"), entry(&format!("node = \"x{long}\"\n")), entry(&format!("{long} = 1\n"))] {
+        let message = Files::new(&wrong).with("a.obj", &mesh).load().expect_err("refused").to_string();
+        assert!(message.chars().count() < 1000, "{}", message.len());
+    }
+}
+
+#[test]
+fn places_are_found_on_long_lines() {
+    let text = "ä = 'x'\n".to_owned() + &"öx".repeat(10_000) + "\n\nab";
+    let places = Places::new(&text);
+    let expected = |at: usize| {
+        let line = text[..at].matches('\n').count() + 1;
+        (line, text[..at].chars().rev().take_while(|&character| character != '\n').count() + 1)
+    };
+    for at in text.char_indices().map(|(at, _)| at).chain([text.len()]).step_by(7) {
+        assert_eq!(places.line_and_column(at..at), expected(at), "{at}");
+    }
+    assert_eq!(Places::new("").line_and_column(0..0), (1, 1));
+    // Squares of this count take minutes.
+    let cells = format!("cell = [{}{{}}]", "{box = [[0, 0, 0], [1, 1, 1]]}, ".repeat(100_000));
+    assert!(refused(&cells).to_string().contains(&format!("column {}", cells.len() - 2)));
+}
+
+#[test]
 fn detail_is_one_setting() {
     let with = |detail: &str| loaded(&format!("{FLOOR}[detail]\n{detail}\n")).detail;
     assert_eq!(with("boundary_depth = 8"), Some(DetailSetting::Depth { interior: None, boundary: 8 }));
