@@ -211,7 +211,7 @@ impl Model {
             _ => (0, 0),
         };
         let of_portal = |portal: &ModelPortal| match &portal.outline {
-            Outline::HullOf(points) => (0, points.len()),
+            Outline::HullOf(mesh) => (0, mesh.positions().len()),
             Outline::Corners(_) => (0, 0),
         };
         let sizes = || {

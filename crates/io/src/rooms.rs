@@ -86,8 +86,8 @@ pub(crate) struct ModelPortal {
 pub(crate) enum Outline {
     /// Its corners, in order.
     Corners(Vec<DVec3>),
-    /// Points of which it is the hull; instances share them.
-    HullOf(Arc<[DVec3]>),
+    /// A mesh of whose vertices it is the hull.
+    HullOf(Arc<Mesh>),
 }
 
 /// The points of a body that half-spaces [nx, ny, nz, offset] have in common: n·x ≤ offset.
@@ -115,11 +115,8 @@ pub(crate) fn graph(
         if numbers.insert(cell.name.clone(), number).is_some() {
             return Err(refused("another cell has this name".to_owned()));
         }
-        let map = *turn * cell.map;
-        let slack = cell_slack(&cell, map).map_err(refused)?;
-        let region = region(&cell.shape, map, slack).map_err(refused)?;
-        cell_places.push((cell.place, cell.name.clone()));
-        regions.push(SceneCell { name: printable(&cell.name).into_owned(), region, slack });
+        regions.push(placed_cell(&cell, turn).map_err(refused)?);
+        cell_places.push((cell.place, cell.name));
     }
     let mut joined = Vec::with_capacity(portals.len());
     for portal in portals {
@@ -129,11 +126,8 @@ pub(crate) fn graph(
             numbers.get(name).copied().ok_or_else(unknown)
         };
         let ends = [number(&portal.cells[0])?, number(&portal.cells[1])?];
-        let map = *turn * portal.map;
-        let slack = portal_slack(&portal, map).map_err(refused)?;
-        let corners = corners(&portal.outline, map).map_err(refused)?;
-        portal_places.push((portal.place, portal.name.clone(), portal.cells.clone()));
-        joined.push(Portal { name: printable(&portal.name).into_owned(), cells: ends, corners, slack });
+        joined.push(placed_portal(&portal, ends, turn).map_err(refused)?);
+        portal_places.push((portal.place, portal.name, portal.cells));
     }
     CellGraph::new(regions, joined, objects).map_err(|(entry, defect)| match entry {
         CellEntry::Cell(number) => {
@@ -145,6 +139,33 @@ pub(crate) fn graph(
             place.problem(format!("portal \"{name}\" between \"{}\" and \"{}\": {defect}", cells[0], cells[1]))
         }
     })
+}
+
+fn placed_cell(cell: &ModelCell, turn: &DAffine3) -> Result<SceneCell, String> {
+    let map = *turn * cell.map;
+    let slack = cell_slack(cell, map)?;
+    let region = region(&cell.shape, map, slack)?;
+    Ok(SceneCell { name: printable(&cell.name).into_owned(), region, slack })
+}
+
+fn placed_portal(portal: &ModelPortal, cells: [usize; 2], turn: &DAffine3) -> Result<Portal, String> {
+    let map = *turn * portal.map;
+    let slack = portal_slack(portal, map)?;
+    let corners = corners(&portal.outline, map)?;
+    Ok(Portal { name: printable(&portal.name).into_owned(), cells, corners, slack })
+}
+
+/// A cell where its file has it, or why it is none.
+pub(crate) fn cell_in_file(cell: &ModelCell) -> Result<SceneCell, String> {
+    placed_cell(cell, &DAffine3::IDENTITY)
+}
+
+/// Why a portal does not join two cells, where its file has all three.
+pub(crate) fn check_portal(portal: &ModelPortal, cells: [&SceneCell; 2]) -> Result<(), String> {
+    let is_one = portal.cells[0] == portal.cells[1];
+    let joined = placed_portal(portal, if is_one { [0, 0] } else { [0, 1] }, &DAffine3::IDENTITY)?;
+    let graph = CellGraph::new(cells.map(SceneCell::clone).to_vec(), vec![joined], &[]);
+    graph.map(|_| ()).map_err(|(_, defect)| defect.to_string())
 }
 
 /// As many overlapping pairs are told.
@@ -194,7 +215,7 @@ fn cell_slack(cell: &ModelCell, map: DAffine3) -> Result<f64, String> {
 
 fn portal_slack(portal: &ModelPortal, map: DAffine3) -> Result<f64, String> {
     let found = match &portal.outline {
-        Outline::HullOf(points) => slack(points, map),
+        Outline::HullOf(mesh) => slack(mesh.positions(), map),
         Outline::Corners(_) => 0.0,
     };
     stated(portal.rounding, found)
@@ -238,10 +259,10 @@ fn region(shape: &CellShape, map: DAffine3, slack: f64) -> Result<Region, String
 fn corners(outline: &Outline, map: DAffine3) -> Result<Vec<DVec3>, String> {
     match outline {
         Outline::Corners(corners) => placed_points(corners, map, "corner"),
-        Outline::HullOf(points) if points.len() > MOST_POINTS => {
-            Err(format!("it has {} points; at most {MOST_POINTS} are read", points.len()))
+        Outline::HullOf(mesh) if mesh.positions().len() > MOST_POINTS => {
+            Err(format!("it has {} points; at most {MOST_POINTS} are read", mesh.positions().len()))
         }
-        Outline::HullOf(points) => Ok(Portal::outline_of(&placed_points(points, map, "point")?)),
+        Outline::HullOf(mesh) => Ok(Portal::outline_of(&placed_points(mesh.positions(), map, "point")?)),
     }
 }
 

@@ -1,12 +1,19 @@
 //! The node hierarchy: checked to be a forest, walked without recursion, with the matrix of every node.
+//!
+//! Scenes take no numbers below 2^-200 but 0; in matrices such numbers are what rounding left of 0, and taken as 0.
 
-use glam::DAffine3;
+use glam::{DAffine3, DMat3};
+use umbriel_geometry::MIN_MAGNITUDE;
 
 use super::json::{Document, Node, element};
 use crate::{
     error::LoadProblem,
-    transform::{from_almost_affine, from_parts},
+    names::brief_name,
+    transform::{from_almost_affine, from_parts, rotation_matrix},
 };
+
+/// How it is told that a matrix had numbers below 2^-200.
+pub(super) const TINY: &str = "numbers of its matrix below 2^-200 are taken as 0";
 
 /// A node of the scene.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +24,8 @@ pub(super) struct Placed {
     pub(super) parent: Option<usize>,
     /// Node to scene coordinates.
     pub(super) map: DAffine3,
+    /// What turns directions as the rotations and matrices up to the root do: scales that nodes give apart are left out.
+    pub(super) turn: DMat3,
 }
 
 /// The nodes of the scene, parents before their children.
@@ -25,12 +34,14 @@ pub(super) struct Hierarchy {
     pub(super) placed: Vec<Placed>,
     /// The map of every node of the document, in the scene or not.
     pub(super) maps: Vec<DAffine3>,
+    /// The nodes whose maps had numbers below 2^-200.
+    pub(super) tiny: Vec<usize>,
 }
 
 /// How messages call a node.
 pub(super) fn place(node: usize, declared: &Node) -> String {
     match &declared.name {
-        Some(name) => format!("node {node} (\"{name}\")"),
+        Some(name) => format!("node {node} (\"{}\")", brief_name(name)),
         None => format!("node {node}"),
     }
 }
@@ -40,10 +51,13 @@ impl Hierarchy {
     pub(super) fn new(document: &Document) -> Result<Self, LoadProblem> {
         let parents_first = parents_first(document)?;
         let mut maps = vec![DAffine3::IDENTITY; document.nodes.len()];
+        let mut tiny = Vec::new();
         for &(node, parent) in &parents_first {
             let declared = &document.nodes[node];
             let own = own_map(declared).map_err(|message| LoadProblem::element(place(node, declared), message))?;
-            maps[node] = parent.map_or(own, |parent| maps[parent] * own);
+            let (map, count) = without_tiny(parent.map_or(own, |parent| maps[parent] * own));
+            maps[node] = map;
+            tiny.extend((count > 0).then_some(node));
         }
         let mut has_parent = vec![false; document.nodes.len()];
         parents_first.iter().for_each(|&(node, parent)| has_parent[node] = parent.is_some());
@@ -52,9 +66,10 @@ impl Hierarchy {
         let mut placed: Vec<Placed> = Vec::new();
         while let Some((node, parent)) = open.pop() {
             open.extend(document.nodes[node].children.iter().rev().map(|&child| (child, Some(placed.len()))));
-            placed.push(Placed { node, parent, map: maps[node] });
+            let above = parent.map_or(DMat3::IDENTITY, |parent| placed[parent].turn);
+            placed.push(Placed { node, parent, map: maps[node], turn: above * own_turn(&document.nodes[node]) });
         }
-        Ok(Self { placed, maps })
+        Ok(Self { placed, maps, tiny })
     }
 }
 
@@ -123,4 +138,30 @@ pub(super) fn own_map(node: &Node) -> Result<DAffine3, String> {
             node.scale.unwrap_or([1.0; 3]),
         ),
     }
+}
+
+/// How a node turns directions: by its rotation, or its matrix, whose scales cannot be told apart.
+fn own_turn(node: &Node) -> DMat3 {
+    match (&node.matrix, node.rotation) {
+        (Some(_), _) => own_map(node).map_or(DMat3::ZERO, |map| map.matrix3),
+        (None, Some(rotation)) => rotation_matrix(rotation).unwrap_or(DMat3::ZERO),
+        (None, None) => DMat3::IDENTITY,
+    }
+}
+
+/// The map with 0 for numbers below 2^-200, and how many there were.
+pub(super) fn without_tiny(map: DAffine3) -> (DAffine3, usize) {
+    let mut entries = map.to_cols_array();
+    let count = clear_tiny(&mut entries);
+    (DAffine3::from_cols_array(&entries), count)
+}
+
+/// Sets numbers below 2^-200 to 0, and counts them.
+pub(super) fn clear_tiny(numbers: &mut [f64]) -> usize {
+    let mut count = 0;
+    for number in numbers.iter_mut().filter(|number| **number != 0.0 && number.abs() < MIN_MAGNITUDE) {
+        *number = 0.0;
+        count += 1;
+    }
+    count
 }

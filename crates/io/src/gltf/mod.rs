@@ -24,6 +24,7 @@ mod container;
 mod draco;
 mod hierarchy;
 mod json;
+mod lights;
 mod mesh;
 mod meshopt;
 mod nodes;

@@ -3,85 +3,129 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{LightDefect, LightSource, Placement, PlacementDefect};
-use umbriel_scene::{Camera, Family, FindingKind, Light, Member, Projection, Shape};
+use umbriel_geometry::{Placement, PlacementDefect};
+use umbriel_scene::{Camera, Family, FindingKind, Member, Projection, Shape};
 
 use super::{
     accessor::{Accessors, Component, within},
-    hierarchy::{Hierarchy, Placed, own_map, place},
-    json::{Document, Eye, ImplicitShape, Instancing, Node, PunctualLight, element},
+    hierarchy::{Hierarchy, Placed, TINY, place, without_tiny},
+    json::{Document, Eye, ImplicitShape, Instancing, Node, element},
+    lights,
     mesh::{LoadedMesh, Meshes},
-    rooms,
+    rooms::{self, Room},
     shapes::{self, Body},
-    skins,
+    skins::Skins,
 };
 use crate::{
     error::LoadProblem,
     ledger::Quantity,
     model::{Model, ModelObject, camera},
+    names::brief_name,
     options::Colliders,
-    transform::{from_parts, has_no_surface, rotation_matrix},
+    transform::{from_parts, has_no_surface},
 };
 
 /// Instances that may be given without any bytes, so that all stand in one place: more of them mean nothing but work.
 const MOST_ALIKE: usize = 256;
 
 /// Walks the nodes of the scene.
-pub(super) fn read(
-    document: &Document,
-    hierarchy: &Hierarchy,
-    accessors: &Accessors,
-    mut meshes: Meshes,
+pub(super) fn read<'a>(
+    document: &'a Document,
+    hierarchy: &'a Hierarchy,
+    accessors: &'a Accessors<'a>,
+    mut meshes: Meshes<'a>,
     colliders: Colliders,
 ) -> Result<Model, LoadProblem> {
     let mut model = Model::default();
-    let mut objects_of = Vec::with_capacity(hierarchy.placed.len());
-    for placed in &hierarchy.placed {
-        let node = &document.nodes[placed.node];
-        let refused = |message: String| LoadProblem::element(place(placed.node, node), message);
-        let first = model.objects.len();
-        let shape = match (node.mesh, colliders) {
-            (Some(_), Colliders::WithoutMesh) => None,
-            _ => shapes::declared(document, node).map_err(refused)?,
-        };
-        let role = rooms::role(node).map_err(refused)?;
-        if let Some(role) = role {
-            let mesh = node.mesh.map(|mesh| meshes.get(mesh, node.weights.as_deref())).transpose();
-            let mesh = mesh.map_err(|problem| within(problem, &place(placed.node, node)))?;
-            rooms::add(&mut model, role, placed, node, (placed.map, mesh)).map_err(refused)?;
-            model.check_size(accessors.ledger())?;
-        } else if let Some(shape) = shape {
-            add_body(&mut model, placed, node, shape);
-        } else if let Some(mesh) = node.mesh {
-            let name = name_of(placed.node, node);
-            let told = |problem| within(problem, &place(placed.node, node));
-            let maps = instances(node, accessors).map_err(told)?;
-            let mesh = meshes.get(mesh, node.weights.as_deref()).map_err(told)?;
-            let map = match node.skin {
-                Some(skin) => skins::bind_map(document, hierarchy, accessors, skin).map_err(told)?,
-                None => placed.map,
-            };
-            tell(&mut model, &name, node, mesh);
-            add_objects(&mut model, &name, map, maps, mesh);
-            model.check_size(accessors.ledger())?;
-        }
-        objects_of.push(first..model.objects.len());
-        add_light(&mut model, document, hierarchy, placed).map_err(refused)?;
-        if let (Some(index), None) = (node.camera, &model.camera) {
-            let declared = element(&document.cameras, index, "camera").map_err(refused)?;
-            match eye(declared, &placed.map) {
-                Ok(camera) => model.camera = Some(camera),
-                Err(fault) => model.tell(&place(placed.node, node), &format!("its camera is left out: {fault}")),
-            }
-        }
+    for &node in &hierarchy.tiny {
+        model.tell(&place(node, &document.nodes[node]), TINY);
     }
+    let rooms = rooms::of_nodes(document, hierarchy, &mut meshes, &mut model.findings)?;
+    let skins = Skins::new(document, hierarchy, accessors);
+    let mut walk = Walk { document, accessors, meshes, skins, colliders, model };
+    let mut objects_of = Vec::with_capacity(hierarchy.placed.len());
+    for (placed, room) in hierarchy.placed.iter().zip(rooms) {
+        let first = walk.model.objects.len();
+        walk.take(placed, room)?;
+        objects_of.push(first..walk.model.objects.len());
+        walk.see(placed)?;
+    }
+    let Walk { mut model, meshes, skins, .. } = walk;
     model.findings.absorb(meshes.into_findings(), str::to_owned);
+    model.findings.absorb(skins.into_findings(), str::to_owned);
     add_families(&mut model, document, hierarchy, &objects_of);
     Ok(model)
 }
 
+/// What is needed along the way, and what came of it so far.
+struct Walk<'a> {
+    document: &'a Document,
+    accessors: &'a Accessors<'a>,
+    meshes: Meshes<'a>,
+    skins: Skins<'a>,
+    colliders: Colliders,
+    model: Model,
+}
+
+impl Walk<'_> {
+    /// Adds what a node is: a cell or portal, a body, or objects with its mesh.
+    fn take(&mut self, placed: &Placed, room: Option<Room>) -> Result<(), LoadProblem> {
+        let node = &self.document.nodes[placed.node];
+        let shape = match (node.mesh, self.colliders) {
+            (Some(_), Colliders::WithoutMesh) => Ok(None),
+            _ => shapes::declared(self.document, node),
+        };
+        let shape = shape.map_err(|message| LoadProblem::element(place(placed.node, node), message))?;
+        match (room, shape, node.mesh) {
+            (Some(Room::Cell(cell)), ..) => self.model.cells.push(cell),
+            (Some(Room::Portal(portal)), ..) => self.model.portals.push(portal),
+            (None, Some(shape), _) => add_body(&mut self.model, placed, node, shape),
+            (None, None, Some(mesh)) => {
+                self.add_mesh(placed, node, mesh).map_err(|problem| within(problem, &place(placed.node, node)))?;
+            }
+            (None, None, None) => return Ok(()),
+        }
+        self.model.check_size(self.accessors.ledger())
+    }
+
+    fn add_mesh(&mut self, placed: &Placed, node: &Node, mesh: usize) -> Result<(), LoadProblem> {
+        let name = name_of(placed.node, node);
+        let maps = instances(node, self.accessors)?;
+        let mesh = self.meshes.get(mesh, node.weights.as_deref())?;
+        let map = match node.skin {
+            Some(skin) => self.skins.bind_map(skin)?,
+            None => placed.map,
+        };
+        tell(&mut self.model, &name, node, mesh);
+        let tiny = add_objects(&mut self.model, &name, map, maps, mesh);
+        let subject = || format!("{}, EXT_mesh_gpu_instancing: {TINY}", place(placed.node, node));
+        if tiny > 0 {
+            self.model.findings.add(FindingKind::BrokenRule, &subject(), tiny);
+        }
+        Ok(())
+    }
+
+    /// Adds the light of a node, and its camera, if it is the first one.
+    fn see(&mut self, placed: &Placed) -> Result<(), LoadProblem> {
+        let node = &self.document.nodes[placed.node];
+        let refused = |message: String| LoadProblem::element(place(placed.node, node), message);
+        lights::add(&mut self.model, self.document, placed).map_err(refused)?;
+        if let (Some(index), None) = (node.camera, &self.model.camera) {
+            let declared = element(&self.document.cameras, index, "camera").map_err(refused)?;
+            match eye(declared, &placed.map) {
+                Ok(camera) => self.model.camera = Some(camera),
+                Err(fault) => {
+                    self.model.tell(&place(placed.node, node), &format!("its camera is left out: {fault}"));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
 fn name_of(index: usize, node: &Node) -> String {
-    node.name.clone().filter(|name| !name.is_empty()).unwrap_or_else(|| format!("node{index}"))
+    let name = node.name.as_deref().filter(|name| !name.is_empty());
+    name.map_or_else(|| format!("node{index}"), brief_name)
 }
 
 /// What was taken otherwise than the file says, once for a node with all its instances.
@@ -97,14 +141,20 @@ fn tell(model: &mut Model, name: &str, node: &Node, mesh: &LoadedMesh) {
     }
 }
 
-/// One object, or one an instance; none for a mesh without triangles.
-fn add_objects(model: &mut Model, name: &str, map: DAffine3, maps: Option<Vec<DAffine3>>, mesh: &LoadedMesh) {
+/// One object, or one an instance; none for a mesh without triangles. Returns the instances with numbers below 2^-200.
+fn add_objects(model: &mut Model, name: &str, map: DAffine3, maps: Option<Vec<DAffine3>>, mesh: &LoadedMesh) -> usize {
     if mesh.mesh.triangles().is_empty() {
-        return;
+        return 0;
     }
+    let mut tiny = 0;
+    let mut instance = |(number, own): (usize, DAffine3)| {
+        let (map, count) = without_tiny(map * own);
+        tiny += usize::from(count > 0);
+        (format!("{name}#{number}"), map)
+    };
     let placed: Vec<(String, DAffine3)> = match maps {
         None => vec![(name.to_owned(), map)],
-        Some(maps) => maps.into_iter().enumerate().map(|(i, own)| (format!("{name}#{i}"), map * own)).collect(),
+        Some(maps) => maps.into_iter().enumerate().map(&mut instance).collect(),
     };
     // Exporters hide nodes and instances by a scale of zero: what is left is a point or a line.
     let is_hidden = |map: &DAffine3| has_no_surface(&map.matrix3);
@@ -117,6 +167,7 @@ fn add_objects(model: &mut Model, name: &str, map: DAffine3, maps: Option<Vec<DA
         lightmap: mesh.lightmap.clone(),
         boxes: Vec::new(),
     }));
+    tiny
 }
 
 /// The body that stands for a node, if its shape is one that is read.
@@ -190,64 +241,6 @@ fn floats(accessors: &Accessors, index: usize, normalized_too: bool) -> Result<u
         let message = "instances need 32-bit floats, or for ROTATION normalised signed integers of 8 or 16 bits";
         Err(LoadProblem::element(format!("accessor {index}"), message))
     }
-}
-
-/// The light of a node, if it has one.
-fn add_light(model: &mut Model, document: &Document, hierarchy: &Hierarchy, placed: &Placed) -> Result<(), String> {
-    let node = &document.nodes[placed.node];
-    let Some(reference) = &node.extensions.light else { return Ok(()) };
-    let declared = document.extensions.lights.as_ref().map_or(&[][..], |lights| &lights.lights);
-    let declared = element(declared, reference.light, "light")?;
-    match light(declared, hierarchy, placed, document)? {
-        Some(light) => {
-            model.findings.add(FindingKind::SpotAsPoint, &light.name, usize::from(declared.kind == "spot"));
-            model.lights.push(light);
-        }
-        None => model.tell(&place(placed.node, node), "its light is left out: no direction is left of it"),
-    }
-    Ok(())
-}
-
-/// A light, which shines along the node's −Z; `None` for a sun whose direction a matrix flattens away.
-fn light(
-    declared: &PunctualLight,
-    hierarchy: &Hierarchy,
-    placed: &Placed,
-    document: &Document,
-) -> Result<Option<Light>, String> {
-    let source = match declared.kind.as_str() {
-        "directional" => LightSource::sun(direction(hierarchy, placed, document).to_array()),
-        "point" | "spot" => LightSource::point(placed.map.transform_point3(DVec3::ZERO).to_array()),
-        other => return Err(format!("its light has the type \"{other}\", which is none of directional, point, spot")),
-    };
-    let name = document.nodes[placed.node].name.clone().or_else(|| declared.name.clone());
-    let name = name.filter(|name| !name.is_empty()).unwrap_or_else(|| format!("light{}", placed.node));
-    match source {
-        Ok(source) => Ok(Some(Light::new(name, source))),
-        Err(LightDefect::NoDirection) => Ok(None),
-        Err(defect) => Err(format!("its light: {defect}")),
-    }
-}
-
-/// Where the node's −Z leads. Scales do not count, says KHR_lights_punctual, which matters where one is zero: then the
-/// rotations alone are followed up to the root.
-fn direction(hierarchy: &Hierarchy, placed: &Placed, document: &Document) -> DVec3 {
-    let scaled = placed.map.transform_vector3(DVec3::NEG_Z);
-    if scaled != DVec3::ZERO {
-        return scaled;
-    }
-    let mut direction = DVec3::NEG_Z;
-    let mut next = Some(placed);
-    while let Some(at) = next {
-        let node = &document.nodes[at.node];
-        direction = match (&node.matrix, node.rotation) {
-            (Some(_), _) => own_map(node).map_or(DVec3::ZERO, |map| map.transform_vector3(direction)),
-            (None, Some(rotation)) => rotation_matrix(rotation).map_or(DVec3::ZERO, |turn| turn * direction),
-            (None, None) => direction,
-        };
-        next = at.parent.map(|parent| &hierarchy.placed[parent]);
-    }
-    direction
 }
 
 /// A camera, which looks along the node's −Z.

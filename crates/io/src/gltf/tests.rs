@@ -9,6 +9,8 @@ use crate::{model::ModelObject, options::Outside};
 
 mod bodies;
 mod compressed;
+mod lenient;
+mod limits;
 mod masks;
 mod rooms;
 mod rules;

@@ -61,21 +61,72 @@ fn nodes_are_cells_and_portals_by_name_or_extras() {
 }
 
 #[test]
-fn what_is_no_cell_is_refused_with_its_node() {
+fn what_extras_state_and_is_no_cell_is_refused_with_its_node() {
     let refused = |nodes: Value| scene(&nodes).expect_err("a defect").to_string();
     let with_box = |node: Value| json!([{ "name": "box", "mesh": 1 }, { "name": "cell:a", "mesh": 1 }, node]);
+    let cell = |name: &str, mesh: u32| json!({ "name": name, "mesh": mesh, "extras": { "cell": true } });
+    let portal = |one: &str, other: &str| json!({ "mesh": 0, "extras": { "portal": [one, other] } });
+    let mut bare = portal("a", "b");
+    bare.as_object_mut().expect("a node").remove("mesh");
     for (node, parts) in [
-        (json!({ "name": "cell:flat", "mesh": 0 }), &["node 2", "cell \"flat\"", "flat"][..]),
-        (json!({ "name": "cell:a", "mesh": 1 }), &["node 2", "another cell"]),
-        (json!({ "name": "portal:a|b", "mesh": 0 }), &["node 2", "no cell \"b\""]),
-        (json!({ "name": "portal:a", "mesh": 0 }), &["node 2", "portal:ONE|OTHER"]),
-        (json!({ "name": "portal:a|a", "mesh": 0 }), &["node 2", "two different cells"]),
-        (json!({ "name": "portal:a|b" }), &["node 2", "flat mesh"]),
-        (json!({ "mesh": 0, "extras": { "portal": ["a"] } }), &["node 2", "two cells"]),
+        (cell("flat", 0), &["node 2", "cell \"flat\"", "flat"][..]),
+        (portal("a", "b"), &["node 2", "no cell \"b\""]),
+        (portal("a", "a"), &["node 2", "two different cells"]),
+        (bare, &["node 2", "flat mesh"]),
     ] {
         let message = refused(with_box(node));
         assert!(parts.iter().all(|part| message.contains(part)), "{message}");
     }
+    let twice = json!([{ "name": "box", "mesh": 1 }, cell("a", 1), cell("a", 1)]);
+    let twice = refused(twice);
+    assert!(twice.contains("node 2") && twice.contains("another cell"), "{twice}");
+}
+
+#[test]
+fn names_alone_refuse_no_file() {
+    let with_box = |node: Value| json!([{ "name": "box", "mesh": 1 }, { "name": "cell:a", "mesh": 1 }, node]);
+    for (node, fault) in [
+        (
+            json!({ "name": "cell:3", "mesh": 0 }),
+            "node 2 (\"cell:3\"): it is no cell or portal: its mesh is no convex body",
+        ),
+        (json!({ "name": "cell:a", "mesh": 1 }), "another cell has this name"),
+        (json!({ "name": "cell:b", "mesh": 1, "scale": [1, 1, 0] }), "singular"),
+        (json!({ "name": "portal:a|b", "mesh": 0 }), "there is no cell \"b\""),
+        (json!({ "name": "portal:a|a", "mesh": 0 }), "two different cells"),
+        (json!({ "name": "portal:main", "mesh": 0 }), "portal:ONE|OTHER"),
+        (json!({ "mesh": 0, "extras": { "portal": ["a"] } }), "its extras name a portal without two cells"),
+        (json!({ "mesh": 0, "extras": { "portal": [1, 2] } }), "its extras name a portal without two cells"),
+    ] {
+        let scene = scene(&with_box(node.clone())).unwrap_or_else(|problem| panic!("{node}: {problem}"));
+        assert_eq!(scene.objects.len(), 2, "{node} is an object");
+        assert_eq!((scene.cells.cells().len(), scene.cells.portals().len()), (1, 0));
+        let told: Vec<_> = scene.findings.iter().map(|finding| &*finding.subject).collect();
+        assert!(matches!(told[..], [told] if told.contains(fault)), "{told:?}");
+    }
+    // Without a mesh nothing is left of them; of two outdoors the first is one.
+    for node in [json!({ "name": "portal:a|b" }), json!({ "name": "cell:second" })] {
+        let scene = scene(&json!([{ "name": "box", "mesh": 1 }, { "name": "cell:first" }, node])).expect("a box");
+        assert_eq!((scene.objects.len(), scene.cells.cells().len(), scene.findings.len()), (1, 1, 1));
+    }
+    // A portal in mid-air between two sound rooms, and one whose cell is none.
+    let nodes = json!([
+        { "name": "cell:one", "mesh": 1 }, { "name": "cell:other", "mesh": 1, "translation": [1, 0, 0] }, { "name": "cell:flat", "mesh": 0 },
+        { "name": "portal:one|other", "mesh": 0, "translation": [0.5, 0, 0] }, { "name": "portal:one|flat", "mesh": 0 },
+    ]);
+    let scene = scene(&nodes).expect("two rooms");
+    assert_eq!((scene.objects.len(), scene.cells.cells().len(), scene.cells.portals().len()), (3, 2, 0));
+    let told: Vec<_> = scene.findings.iter().map(|finding| &*finding.subject).collect();
+    assert!(told[1].contains("corner") && told[2].contains("no cell \"flat\""), "{told:?}");
+}
+
+#[test]
+fn many_names_that_mean_something_else_are_objects() {
+    let nodes: Vec<_> = (0..200).map(|number| json!({ "name": format!("cell:{number}"), "mesh": 0 })).collect();
+    let scene = scene(&nodes.into()).expect("plates");
+    assert_eq!((scene.objects.len(), scene.findings.len()), (200, 200));
+    let unseen = scene.findings.iter().filter(|finding| finding.subject.contains("so many others"));
+    assert_eq!(unseen.count(), 136);
 }
 
 #[test]
@@ -125,13 +176,17 @@ fn rooms_that_were_turned_before_they_were_written_fit() {
             let document = (json!({ "asset": { "version": "2.0" }, "nodes": nodes, "meshes": meshes }), data);
             let scene = parse(document)
                 .and_then(|model| model.into_scene(glam::DAffine3::IDENTITY, Sides::Auto, &Ledger::default()));
-            match scene {
-                Ok(scene) => {
+            let scene = scene.unwrap_or_else(|problem| panic!("{angle}: {problem}"));
+            match scene.cells.portals() {
+                [door] => {
                     assert_eq!(off, 0.0, "a door in mid-air, {angle}");
-                    let slack = scene.cells.portals()[0].slack;
-                    assert!(slack > 0.0 && slack <= (9.0 + step.abs()) * 2.0_f64.powi(-20), "{slack}");
+                    assert!(door.slack > 0.0 && door.slack <= (9.0 + step.abs()) * 2.0_f64.powi(-20), "{}", door.slack);
                 }
-                Err(problem) => assert!(off > 0.0 && problem.to_string().contains("boundary"), "{angle}: {problem}"),
+                _ => assert!(
+                    off > 0.0 && scene.findings[0].subject.contains("boundary"),
+                    "{angle}: {:?}",
+                    scene.findings
+                ),
             }
         }
     }

@@ -1,0 +1,36 @@
+//! Files that say what they show, if not quite as they should: they are read, and what is odd is told.
+
+use super::*;
+
+/// What is told of a model that is made all the same.
+fn told(model: Model) -> Vec<String> {
+    found(model).into_iter().map(|(_, subject, _)| subject).collect()
+}
+
+#[test]
+fn what_rounding_left_of_zero_is_zero() {
+    for (node, map) in [
+        (json!({ "translation": [1e-310, 0, 7] }), glam::DAffine3::from_translation(glam::DVec3::new(0.0, 0.0, 7.0))),
+        (json!({ "rotation": [2.8e-45, 0, 1.4e-45, 1] }), glam::DAffine3::IDENTITY),
+    ] {
+        let mut node = node;
+        node["mesh"] = json!(0);
+        let model = model(triangle(&json!([node])));
+        let entries = model.objects[0].map.to_cols_array();
+        assert!(entries.iter().zip(map.to_cols_array()).all(|(entry, other)| (entry - other).abs() < 1e-40));
+        assert!(entries.iter().all(|&entry| umbriel_geometry::accept(entry).is_ok()), "{entries:?}");
+        assert_eq!(told(model), ["node 0: numbers of its matrix below 2^-200 are taken as 0"]);
+    }
+    // Each is large enough, their product is not; the child has nothing of its own.
+    let scale = json!([1e-40, 1, 1]);
+    let nodes =
+        json!([{ "scale": scale, "children": [1] }, { "scale": scale, "children": [2], "mesh": 0 }, { "mesh": 0 }]);
+    let flat = model(triangle(&nodes));
+    assert_eq!(flat.objects[1].map.matrix3.x_axis, glam::DVec3::ZERO);
+    assert_eq!(told(flat), ["node 1: numbers of its matrix below 2^-200 are taken as 0"]);
+    let instances =
+        model(instanced(|data| json!({ "ROTATION": data.floats(&[[1e-40, 0.0, 1e-40, 1.0], [0.0, 0.0, 0.0, 1.0]]) })));
+    assert_eq!(instances.objects[0].map.matrix3.x_axis.z, 0.0);
+    let place = "node 0 (\"leaf\"), EXT_mesh_gpu_instancing";
+    assert_eq!(told(instances), [format!("{place}: numbers of its matrix below 2^-200 are taken as 0")]);
+}

@@ -1,0 +1,56 @@
+//! Small files that would take gigabytes or hours if what they repeat was done again each time.
+
+use super::*;
+
+#[test]
+fn long_names_are_cut_where_they_are_repeated() {
+    let long = "ä".repeat(1_000_000);
+    let (mut document, data) = instanced(|data| {
+        data.accessors.push(json!({ "componentType": 5126, "type": "VEC3", "count": 256 }));
+        json!({ "TRANSLATION": data.accessors.len() - 1 })
+    });
+    document["nodes"][0]["name"] = json!(long);
+    let light = json!({ "KHR_lights_punctual": { "light": 0 } });
+    let nodes = document["nodes"].as_array_mut().expect("nodes");
+    nodes.extend([json!({ "extensions": light.clone() }), json!({ "name": long, "extensions": light })]);
+    nodes.push(json!({ "name": format!("cell:{long}"), "mesh": 0 }));
+    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "name": long, "type": "spot" }] } });
+    let model = model((document, data));
+    assert_eq!(model.objects.len(), 257);
+    let kept = format!("{}…", "ä".repeat(200));
+    assert_eq!(model.objects[255].name, format!("{kept}#255"));
+    assert_eq!(model.families.families[0].name, kept);
+    assert!(model.lights.iter().all(|light| light.name == kept));
+    assert!(found(model).iter().all(|(_, subject, _)| subject.len() < 1000));
+    let refused = refused(triangle(&json!([{ "name": long, "mesh": 7 }])));
+    assert!(refused.contains("mesh 7") && refused.len() < 1000);
+}
+
+#[test]
+fn the_turn_of_a_light_is_that_of_its_parent_and_its_own() {
+    let light = json!({ "KHR_lights_punctual": { "light": 0 } });
+    let count = 50_000;
+    let mut nodes = vec![json!({ "scale": [0, 0, 0], "rotation": [-1, 0, 0, 1], "children": [1] })];
+    nodes.extend((1..count).map(|node| json!({ "extensions": light, "children": [node + 1] })));
+    nodes.push(json!({ "extensions": light, "rotation": [1, 0, 0, 1], "scale": [2, 2, 2] }));
+    let (mut document, data) = triangle(&nodes.into());
+    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "directional" }] } });
+    let model = model((document, data));
+    assert_eq!(model.lights.len(), count);
+    let (last, others) = model.lights.split_last().expect("lights");
+    assert!(others.iter().all(|light| light.source.xyz() == glam::DVec3::Y));
+    assert_eq!(last.source.xyz(), glam::DVec3::Z);
+}
+
+#[test]
+fn a_skin_is_looked_at_once() {
+    let (nodes, joints) = (2000, 20_000);
+    let model = model(changed(|document, data| {
+        let matrix: [f32; 16] = std::array::from_fn(|entry| if entry % 5 == 0 { 1.0 } else { 0.0 });
+        let bytes: Vec<u8> = matrix.iter().flat_map(|entry| entry.to_le_bytes()).collect();
+        let matrices = data.add(&bytes.repeat(joints), 5126, "MAT4", joints, false);
+        document["skins"] = json!([{ "joints": vec![0; joints], "inverseBindMatrices": matrices }]);
+        document["nodes"] = json!(vec![json!({ "mesh": 0, "skin": 0 }); nodes]);
+    }));
+    assert_eq!(model.objects.len(), nodes);
+}
