@@ -6,7 +6,10 @@ use super::{
     json::{Accessor, Document, Sparse, existing},
     views::Views,
 };
-use crate::{error::LoadProblem, ledger::Ledger};
+use crate::{
+    error::{LoadProblem, excerpt},
+    ledger::Ledger,
+};
 
 /// What an element without bytes of its own (all zeros) counts in the account of the scene: nothing in the file bounds their number.
 const ZERO: usize = 4;
@@ -142,7 +145,8 @@ impl<'a> Accessors<'a> {
         let (accessor, component) = self.declared(index)?;
         let place = || format!("accessor {index}");
         if accessor.kind != kind {
-            return Err(LoadProblem::element(place(), format!("its type is {}, needed is {kind}", accessor.kind)));
+            let message = format!("its type is {}, needed is {kind}", excerpt(&accessor.kind));
+            return Err(LoadProblem::element(place(), message));
         }
         let decode = |bytes: &[u8]| -> [f64; N] {
             std::array::from_fn(|i| component.decode(&bytes[i * component.size()..], accessor.normalized))
@@ -217,6 +221,9 @@ impl<'a> Accessors<'a> {
             return Err(refused("its indices must be unsigned integers".to_owned()));
         }
         let at = &sparse.indices;
+        if sparse.count > count {
+            return Err(refused(format!("{} of its {count} elements are sparse", sparse.count)));
+        }
         let strided = self.strided(at.buffer_view, at.byte_offset, component.size(), sparse.count)?;
         let places: Vec<usize> = strided.iter().map(|bytes| component.value(bytes) as usize).collect();
         let mut next = 0;

@@ -34,6 +34,11 @@ impl Decoded {
         self.0.attribute_by_unique_id(id).is_some()
     }
 
+    /// The type of an attribute's components, if glTF has it.
+    pub(super) fn component(&self, id: u32) -> Option<Component> {
+        component(self.0.attribute_by_unique_id(id)?.data_type()).ok()
+    }
+
     /// The number of corners of triangles.
     pub(super) fn corner_count(&self) -> usize {
         3 * self.0.num_faces()

@@ -22,6 +22,7 @@ use crate::{
     lightmap::{LightmapLayout, NOWHERE},
     load::Reading,
     model::Findings,
+    names::brief_name,
     options::Blend,
 };
 
@@ -119,6 +120,8 @@ impl<'a> Meshes<'a> {
         for (number, primitive) in declared.primitives.iter().enumerate() {
             let place = format!("{place}, primitive {number}");
             let refused = |message: String| LoadProblem::element(&place, message);
+            // A mesh is read again for every set of weights.
+            self.primitives.count()?;
             // Positions may be left out; then there is nothing to see.
             if !has_triangles(primitive) {
                 not_triangles += 1;
@@ -144,7 +147,7 @@ impl<'a> Meshes<'a> {
                 None => None,
             };
             masked += if mode == "MASK" && cut_out.is_none() { faces } else { 0 };
-            parts.append(&geometry, cut_out, self.reading.lightmap_set.is_some()).map_err(refused)?;
+            parts.append(geometry, cut_out, self.reading.lightmap_set.is_some()).map_err(refused)?;
         }
         let morphs = declared.primitives.iter().any(|primitive| !primitive.targets.is_empty());
         let blend = match self.reading.blend {
@@ -162,7 +165,7 @@ impl<'a> Meshes<'a> {
     /// How the vertices of a primitive are cut out; `None` if they are taken as opaque.
     fn cut_out(&mut self, number: usize, mask: MaskMaterial, geometry: &Geometry) -> Option<VertexCutOut> {
         let name = self.document.materials[number].name.as_deref().filter(|name| !name.is_empty());
-        let subject = name.map_or_else(|| format!("material{number}"), str::to_owned);
+        let subject = name.map_or_else(|| format!("material{number}"), brief_name);
         let faces = geometry.faces.len();
         if let Some(reason) = &mask.missing {
             self.primitives.findings.add_with(FindingKind::MissingTexture, &subject, faces, reason);
@@ -203,33 +206,28 @@ fn nothing(geometry: &Geometry) -> VertexCutOut {
 }
 
 impl Parts {
-    /// Adds the triangles of a primitive and the vertices that they use.
+    /// Adds the triangles of a primitive and their vertices.
     fn append(
         &mut self,
-        geometry: &Geometry,
+        geometry: Geometry,
         cut_out: Option<VertexCutOut>,
         wants_lightmap: bool,
     ) -> Result<(), String> {
-        let mut used = geometry.faces.as_flattened().to_vec();
-        used.sort_unstable();
-        used.dedup();
         let base = self.positions.len();
-        if base + used.len() >= u32::MAX as usize {
+        if base + geometry.vertices.len() >= u32::MAX as usize {
             return Err("its mesh has more than 2^32 - 2 vertices".to_owned());
         }
-        self.positions.extend(used.iter().map(|&vertex| geometry.vertices[vertex as usize]));
+        let (base, first) = (base as u32, self.triangles.len() as u32);
+        self.positions.extend(geometry.vertices);
         if wants_lightmap {
             let texture = geometry.texture.as_ref();
             let corners = |face: &[u32; 3]| texture.map_or(NOWHERE, |uv| face.map(|corner| uv[corner as usize]));
             self.lightmap.extend(geometry.faces.iter().map(corners));
         }
-        let place_of = |vertex: u32| (base + used.partition_point(|&other| other < vertex)) as u32;
-        let first = self.triangles.len() as u32;
-        self.triangles.extend(geometry.faces.iter().map(|face| face.map(place_of)));
+        self.triangles.extend(geometry.faces.iter().map(|face| face.map(|corner| base + corner)));
         if let Some(VertexCutOut { cut_out, vertices }) = cut_out {
-            let vertices = used.iter().map(|&vertex| vertices[vertex as usize]).collect();
             let faces = first..self.triangles.len() as u32;
-            self.cut_outs.push(CutOutPart { faces, cut_out, first_vertex: base as u32, vertices });
+            self.cut_outs.push(CutOutPart { faces, cut_out, first_vertex: base, vertices });
         }
         Ok(())
     }

@@ -1,4 +1,9 @@
 //! Primitives: vertices and the triangles between them, from accessors or a Draco stream, morphed by their weights.
+//!
+//! Exporters like to share one vertex buffer among many primitives, so an accessor is decoded once, and a primitive costs the corners
+//! that it has, not the vertices that it could have.
+
+mod attributes;
 
 use std::{
     collections::{HashMap, HashSet},
@@ -11,7 +16,8 @@ use umbriel_scene::FindingKind;
 use super::{
     accessor::{Accessors, Component, within},
     draco,
-    json::{Accessor, DracoPrimitive, Primitive, TextureReference},
+    hierarchy::clear_tiny,
+    json::{Accessor, DracoPrimitive, Primitive},
     textures::MaskMaterial,
 };
 use crate::{error::LoadProblem, model::Findings, triangulate::SIX_DIGITS};
@@ -22,9 +28,10 @@ const DRACO: &str = "KHR_draco_mesh_compression";
 /// What a primitive without vertices costs, in elements: a mesh is read again for every set of morph weights.
 const PRIMITIVE: usize = 16;
 
-/// The content of a primitive. All corners are in range.
+/// The content of a primitive: the vertices that its triangles use, in the order of the file.
 pub(super) struct Geometry {
-    pub(super) vertices: Rc<Vec<[f64; 3]>>,
+    pub(super) vertices: Vec<[f64; 3]>,
+    /// Corners, as numbers of these vertices.
     pub(super) faces: Vec<[u32; 3]>,
     /// The texture coordinates that lay out light maps, one pair a vertex, if they are wanted and there.
     pub(super) texture: Option<Vec<[f64; 2]>>,
@@ -41,8 +48,31 @@ pub(super) struct MaskVertices {
     pub(super) alphas: Option<Vec<f64>>,
 }
 
-/// Positions that primitives may share.
-type Vertices = Rc<Vec<[f64; 3]>>;
+/// Elements that primitives may share, one a vertex.
+type Shared<T> = Rc<Vec<T>>;
+
+/// The vertices that the triangles of a primitive use, ascending.
+struct Used(Vec<u32>);
+
+impl Used {
+    fn by(faces: &[[u32; 3]]) -> Self {
+        let mut used = faces.as_flattened().to_vec();
+        used.sort_unstable();
+        used.dedup();
+        Self(used)
+    }
+
+    /// What those vertices have of all.
+    fn of<T: Copy>(&self, all: &[T]) -> Vec<T> {
+        self.0.iter().map(|&vertex| all[vertex as usize]).collect()
+    }
+
+    /// The triangles, with their corners counted among the vertices in use.
+    fn renumbered(&self, faces: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+        let number = |vertex: u32| self.0.partition_point(|&other| other < vertex) as u32;
+        faces.into_iter().map(|face| face.map(number)).collect()
+    }
+}
 
 /// Where the content of a primitive comes from.
 struct Source<'p> {
@@ -52,6 +82,13 @@ struct Source<'p> {
     stream: Option<(draco::Decoded, &'p DracoPrimitive)>,
 }
 
+impl Source<'_> {
+    /// Whether an attribute is in the stream and not in its accessor.
+    fn streams(&self, name: &str) -> bool {
+        self.stream.as_ref().is_some_and(|(_, draco)| draco.attributes.contains_key(name))
+    }
+}
+
 /// Reads the primitives of a document.
 #[derive(Debug)]
 pub(super) struct Primitives<'a> {
@@ -59,18 +96,28 @@ pub(super) struct Primitives<'a> {
     quantized: bool,
     /// Which texture coordinates lay out light maps.
     lightmap_set: Option<u32>,
-    /// Exporters like to share one vertex buffer among many primitives: it is decoded once.
-    positions: HashMap<usize, Rc<Vec<[f64; 3]>>>,
+    /// What accessors hold: positions, texture coordinates, and the alphas of colours.
+    positions: HashMap<usize, Shared<[f64; 3]>>,
+    places: HashMap<usize, Shared<[f64; 2]>>,
+    alphas: HashMap<usize, Shared<f64>>,
     /// The accessors of positions that were found sound.
     accepted: HashSet<usize>,
+    /// Why streams are not read, by their views: decoding up to a fault may take long.
+    refused_streams: HashMap<usize, String>,
     /// Rules that primitives break without harm.
     pub(super) findings: Findings,
 }
 
 impl<'a> Primitives<'a> {
     pub(super) fn new(accessors: &'a Accessors<'a>, quantized: bool, lightmap_set: Option<u32>) -> Self {
-        let (positions, accepted, findings) = Default::default();
-        Self { accessors, quantized, lightmap_set, positions, accepted, findings }
+        let (positions, places, alphas) = Default::default();
+        let (accepted, refused_streams, findings) = Default::default();
+        Self { accessors, quantized, lightmap_set, positions, places, alphas, accepted, refused_streams, findings }
+    }
+
+    /// Enters a primitive into the account of the scene, whatever it holds.
+    pub(super) fn count(&self) -> Result<(), LoadProblem> {
+        self.accessors.count(PRIMITIVE)
     }
 
     /// Reads a primitive of triangles. `place` is what messages call it; `weights` are those of its morph targets; `mask` cuts it
@@ -83,7 +130,6 @@ impl<'a> Primitives<'a> {
         place: &str,
     ) -> Result<Geometry, LoadProblem> {
         let refused = |message: String| LoadProblem::element(place, message);
-        self.accessors.count(PRIMITIVE)?;
         let source = self.source(primitive, place)?;
         let (vertices, corners) = self.content(&source)?;
         let mode = if source.stream.is_some() { 4 } else { primitive.mode.unwrap_or(4) };
@@ -91,13 +137,14 @@ impl<'a> Primitives<'a> {
         if (mode == 4 && !corners.len().is_multiple_of(3)) || (mode != 4 && corners.len() < 3) {
             self.findings.add(FindingKind::BrokenRule, &format!("{place}: corners are left over"), 1);
         }
+        let used = Used::by(&faces);
         let texture = match self.lightmap_set {
-            Some(set) => self.texture(&source, vertices.len(), set)?,
+            Some(set) => self.places(&source, vertices.len(), set)?.map(|places| used.of(&places)),
             None => None,
         };
-        let mask = mask.map(|mask| self.mask(&source, vertices.len(), mask)).transpose()?.unwrap_or_default();
-        let vertices = self.morphed(vertices, primitive, weights, place)?;
-        Ok(Geometry { vertices, faces, texture, mask })
+        let mask = mask.map(|mask| self.mask(&source, vertices.len(), mask, &used)).transpose()?.unwrap_or_default();
+        let vertices = self.morphed(&source, &vertices, weights, &used)?;
+        Ok(Geometry { vertices, faces: used.renumbered(faces), texture, mask })
     }
 
     /// Looks at what [`Self::read`] does not: a primitive that is not `shown`, and targets without weight. Its faults are told.
@@ -135,12 +182,16 @@ impl<'a> Primitives<'a> {
             let missing = draco.attributes.iter().filter(|&attribute| !is_there(attribute)).count();
             let subject = format!("{place}, {DRACO}: attributes that the stream or the primitive does not have");
             self.findings.add(FindingKind::BrokenRule, &subject, missing);
+            if !matches!(primitive.mode, None | Some(4 | 5)) {
+                let subject = format!("{place}, {DRACO}: its mode is neither of triangles nor of strips");
+                self.findings.add(FindingKind::BrokenRule, &subject, 1);
+            }
         }
         Ok(Source { primitive, place, stream })
     }
 
     /// The positions and the corners, which are in range.
-    fn content(&mut self, source: &Source) -> Result<(Vertices, Vec<u32>), LoadProblem> {
+    fn content(&mut self, source: &Source) -> Result<(Shared<[f64; 3]>, Vec<u32>), LoadProblem> {
         let refused = |message: String| LoadProblem::element(source.place, message);
         let vertices = self.vertices(source)?;
         let count = u32::try_from(vertices.len()).map_err(|_| refused("it has more than 2^32 vertices".to_owned()))?;
@@ -151,30 +202,38 @@ impl<'a> Primitives<'a> {
         }
     }
 
-    fn decompress(&self, draco: &DracoPrimitive) -> Result<draco::Decoded, LoadProblem> {
+    fn decompress(&mut self, draco: &DracoPrimitive) -> Result<draco::Decoded, LoadProblem> {
         let ledger = self.accessors.ledger();
         let (_, stream) = self.accessors.views().get(draco.buffer_view)?;
-        let decoded =
-            draco::decode(stream, ledger.elements_left()).map_err(|message| LoadProblem::element(DRACO, message))?;
+        if let Some(message) = self.refused_streams.get(&draco.buffer_view) {
+            return Err(LoadProblem::element(DRACO, message));
+        }
+        let decoded = draco::decode(stream, ledger.elements_left()).map_err(|message| {
+            self.refused_streams.insert(draco.buffer_view, message.clone());
+            LoadProblem::element(DRACO, message)
+        })?;
         self.accessors.count(decoded.len())?;
         self.accessors.count(decoded.corner_count())?;
         Ok(decoded)
     }
 
     /// The positions of a primitive, each one accepted, used or not.
-    fn vertices(&mut self, source: &Source) -> Result<Rc<Vec<[f64; 3]>>, LoadProblem> {
+    fn vertices(&mut self, source: &Source) -> Result<Shared<[f64; 3]>, LoadProblem> {
         let Some(&accessor) = source.primitive.attributes.get("POSITION") else {
             return Err(LoadProblem::element(source.place, "it has no POSITION attribute"));
         };
-        let problem = |problem| within(problem, source.place);
         if let Some(positions) = self.compressed::<3>(source, "POSITION", accessor)? {
             accept_all(&positions, &format!("{}, {DRACO}", source.place))?;
             return Ok(Rc::new(positions));
         }
+        self.shared_positions(accessor).map_err(|problem| within(problem, source.place))
+    }
+
+    fn shared_positions(&mut self, accessor: usize) -> Result<Shared<[f64; 3]>, LoadProblem> {
         if let Some(positions) = self.positions.get(&accessor) {
             return Ok(Rc::clone(positions));
         }
-        let positions = Rc::new(self.positions(accessor).map_err(problem)?);
+        let positions = Rc::new(self.positions(accessor)?);
         self.positions.insert(accessor, Rc::clone(&positions));
         Ok(positions)
     }
@@ -210,12 +269,16 @@ impl<'a> Primitives<'a> {
     ) -> Result<Option<Vec<[f64; N]>>, LoadProblem> {
         let Some((decoded, draco)) = &source.stream else { return Ok(None) };
         let Some(&id) = draco.attributes.get(name) else { return Ok(None) };
-        let (declared, _) = self.accessors.declared(accessor).map_err(|problem| within(problem, source.place))?;
+        let (declared, component) =
+            self.accessors.declared(accessor).map_err(|problem| within(problem, source.place))?;
         let place = format!("{}, {DRACO}", source.place);
         let values = decoded.vectors(id, declared.normalized).map_err(|fault| LoadProblem::element(&place, fault))?;
-        if declared.count != values.len() {
-            let subject = format!("{place}: {name} has another number of elements than its accessor");
-            self.findings.add(FindingKind::BrokenRule, &subject, 1);
+        for (differs, what) in [
+            (declared.count != values.len(), "another number of elements"),
+            (decoded.component(id) != Some(component), "another type of components"),
+        ] {
+            let subject = format!("{place}: {name} has {what} than its accessor");
+            self.findings.add(FindingKind::BrokenRule, &subject, usize::from(differs));
         }
         Ok(Some(values))
     }
@@ -225,7 +288,9 @@ impl<'a> Primitives<'a> {
         let problem = |problem| within(problem, source.place);
         if let Some((decoded, _)) = &source.stream {
             let corners = decoded.corners();
-            if let Some(indices) = source.primitive.indices {
+            // A strip has fewer corners than the triangles that it stands for.
+            let is_list = source.primitive.mode.is_none_or(|mode| mode == 4);
+            if let Some(indices) = source.primitive.indices.filter(|_| is_list) {
                 let (declared, _) = self.accessors.declared(indices).map_err(problem)?;
                 if declared.count != corners.len() {
                     let subject = format!("{}, {DRACO}: indices are more or fewer than their accessor's", source.place);
@@ -251,77 +316,32 @@ impl<'a> Primitives<'a> {
         }
     }
 
-    /// A set of texture coordinates, one pair a vertex, if the primitive has it.
-    fn texture(&mut self, source: &Source, count: usize, set: u32) -> Result<Option<Vec<[f64; 2]>>, LoadProblem> {
-        self.attribute::<2>(source, count, &format!("TEXCOORD_{set}"))
-    }
-
-    /// What cuts out the vertices of a primitive.
-    fn mask(&mut self, source: &Source, count: usize, mask: &MaskMaterial) -> Result<MaskVertices, LoadProblem> {
-        let set = mask.reference.filter(|_| mask.cut_out.map.is_some()).map(TextureReference::set);
-        let places = match set {
-            Some(set) => self.texture(source, count, set)?,
-            None => None,
-        };
-        Ok(MaskVertices { places, alphas: self.alphas(source, count)? })
-    }
-
-    /// The alphas of the vertices' colours, if these have any.
-    fn alphas(&mut self, source: &Source, count: usize) -> Result<Option<Vec<f64>>, LoadProblem> {
-        let Some(&accessor) = source.primitive.attributes.get("COLOR_0") else { return Ok(None) };
-        let (declared, _) = self.accessors.declared(accessor).map_err(|problem| within(problem, source.place))?;
-        if declared.kind != "VEC4" {
-            return Ok(None);
-        }
-        let colors = self.attribute::<4>(source, count, "COLOR_0")?.unwrap_or_default();
-        let alphas: Vec<f64> = colors.iter().map(|color| color[3]).collect();
-        let beyond = alphas.iter().filter(|alpha| !(0.0..=1.0).contains(*alpha)).count();
-        let subject = format!("{}: alphas of COLOR_0 below 0 or above 1", source.place);
-        self.findings.add(FindingKind::BrokenRule, &subject, beyond);
-        Ok(Some(alphas.into_iter().map(|alpha| alpha.clamp(0.0, 1.0)).collect()))
-    }
-
-    /// An attribute of finite numbers, one vector a vertex, if the primitive has it.
-    fn attribute<const N: usize>(
-        &mut self,
-        source: &Source,
-        count: usize,
-        name: &str,
-    ) -> Result<Option<Vec<[f64; N]>>, LoadProblem> {
-        let Some(&accessor) = source.primitive.attributes.get(name) else { return Ok(None) };
-        let refused = |message: String| LoadProblem::element(format!("{}, {name}", source.place), message);
-        let vectors = match self.compressed::<N>(source, name, accessor)? {
-            Some(vectors) => vectors,
-            None => self.accessors.vectors::<N>(accessor).map_err(|problem| within(problem, source.place))?,
-        };
-        if vectors.len() != count {
-            return Err(refused(format!("{} elements for {count} vertices", vectors.len())));
-        }
-        match vectors.iter().position(|vector| !vector.iter().all(|coordinate| coordinate.is_finite())) {
-            Some(vertex) => Err(refused(format!("vertex {vertex} has a coordinate that is not finite"))),
-            None => Ok(Some(vectors)),
-        }
-    }
-
-    /// The vertices with the displacements of the morph targets added, each times its weight, target by target.
+    /// The vertices in use with the displacements of the morph targets added, each times its weight, target by target.
     fn morphed(
         &mut self,
-        mut vertices: Rc<Vec<[f64; 3]>>,
-        primitive: &Primitive,
+        source: &Source,
+        all: &[[f64; 3]],
         weights: &[f64],
-        place: &str,
-    ) -> Result<Rc<Vec<[f64; 3]>>, LoadProblem> {
-        for (number, (target, &weight)) in primitive.targets.iter().zip(weights).enumerate() {
+        used: &Used,
+    ) -> Result<Vec<[f64; 3]>, LoadProblem> {
+        let mut vertices = used.of(all);
+        for (number, (target, &weight)) in source.primitive.targets.iter().zip(weights).enumerate() {
             let Some(&accessor) = target.get("POSITION").filter(|_| weight != 0.0) else { continue };
-            let place = format!("{place}, morph target {number}");
-            let steps = self.positions(accessor).map_err(|problem| within(problem, &place))?;
-            if steps.len() != vertices.len() {
-                let message = format!("{} displacements for {} vertices", steps.len(), vertices.len());
+            let place = format!("{}, morph target {number}", source.place);
+            let steps = self.shared_positions(accessor).map_err(|problem| within(problem, &place))?;
+            if steps.len() != all.len() {
+                let message = format!("{} displacements for {} vertices", steps.len(), all.len());
                 return Err(LoadProblem::element(place, message));
             }
-            for (vertex, step) in Rc::make_mut(&mut vertices).iter_mut().zip(steps) {
+            self.accessors.count(vertices.len())?;
+            for (vertex, step) in vertices.iter_mut().zip(used.of(&steps)) {
                 vertex.iter_mut().zip(step).for_each(|(coordinate, step)| *coordinate += weight * step);
             }
+        }
+        let tiny = clear_tiny(vertices.as_flattened_mut());
+        let subject = || format!("{}: morphed coordinates below 2^-200 are taken as 0", source.place);
+        if tiny > 0 {
+            self.findings.add(FindingKind::BrokenRule, &subject(), tiny);
         }
         Ok(vertices)
     }

@@ -12,7 +12,10 @@ use super::{
     accessor::Accessors,
     json::{Document, Image, Material, Sampler, TextureReference, TextureTransform, existing},
 };
-use crate::{error::LoadProblem, picture};
+use crate::{
+    error::{LoadProblem, brief},
+    picture,
+};
 
 /// The alpha of an image; `None` for one without, or why it is not read.
 type Alpha = Result<Option<Arc<AlphaMap>>, String>;
@@ -93,7 +96,8 @@ impl<'a> Textures<'a> {
             }
             (None, None) => Err("it has neither a uri nor a buffer view".to_owned()),
         };
-        alpha.map(|map| map.map(Arc::new)).map_err(|reason| format!("{place}: {reason}"))
+        // The reason is told for every primitive with that picture.
+        alpha.map(|map| map.map(Arc::new)).map_err(|reason| brief(&format!("{place}: {reason}")).into_owned())
     }
 }
 

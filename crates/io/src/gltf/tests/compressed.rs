@@ -95,6 +95,41 @@ fn faults_of_draco_primitives_are_told_with_their_place() {
     assert_eq!(kinds, [FindingKind::BrokenRule; 3], "positions, indices, and the accessors among themselves");
 }
 
+#[test]
+fn types_and_modes_of_draco_primitives_are_told() {
+    let stream = bytes(TETRAHEDRA[0]);
+    let told = |change: fn(&mut Value)| {
+        let model = model(compressed(&stream, change));
+        assert_eq!(mesh(&model.objects[0]).triangles().len(), 4);
+        found(model).into_iter().map(|(_, subject, _)| subject).collect::<Vec<_>>()
+    };
+    let strip = |count: u32| {
+        json!([{ "componentType": 5126, "type": "VEC3", "count": 4 }, { "componentType": 5126, "type": "VEC2", "count": 4 },
+            { "componentType": 5123, "type": "SCALAR", "count": count }])
+    };
+    let accessors = [strip(6), strip(12)];
+    let [six, twelve] = &accessors;
+    let of = |mode: u32, accessors: &Value| {
+        let model = model(compressed(&stream, |document| {
+            document["meshes"][0]["primitives"][0]["mode"] = json!(mode);
+            document["accessors"] = accessors.clone();
+        }));
+        found(model).into_iter().map(|(_, subject, _)| subject).collect::<Vec<_>>()
+    };
+    assert!(of(5, six).is_empty() && of(4, twelve).is_empty(), "{:?}", of(5, six));
+    let place = "mesh 0, primitive 0, KHR_draco_mesh_compression";
+    assert_eq!(of(4, six), [format!("{place}: indices are more or fewer than their accessor's")]);
+    assert_eq!(of(6, twelve), [format!("{place}: its mode is neither of triangles nor of strips")]);
+    let shorts = told(|document| {
+        document["accessors"] = json!([
+            { "componentType": 5122, "type": "VEC3", "count": 4 },
+            { "componentType": 5126, "type": "VEC2", "count": 4 },
+            { "componentType": 5123, "type": "SCALAR", "count": 12 },
+        ]);
+    });
+    assert_eq!(shorts, [format!("{place}: POSITION has another type of components than its accessor")]);
+}
+
 proptest::proptest! {
     /// A stream with some bytes changed is read or refused; nothing panics.
     #[test]

@@ -34,3 +34,16 @@ fn what_rounding_left_of_zero_is_zero() {
     let place = "node 0 (\"leaf\"), EXT_mesh_gpu_instancing";
     assert_eq!(told(instances), [format!("{place}: numbers of its matrix below 2^-200 are taken as 0")]);
 }
+
+#[test]
+fn tiny_steps_of_targets_are_no_steps() {
+    let model = model(changed(|document, data| {
+        let steps = data.floats(&[[0.0, 1e-40, 0.0]; 3]);
+        let primitive = json!({ "attributes": { "POSITION": 0 }, "targets": [{ "POSITION": steps }] });
+        document["meshes"][0] = json!({ "primitives": [primitive], "weights": [1e-40] });
+    }));
+    assert_eq!(mesh(&model.objects[0]).positions()[0], glam::DVec3::X);
+    let expected =
+        (FindingKind::BrokenRule, "mesh 0, primitive 0: morphed coordinates below 2^-200 are taken as 0".to_owned(), 2);
+    assert!(found(model).contains(&expected));
+}

@@ -1,6 +1,7 @@
 //! Small files that would take gigabytes or hours if what they repeat was done again each time.
 
 use super::*;
+use crate::options::Blend;
 
 #[test]
 fn long_names_are_cut_where_they_are_repeated() {
@@ -53,4 +54,51 @@ fn a_skin_is_looked_at_once() {
         document["nodes"] = json!(vec![json!({ "mesh": 0, "skin": 0 }); nodes]);
     }));
     assert_eq!(model.objects.len(), nodes);
+}
+
+/// An accessor without bytes of its own.
+fn zeros(data: &mut Data, kind: &str, count: usize) -> usize {
+    data.accessors.push(json!({ "componentType": 5126, "type": kind, "count": count }));
+    data.accessors.len() - 1
+}
+
+#[test]
+fn holes_cost_the_vertices_that_triangles_use() {
+    for (mode, blend) in [("MASK", Blend::Block), ("BLEND", Blend::Ignore)] {
+        let document = changed(|document, data| {
+            let positions = zeros(data, "VEC3", 4_000_000);
+            let indices = data.add(&[0, 1, 2], 5121, "SCALAR", 3, false);
+            let primitive = json!({ "attributes": { "POSITION": positions }, "indices": indices, "material": 0 });
+            document["materials"] = json!([{ "alphaMode": mode }]);
+            document["meshes"][0]["primitives"] = json!(vec![primitive; 1000]);
+        });
+        let model = parse_with(document, &Reading { blend, ..reading() }).unwrap_or_else(|problem| panic!("{problem}"));
+        assert_eq!(mesh(&model.objects[0]).positions().len(), 3000);
+    }
+}
+
+#[test]
+fn attributes_that_primitives_share_are_decoded_once() {
+    let primitives = 40;
+    let document = changed(|document, data| {
+        let count = 200_000;
+        let attributes = json!({ "POSITION": zeros(data, "VEC3", count), "TEXCOORD_0": zeros(data, "VEC2", count),
+            "TEXCOORD_1": zeros(data, "VEC2", count), "COLOR_0": zeros(data, "VEC4", count) });
+        let target = json!({ "POSITION": zeros(data, "VEC3", count) });
+        let indices = data.add(&[0, 1, 2], 5121, "SCALAR", 3, false);
+        document["materials"] = json!([{ "alphaMode": "MASK" }]);
+        document["meshes"][0]["weights"] = json!([0.5]);
+        let primitive = json!({ "attributes": attributes, "targets": [target], "indices": indices, "material": 0 });
+        document["meshes"][0]["primitives"] = json!(vec![primitive; primitives]);
+    });
+    assert_eq!(mesh(&model(document).objects[0]).triangles().len(), primitives);
+}
+
+#[test]
+fn primitives_without_triangles_count_too() {
+    let refused = refused(changed(|document, _| {
+        document["meshes"][0] = json!({ "primitives": vec![json!({ "attributes": {} }); 2000] });
+        document["nodes"] = (0..2000).map(|weight| json!({ "mesh": 0, "weights": [weight] })).collect();
+    }));
+    assert!(refused.contains("decoded elements"), "{refused}");
 }
