@@ -240,7 +240,7 @@ impl<'a> Accessors<'a> {
     fn strided(&self, view: usize, offset: usize, size: usize, count: usize) -> Result<Strided<'_>, LoadProblem> {
         let (declared, bytes) = self.views.get(view)?;
         let refused = |message: String| LoadProblem::element(format!("buffer view {view}"), message);
-        let stride = declared.byte_stride.unwrap_or(size);
+        let stride = declared.stride(size);
         if stride < size {
             return Err(refused(format!("its stride of {stride} bytes is less than an element's {size}")));
         }

@@ -2,7 +2,7 @@
 
 use std::{
     cell::{OnceCell, RefCell},
-    collections::HashMap,
+    collections::{BTreeSet, HashMap},
     path::PathBuf,
     rc::Rc,
 };
@@ -90,6 +90,12 @@ pub(super) struct Buffers<'a> {
     loaded: Vec<OnceCell<Bytes<'a>>>,
     /// The beginnings of files by their resolved paths, and whether that is all of them: several buffers may name one.
     files: RefCell<HashMap<PathBuf, Beginning>>,
+    /// How many bytes of a file the buffers that name it need at most, by its resolved path.
+    needs: OnceCell<HashMap<PathBuf, usize>>,
+    /// What is wrong with buffers that were asked for: decoding up to a fault takes its time.
+    refused: RefCell<HashMap<usize, String>>,
+    /// Rules that are broken without harm.
+    broken: RefCell<BTreeSet<String>>,
 }
 
 /// The bytes behind a buffer.
@@ -111,7 +117,8 @@ impl Bytes<'_> {
 impl<'a> Buffers<'a> {
     pub(super) fn new(declared: &'a [Buffer], binary: Option<&'a [u8]>, folder: &'a Folder) -> Self {
         let loaded = declared.iter().map(|_| OnceCell::new()).collect();
-        Self { declared, binary, folder, loaded, files: RefCell::default() }
+        let (files, needs, refused, broken) = Default::default();
+        Self { declared, binary, folder, loaded, files, needs, refused, broken }
     }
 
     /// The account of the scene.
@@ -140,9 +147,13 @@ impl<'a> Buffers<'a> {
     }
 
     /// What is wrong with the buffers that nothing has read, file by file; these are looked up, not opened. And with the binary
-    /// chunk, which may be padded to a multiple of four.
-    pub(super) fn unused_problems(&self) -> Vec<LoadProblem> {
-        let is_unread = |&index: &usize| self.loaded[index].get().is_none() && !self.declared[index].is_left_out();
+    /// chunk, which may be padded to a multiple of four. `stands_for` says which buffers only stand for what is compressed elsewhere:
+    /// their bytes may be left out.
+    pub(super) fn unused_problems(&self, stands_for: impl Fn(usize) -> bool) -> Vec<LoadProblem> {
+        let is_left_out = |index: usize| {
+            self.declared[index].is_left_out() || self.declared[index].uri.is_none() && stands_for(index)
+        };
+        let is_unread = |&index: &usize| self.loaded[index].get().is_none() && !is_left_out(index);
         let unread = (0..self.declared.len()).filter(is_unread);
         let mut problems: Vec<_> = unread.filter_map(|index| self.look_up(index).err()).collect();
         if let Some(binary) = self.binary {
@@ -156,7 +167,7 @@ impl<'a> Buffers<'a> {
 
     fn look_up(&self, index: usize) -> Result<(), LoadProblem> {
         let declared = &self.declared[index];
-        let uri = declared.uri.as_deref().filter(|uri| data_of(uri).is_none() && !has_scheme(uri));
+        let uri = declared.uri.as_deref().filter(|uri| is_file(uri));
         let Some(uri) = uri else { return self.bytes(index).map(|_| ()) };
         let file = self.file(uri, &format!("buffer {index}"))?;
         let metadata = std::fs::metadata(&file.real);
@@ -172,6 +183,17 @@ impl<'a> Buffers<'a> {
     }
 
     fn fetch(&self, index: usize, declared: &Buffer) -> Result<Bytes<'a>, LoadProblem> {
+        if let Some(message) = self.refused.borrow().get(&index) {
+            return Err(LoadProblem::element(format!("buffer {index}"), message));
+        }
+        self.fetch_once(index, declared).inspect_err(|problem| {
+            if let LoadProblem::Element { message, .. } = problem {
+                self.refused.borrow_mut().insert(index, message.clone());
+            }
+        })
+    }
+
+    fn fetch_once(&self, index: usize, declared: &Buffer) -> Result<Bytes<'a>, LoadProblem> {
         let place = format!("buffer {index}");
         let Some(uri) = &declared.uri else {
             return match self.binary {
@@ -185,7 +207,10 @@ impl<'a> Buffers<'a> {
     /// The bytes behind a URI, a data URI or a file in the scene's folder: all of them, or `needed` at least.
     pub(super) fn resource(&self, uri: &str, place: &str, needed: usize) -> Result<Rc<Vec<u8>>, LoadProblem> {
         if let Some(data) = data_of(uri) {
-            let bytes = decode_data(data).map_err(|message| LoadProblem::element(place, message))?;
+            let (bytes, is_exact) = decode_data(data).map_err(|message| LoadProblem::element(place, message))?;
+            if !is_exact {
+                self.broken.borrow_mut().insert(format!("{place}: its base64 ends with bits that mean nothing"));
+            }
             return Ok(Rc::new(bytes));
         }
         if has_scheme(uri) {
@@ -195,6 +220,7 @@ impl<'a> Buffers<'a> {
             ));
         }
         let file = self.file(uri, place)?;
+        let needed = self.needs().get(&file.real).map_or(needed, |&most| most.max(needed));
         let mut files = self.files.borrow_mut();
         if let Some((bytes, _)) = files.get(&file.real).filter(|(bytes, is_whole)| *is_whole || bytes.len() >= needed) {
             return Ok(Rc::clone(bytes));
@@ -203,6 +229,33 @@ impl<'a> Buffers<'a> {
         let bytes = Rc::new(bytes);
         files.insert(file.real, (Rc::clone(&bytes), is_whole));
         Ok(bytes)
+    }
+
+    /// Buffers of one file share one reading, so it is as long as the longest of them needs.
+    fn needs(&self) -> &HashMap<PathBuf, usize> {
+        self.needs.get_or_init(|| {
+            let mut of_uri: HashMap<&str, usize> = HashMap::new();
+            for buffer in self.declared {
+                if let Some(uri) = buffer.uri.as_deref().filter(|uri| is_file(uri)) {
+                    let most = of_uri.entry(uri).or_default();
+                    *most = buffer.byte_length.max(*most);
+                }
+            }
+            let mut needs = HashMap::new();
+            for (uri, length) in of_uri {
+                // What does not lead to a file is told where it is asked for.
+                if let Ok(file) = self.file(uri, "") {
+                    let most: &mut usize = needs.entry(file.real).or_default();
+                    *most = length.max(*most);
+                }
+            }
+            needs
+        })
+    }
+
+    /// Rules that were found broken without harm, with their places.
+    pub(super) fn broken_rules(&self) -> BTreeSet<String> {
+        self.broken.take()
     }
 }
 
@@ -217,6 +270,11 @@ fn data_of(uri: &str) -> Option<&str> {
     scheme.eq_ignore_ascii_case("data:").then_some(data)
 }
 
+/// Whether a URI names a file.
+fn is_file(uri: &str) -> bool {
+    data_of(uri).is_none() && !has_scheme(uri)
+}
+
 /// Whether a URI begins with a scheme (`http:`); one letter is a drive, so a path.
 fn has_scheme(uri: &str) -> bool {
     let is_scheme = |scheme: &str| {
@@ -227,16 +285,23 @@ fn has_scheme(uri: &str) -> bool {
     uri.split_once(':').is_some_and(|(scheme, _)| is_scheme(scheme))
 }
 
-/// The bytes of a data URI, after `data:`.
-fn decode_data(data: &str) -> Result<Vec<u8>, String> {
+/// The bytes of a data URI, after `data:`, and whether these are all that it says: bits that fill no byte are left out, as browsers do.
+fn decode_data(data: &str) -> Result<(Vec<u8>, bool), String> {
     let (kind, content) = data.split_once(',').ok_or("its data URI has no comma")?;
     let mut bytes: Vec<u8> = percent_encoding::percent_decode_str(content).collect();
-    if !kind.rsplit_once(';').is_some_and(|(_, last)| last.eq_ignore_ascii_case("base64")) {
-        return Ok(bytes);
+    if !kind.rsplit_once(';').is_some_and(|(_, last)| last.trim().eq_ignore_ascii_case("base64")) {
+        return Ok((bytes, true));
     }
     bytes.retain(|byte| !byte.is_ascii_whitespace());
-    let lenient = base64::engine::GeneralPurposeConfig::new()
+    let exact = base64::engine::GeneralPurposeConfig::new()
         .with_decode_padding_mode(base64::engine::DecodePaddingMode::Indifferent);
-    let engine = base64::engine::GeneralPurpose::new(&base64::alphabet::STANDARD, lenient);
-    engine.decode(bytes).map_err(|fault| format!("its data URI is not base64: {fault}"))
+    let decode = |config| base64::engine::GeneralPurpose::new(&base64::alphabet::STANDARD, config).decode(&bytes);
+    match decode(exact) {
+        Ok(decoded) => Ok((decoded, true)),
+        Err(base64::DecodeError::InvalidLastSymbol(..)) => {
+            decode(exact.with_decode_allow_trailing_bits(true)).map(|decoded| (decoded, false))
+        }
+        Err(fault) => Err(fault),
+    }
+    .map_err(|fault| format!("its data URI is not base64: {fault}"))
 }

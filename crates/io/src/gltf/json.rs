@@ -1,6 +1,7 @@
 //! The parts of a glTF 2.0 document that say where surfaces, lights and eyes are. Everything else is skipped.
 
 mod buffers;
+mod extensions;
 mod members;
 mod shading;
 
@@ -9,6 +10,7 @@ use serde_json::value::RawValue;
 
 use crate::error::LoadProblem;
 pub(super) use buffers::{Buffer, BufferView, MeshoptFilter, MeshoptMode, MeshoptView};
+pub(super) use extensions::ExtensionNames;
 pub(super) use members::Members;
 use shading::{MaterialTextures, References, TextureImage, VariantMappings, Variants};
 
@@ -17,7 +19,7 @@ use shading::{MaterialTextures, References, TextureImage, VariantMappings, Varia
 pub(super) struct Document {
     pub(super) asset: Asset,
     #[serde(default)]
-    pub(super) extensions_used: Vec<String>,
+    pub(super) extensions_used: ExtensionNames,
     #[serde(default)]
     pub(super) extensions_required: Vec<String>,
     pub(super) scene: Option<usize>,
@@ -54,7 +56,7 @@ pub(super) struct Document {
 impl Document {
     /// Whether it says that it uses an extension.
     pub(super) fn uses(&self, extension: &str) -> bool {
-        self.extensions_used.iter().any(|used| used == extension)
+        self.extensions_used.contains(extension)
     }
 }
 

@@ -8,7 +8,7 @@ use super::{
     hierarchy::{Placed, clear_tiny, place},
     json::{Document, PunctualLight, element},
 };
-use crate::{model::Model, names::brief_name};
+use crate::{error::excerpt, model::Model, names::brief_name};
 
 /// The light of a node, if it has one.
 pub(super) fn add(model: &mut Model, document: &Document, placed: &Placed) -> Result<(), String> {
@@ -31,7 +31,10 @@ fn light(declared: &PunctualLight, placed: &Placed, document: &Document) -> Resu
     let source = match declared.kind.as_str() {
         "directional" => LightSource::sun(direction(placed)),
         "point" | "spot" => LightSource::point(placed.map.transform_point3(DVec3::ZERO).to_array()),
-        other => return Err(format!("its light has the type \"{other}\", which is none of directional, point, spot")),
+        other => {
+            let other = excerpt(other);
+            return Err(format!("its light has the type \"{other}\", which is none of directional, point, spot"));
+        }
     };
     let name = document.nodes[placed.node].name.as_deref().or(declared.name.as_deref());
     let name = name.filter(|name| !name.is_empty()).map_or_else(|| format!("light{}", placed.node), brief_name);

@@ -64,19 +64,41 @@ const READ: [&str; 10] = [
     "KHR_physics_rigid_bodies",
     "KHR_texture_transform",
 ];
-/// Beginnings of the names of extensions that change nothing but shading, pictures, motions and remarks.
-const WITHOUT_EFFECT: [&str; 10] = [
-    "KHR_materials_",
-    "ADOBE_materials_",
-    "KHR_texture_",
-    "EXT_texture_",
-    "MSFT_texture_",
+/// Extensions that change nothing but shading, pictures, motions and remarks: they may be required.
+const WITHOUT_EFFECT: [&str; 28] = [
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_materials_volume_scatter",
+    "ADOBE_materials_clearcoat_specular",
+    "ADOBE_materials_clearcoat_tint",
+    "ADOBE_materials_thin_transparency",
+    "KHR_texture_basisu",
+    "EXT_texture_avif",
+    "EXT_texture_webp",
+    "MSFT_texture_dds",
     "KHR_xmp",
+    "KHR_xmp_json_ld",
     "KHR_animation_pointer",
     "EXT_mesh_features",
     "EXT_instance_features",
     "EXT_structural_metadata",
 ];
+/// Beginnings of the names of others that are of such kinds: where they are not required, they need not be told.
+const LIKELY_WITHOUT_EFFECT: [&str; 6] =
+    ["KHR_materials_", "ADOBE_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_xmp"];
+
 /// Reads a glTF file.
 pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<Model, LoadProblem> {
     let container = container::split(bytes)?;
@@ -94,13 +116,16 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     for problem in accessors.views().unused_problems() {
         model.tell("unused", &problem.to_string());
     }
+    for rule in accessors.views().broken_rules() {
+        model.findings.add(FindingKind::BrokenRule, &rule, 1);
+    }
     for (fault, count) in validate::kinds::check(container.text, &document.extensions_used) {
         model.findings.add(FindingKind::BrokenRule, &fault, count);
     }
     for rule in container.broken {
         model.tell("GLB container", rule);
     }
-    for name in document.extensions_used.iter().filter(|name| !is_known(name)) {
+    for name in document.extensions_used.iter().filter(|name| !is_known(name) && !is_likely_without_effect(name)) {
         model.findings.add(FindingKind::UnknownExtension, name, 1);
     }
     Ok(model)
@@ -183,7 +208,11 @@ fn check_version(document: &Document) -> Result<(), LoadProblem> {
 }
 
 fn is_known(extension: &str) -> bool {
-    READ.contains(&extension) || WITHOUT_EFFECT.iter().any(|beginning| extension.starts_with(beginning))
+    READ.contains(&extension) || WITHOUT_EFFECT.contains(&extension)
+}
+
+fn is_likely_without_effect(extension: &str) -> bool {
+    LIKELY_WITHOUT_EFFECT.iter().any(|beginning| extension.starts_with(beginning))
 }
 
 fn check_required(document: &Document) -> Result<(), LoadProblem> {

@@ -174,6 +174,7 @@ fn add_objects(model: &mut Model, name: &str, map: DAffine3, maps: Option<Vec<DA
 fn add_body(model: &mut Model, placed: &Placed, node: &Node, shape: &ImplicitShape) {
     let name = name_of(placed.node, node);
     match shapes::body(shape) {
+        Some(body) if body.is_flat() => model.findings.add(FindingKind::NotTriangles, &name, 1),
         Some(Body { map, .. }) if Placement::new(placed.map * map) == Err(PlacementDefect::Singular) => {
             model.findings.add(FindingKind::NotTriangles, &name, 1);
         }
@@ -206,7 +207,10 @@ fn instances(node: &Node, accessors: &Accessors) -> Result<Option<Vec<DAffine3>>
     }
     let counts = [translations.as_ref().map(Vec::len), rotations.as_ref().map(Vec::len), scales.as_ref().map(Vec::len)];
     let mut counts = counts.into_iter().flatten();
-    let Some(count) = counts.next() else {
+    // Attributes of others alone are instances, too, all of them where the node stands.
+    let others = attributes.values().next().map(|&accessor| accessors.declared(accessor));
+    let others = others.transpose()?.map(|(declared, _)| declared.count);
+    let Some(count) = counts.next().or(others) else {
         return Err(refused("it has none of TRANSLATION, ROTATION, SCALE".to_owned()));
     };
     if counts.any(|other| other != count) {

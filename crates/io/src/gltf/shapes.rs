@@ -2,10 +2,11 @@
 //! KHR_physics_rigid_bodies gives a collider.
 //!
 //! Spheres, boxes, cylinders, cones, capsules and rectangles become bodies given by formulas. Planes without an end,
-//! capsules with two radii and shapes made from meshes have no such body here: they are told and left out.
+//! capsules with two radii and shapes made from meshes have no such body here: they are told and left out, and so are shapes with
+//! a size of zero, which have no surface or are flat.
 
 use glam::{DAffine3, DMat3, DVec3};
-use umbriel_geometry::{Analytic, Cuboid, Rectangle};
+use umbriel_geometry::{Analytic, Cuboid, MIN_MAGNITUDE, Rectangle};
 use umbriel_scene::{Shape, Sides};
 
 use super::json::{Document, ImplicitShape, Node, TurnedShape, element};
@@ -21,6 +22,26 @@ impl Body {
     fn of(shape: Shape) -> Self {
         Self { shape, map: DAffine3::IDENTITY, sides: None }
     }
+
+    /// Whether a size of it is zero, and none is wrong.
+    pub(super) fn is_flat(&self) -> bool {
+        let sizes = match &self.shape {
+            Shape::Cuboid(Cuboid { size }) => size.to_vec(),
+            Shape::Rectangle(Rectangle { size }) => size.to_vec(),
+            Shape::Analytic(Analytic::Sphere { radius } | Analytic::Capsule { radius, .. }) => vec![*radius],
+            Shape::Analytic(Analytic::Cylinder { radius, height } | Analytic::Cone { radius, height }) => {
+                vec![*radius, *height]
+            }
+            Shape::Analytic(Analytic::Frustum { height, .. }) => vec![*height],
+            _ => Vec::new(),
+        };
+        sizes.contains(&0.0) && sizes.iter().all(|&size| size >= 0.0)
+    }
+}
+
+/// A size as it is taken: numbers too small for a scene are zero.
+fn size(written: f64) -> f64 {
+    if written.abs() < MIN_MAGNITUDE { 0.0 } else { written }
 }
 
 /// The shape of a node's collider, if it has one.
@@ -37,19 +58,19 @@ pub(super) fn declared<'a>(document: &'a Document, node: &Node) -> Result<Option
 /// The body of a shape; `None` for one that is not read.
 pub(super) fn body(shape: &ImplicitShape) -> Option<Body> {
     match shape.kind.as_str() {
-        "sphere" => Some(Body::of(Shape::Analytic(Analytic::Sphere { radius: shape.sphere.radius }))),
-        "box" => Some(Body::of(Shape::Cuboid(Cuboid { size: shape.cuboid.size }))),
+        "sphere" => Some(Body::of(Shape::Analytic(Analytic::Sphere { radius: size(shape.sphere.radius) }))),
+        "box" => Some(Body::of(Shape::Cuboid(Cuboid { size: shape.cuboid.size.map(size) }))),
         "cylinder" => Some(cylinder(&shape.cylinder)),
         "capsule" => {
             let [bottom, top] = radii(&shape.capsule);
-            let height = shape.capsule.height;
+            let height = size(shape.capsule.height);
             let is_ball = height == 0.0;
             let body =
                 if is_ball { Analytic::Sphere { radius: top } } else { Analytic::Capsule { radius: top, height } };
             (bottom == top).then(|| Body::of(Shape::Analytic(body)))
         }
         "plane" => {
-            let size = [shape.plane.size_x?, shape.plane.size_z?];
+            let size = [shape.plane.size_x?, shape.plane.size_z?].map(size);
             let sides = Some(if shape.plane.double_sided { Sides::Two } else { Sides::One });
             Some(Body { sides, ..Body::of(Shape::Rectangle(Rectangle { size })) })
         }
@@ -58,12 +79,12 @@ pub(super) fn body(shape: &ImplicitShape) -> Option<Body> {
 }
 
 fn radii(shape: &TurnedShape) -> [f64; 2] {
-    [shape.radius_bottom, shape.radius_top].map(|radius| radius.unwrap_or(shape.radius))
+    [shape.radius_bottom, shape.radius_top].map(|radius| size(radius.unwrap_or(shape.radius)))
 }
 
 /// A cylinder, frustum or cone. A cone that stands on its apex is one turned by half a turn about x, which is exact.
 fn cylinder(shape: &TurnedShape) -> Body {
-    let height = shape.height;
+    let height = size(shape.height);
     let [bottom_radius, top_radius] = radii(shape);
     let upright = |body| Body::of(Shape::Analytic(body));
     if bottom_radius == top_radius {

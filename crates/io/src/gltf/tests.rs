@@ -17,7 +17,7 @@ mod rules;
 mod unread;
 
 /// Bytes of a buffer, with the views and accessors that describe them.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Data {
     bytes: Vec<u8>,
     views: Vec<Value>,

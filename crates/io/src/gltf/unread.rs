@@ -4,7 +4,7 @@
 //! that something else has read, as many elements as the scene has left, each one once. What is wrong with them is told. Of sparse accessors the places and values are
 //! looked at, too.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
 use umbriel_scene::FindingKind;
 
@@ -55,15 +55,17 @@ fn tell(findings: &mut Findings, problem: &dyn std::fmt::Display, count: usize) 
 
 /// For accessors of joints the least number of joints among the skins that they are numbers of.
 fn joints_of(document: &Document) -> HashMap<usize, usize> {
+    let mut least_of_mesh: HashMap<usize, usize> = HashMap::new();
+    for (mesh, skin) in document.nodes.iter().filter_map(|node| Some((node.mesh?, node.skin?))) {
+        let joints = least_of_mesh.entry(mesh).or_insert(usize::MAX);
+        *joints = document.skins[skin].joints.len().min(*joints);
+    }
     let mut least: HashMap<usize, usize> = HashMap::new();
-    let skinned = document.nodes.iter().filter_map(|node| Some((node.mesh?, node.skin?)));
-    let skinned: BTreeSet<(usize, usize)> = skinned.collect();
-    for (mesh, skin) in skinned {
-        let (mesh, skin) = (&document.meshes[mesh], &document.skins[skin]);
-        let attributes = mesh.primitives.iter().flat_map(|primitive| primitive.attributes.iter());
+    for (mesh, count) in least_of_mesh {
+        let attributes = document.meshes[mesh].primitives.iter().flat_map(|primitive| primitive.attributes.iter());
         for (_, &accessor) in attributes.filter(|(name, _)| name.starts_with("JOINTS_")) {
             let joints = least.entry(accessor).or_insert(usize::MAX);
-            *joints = skin.joints.len().min(*joints);
+            *joints = count.min(*joints);
         }
     }
     least
@@ -97,7 +99,7 @@ impl Elements<'_> {
     fn count(&self, accessor: &Accessor, component: Component, is_wrong: impl Fn(f64) -> bool) -> usize {
         let Some(size) = super::validate::element_size(&accessor.kind, component) else { return 0 };
         let view = accessor.buffer_view.map(|view| &self.document.buffer_views[view]);
-        let stride = view.and_then(|view| view.byte_stride).unwrap_or(size);
+        let stride = view.map_or(size, |view| view.stride(size));
         let element = |number: usize| element_at(self.bytes, accessor.byte_offset, number.checked_mul(stride)?, size);
         let elements = (0..accessor.count).map_while(element);
         let components = elements.flat_map(|element| element.chunks_exact(component.size()));
@@ -118,7 +120,7 @@ fn wrong_values(document: &Document, accessors: &Accessors, accessor: &Accessor,
     *left = rest;
     let view = sparse.values.buffer_view;
     let Some(Ok(bytes)) = accessors.views().at_hand(view, left) else { return 0 };
-    let stride = document.buffer_views[view].byte_stride.unwrap_or(size);
+    let stride = document.buffer_views[view].stride(size);
     let element = |number: usize| element_at(&bytes, sparse.values.byte_offset, number.checked_mul(stride)?, size);
     let components = (0..sparse.count).map_while(element).flat_map(|element| element.chunks_exact(4));
     components.filter(|bytes| !Component::F32.decode(bytes, false).is_finite()).count()

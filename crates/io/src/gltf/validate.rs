@@ -10,6 +10,7 @@ mod attributes;
 pub(super) mod kinds;
 mod references;
 mod rules;
+mod uses;
 
 use umbriel_scene::FindingKind;
 
@@ -23,6 +24,7 @@ use crate::{error::LoadProblem, model::Findings};
 /// Checks a document that was read without fault.
 pub(super) fn check(document: &Document) -> Result<Findings, LoadProblem> {
     let mut check = Check { document, findings: Findings::default() };
+    check.buffers();
     for (index, view) in document.buffer_views.iter().enumerate() {
         check.view(view, &format!("buffer view {index}"))?;
     }
@@ -32,7 +34,10 @@ pub(super) fn check(document: &Document) -> Result<Findings, LoadProblem> {
     for (index, mesh) in document.meshes.iter().enumerate() {
         check.mesh(mesh, &format!("mesh {index}"))?;
     }
+    check.shared_views();
     check.nodes()?;
+    check.skins()?;
+    check.scenes()?;
     check.animations()?;
     check.textures()?;
     check.extensions();
@@ -72,6 +77,9 @@ impl Check<'_> {
         }
         if let Some((_, stream)) = compression(view) {
             inside(stream.buffer, stream.byte_offset, stream.byte_length)?;
+            if view.stride(stream.byte_stride) != stream.byte_stride {
+                self.tell(place, "its stride is not that of its compressed content");
+            }
         }
         if view.byte_stride.is_some_and(|stride| !(4..=252).contains(&stride) || !stride.is_multiple_of(4)) {
             self.tell(place, "its stride is not one of 4, 8, ... 252");
@@ -107,7 +115,11 @@ impl Check<'_> {
         let (at, from) = (&sparse.indices, &sparse.values);
         let index = Component::of(at.component_type).map_err(|message| LoadProblem::element(&place, message))?.size();
         self.elements(at.buffer_view, at.byte_offset, (index, index), sparse.count, &place)?;
-        self.elements(from.buffer_view, from.byte_offset, (size, component.size()), sparse.count, &place)
+        self.elements(from.buffer_view, from.byte_offset, (size, component.size()), sparse.count, &place)?;
+        for view in [at.buffer_view, from.buffer_view] {
+            self.plain_view(view, &place);
+        }
+        Ok(())
     }
 
     /// Elements of `size` bytes in a view, made of components of `unit` bytes.
@@ -121,7 +133,7 @@ impl Check<'_> {
     ) -> Result<(), LoadProblem> {
         named(&self.document.buffer_views, view, "buffer view", place)?;
         let declared = &self.document.buffer_views[view];
-        let stride = declared.byte_stride.unwrap_or(size);
+        let stride = declared.stride(size);
         let end = match count {
             0 => Some(offset),
             _ => (count - 1).checked_mul(stride).and_then(|last| last.checked_add(size)?.checked_add(offset)),
@@ -175,6 +187,7 @@ impl Check<'_> {
 
     fn nodes(&mut self) -> Result<(), LoadProblem> {
         let document = self.document;
+        let moved: Vec<bool> = document.meshes.iter().map(references::is_moved_by_joints).collect();
         for (index, node) in document.nodes.iter().enumerate() {
             let place = super::hierarchy::place(index, node);
             let references = [
@@ -191,13 +204,16 @@ impl Check<'_> {
             super::shapes::declared(document, node).map_err(|message| LoadProblem::element(place, message))?;
             self.node(index, node);
             self.node_extensions(index, node)?;
-            self.skinned(index, node);
-        }
-        for (index, scene) in document.scenes.iter().enumerate() {
-            for &node in &scene.nodes {
-                named(&document.nodes, node, "node", &format!("scene {index}"))?;
+            if node.skin.is_some() && node.mesh.is_some_and(|mesh| !moved[mesh]) {
+                let place = super::hierarchy::place(index, node);
+                self.tell(&place, "it has a skin, but its mesh has no joints or no weights");
             }
         }
+        Ok(())
+    }
+
+    fn skins(&mut self) -> Result<(), LoadProblem> {
+        let document = self.document;
         let roots = references::roots_of(&document.nodes);
         for (index, skin) in document.skins.iter().enumerate() {
             let place = format!("skin {index}");
@@ -218,7 +234,6 @@ impl Check<'_> {
             }
             self.skin(skin, &roots, &place);
         }
-        self.scenes();
         Ok(())
     }
 

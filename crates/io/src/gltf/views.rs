@@ -1,6 +1,11 @@
 //! Buffer views: ranges of buffers, decompressed where EXT_meshopt_compression or KHR_meshopt_compression says so.
 
-use std::{borrow::Cow, cell::OnceCell, rc::Rc};
+use std::{
+    borrow::Cow,
+    cell::OnceCell,
+    collections::{BTreeSet, HashSet},
+    rc::Rc,
+};
 
 use super::{
     container::Buffers,
@@ -33,7 +38,22 @@ impl<'a> Views<'a> {
 
     /// See [`Buffers::unused_problems`].
     pub(super) fn unused_problems(&self) -> Vec<LoadProblem> {
-        self.buffers.unused_problems()
+        let (mut compressed, mut used) = (HashSet::new(), HashSet::new());
+        for view in self.declared {
+            match compression(view) {
+                Some((_, stream)) => {
+                    compressed.insert(view.buffer);
+                    used.insert(stream.buffer);
+                }
+                None => _ = used.insert(view.buffer),
+            }
+        }
+        self.buffers.unused_problems(|index| compressed.contains(&index) && !used.contains(&index))
+    }
+
+    /// See [`Buffers::broken_rules`].
+    pub(super) fn broken_rules(&self) -> BTreeSet<String> {
+        self.buffers.broken_rules()
     }
 
     /// The bytes behind a URI that is no buffer's, all of them.

@@ -15,6 +15,13 @@ pub(in crate::gltf) struct BufferView {
     pub(in crate::gltf) extensions: BufferViewExtensions,
 }
 
+impl BufferView {
+    /// How far elements of that size are apart. Some exporters write a stride of 0 for none.
+    pub(in crate::gltf) fn stride(&self, size: usize) -> usize {
+        self.byte_stride.filter(|&stride| stride > 0).unwrap_or(size)
+    }
+}
+
 #[derive(Debug, Default, Deserialize)]
 pub(in crate::gltf) struct BufferViewExtensions {
     #[serde(rename = "EXT_meshopt_compression")]

@@ -174,6 +174,33 @@ fn shapes_that_are_no_bodies_are_told() {
 }
 
 #[test]
+fn shapes_without_a_size_are_told() {
+    for shape in [
+        json!({ "type": "box", "box": { "size": [1, 0, 1] } }),
+        json!({ "type": "sphere", "sphere": { "radius": 0 } }),
+        json!({ "type": "sphere", "sphere": { "radius": 1e-300 } }),
+        json!({ "type": "cylinder", "cylinder": { "height": 0 } }),
+        json!({ "type": "cylinder", "cylinder": { "radiusTop": 0, "radiusBottom": 0 } }),
+        json!({ "type": "cylinder", "cylinder": { "height": 0, "radiusTop": 1, "radiusBottom": 2 } }),
+        json!({ "type": "capsule", "capsule": { "radius": 0 } }),
+        json!({ "type": "plane", "plane": { "sizeX": 0, "sizeZ": 1 } }),
+    ] {
+        let model = model(collider(&shape, false));
+        assert_eq!(names(&model), ["node0"], "{shape}");
+        assert_eq!(found(model), [(FindingKind::NotTriangles, "body".to_owned(), 1)], "{shape}");
+    }
+    for shape in [
+        json!({ "type": "sphere", "sphere": { "radius": -1 } }),
+        json!({ "type": "box", "box": { "size": [-1, 0, 1] } }),
+        json!({ "type": "cylinder", "cylinder": { "height": -1 } }),
+    ] {
+        let model = model(collider(&shape, false));
+        let ledger = crate::ledger::Ledger::default();
+        assert!(model.into_scene(glam::DAffine3::IDENTITY, Sides::Auto, &ledger).is_err(), "{shape}");
+    }
+}
+
+#[test]
 fn colliders_stand_for_meshes_where_that_is_wanted() {
     let with_mesh = || {
         let (mut document, data) = collider(&json!({ "type": "sphere", "sphere": { "radius": 2 } }), false);

@@ -180,6 +180,40 @@ fn compressed_views_stand_for_their_elements() {
 }
 
 #[test]
+fn strides_of_compressed_views_that_differ_are_told() {
+    let with = |stride: Option<u32>| {
+        let (document, mut data) = meshopt("EXT_meshopt_compression", |_| ());
+        match stride {
+            Some(stride) => data.views[0]["byteStride"] = json!(stride),
+            None => drop(data.views[0].as_object_mut().expect("a view").remove("byteStride")),
+        }
+        data.accessors[0]["count"] = json!(if stride == Some(16) { 2 } else { 3 });
+        let model = model((document, data));
+        let second = model.objects.first().map(|object| mesh(object).positions()[1]);
+        (second, found(model).into_iter().map(|(_, subject, _)| subject).collect::<Vec<_>>())
+    };
+    for stride in [Some(12), None] {
+        assert_eq!(with(stride), (Some(glam::DVec3::Y), Vec::new()));
+    }
+    let (_, told) = with(Some(16));
+    assert!(told.contains(&"buffer view 0: its stride is not that of its compressed content".to_owned()), "{told:?}");
+}
+
+#[test]
+fn buffers_that_stand_for_compressed_content_need_no_bytes() {
+    let (mut document, mut data) = meshopt("EXT_meshopt_compression", |_| ());
+    let uri = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
+    let own = json!({ "uri": format!("data:;base64,{uri}"), "byteLength": data.bytes.len() });
+    document["buffers"] = json!([own, { "byteLength": 36 }]);
+    data.views[0]["buffer"] = json!(1);
+    data.views[0]["byteOffset"] = json!(0);
+    assert!(found(model((document.clone(), data.clone()))).is_empty());
+    data.views.push(json!({ "buffer": 1, "byteLength": 36 }));
+    let found = found(model((document, data)));
+    assert!(matches!(&found[..], [(_, told, 1)] if told.contains("buffer 1: it has no uri")), "{found:?}");
+}
+
+#[test]
 fn faults_of_compressed_views_are_told_with_their_place() {
     let message = |key: &str, value: Value| refused(meshopt("EXT_meshopt_compression", |view| view[key] = value));
     let place = "node 0, mesh 0, primitive 0, accessor 0, buffer view 0, EXT_meshopt_compression: ";

@@ -47,3 +47,49 @@ fn tiny_steps_of_targets_are_no_steps() {
         (FindingKind::BrokenRule, "mesh 0, primitive 0: morphed coordinates below 2^-200 are taken as 0".to_owned(), 2);
     assert!(found(model).contains(&expected));
 }
+
+#[test]
+fn base64_is_read_as_browsers_read_it() {
+    let with = |uri: &str| {
+        told(model(changed(|document, data| {
+            let encoded = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
+            let own = json!({ "uri": format!("data:;base64,{encoded}"), "byteLength": data.bytes.len() });
+            document["buffers"] = json!([own, { "uri": uri, "byteLength": 2 }]);
+        })))
+    };
+    assert!(with("data:;base64,AAA=").is_empty());
+    assert_eq!(with("data:;base64,AAB="), ["buffer 1: its base64 ends with bits that mean nothing"]);
+    // What is no base64 shows that it is taken as such.
+    assert!(with("data:application/octet-stream; base64,AAA=").is_empty());
+    assert!(matches!(&with("data:; base64,?")[..], [told] if told.contains("not base64")));
+}
+
+#[test]
+fn a_stride_of_zero_is_none() {
+    let model = model(changed(|_, data| data.views[0]["byteStride"] = json!(0)));
+    assert_eq!(mesh(&model.objects[0]).positions()[1], glam::DVec3::Y);
+    assert_eq!(told(model), ["buffer view 0: its stride is not one of 4, 8, ... 252"]);
+}
+
+#[test]
+fn extensions_that_are_required_have_to_be_known() {
+    let with = |key: &str, name: &str| parse(changed(|document, _| document[key] = json!([name])));
+    for name in ["KHR_materials_nonsense", "KHR_texture_nonsense", "KHR_xmp_nonsense", "EXT_mesh_features_2"] {
+        let refused = with("extensionsRequired", name).expect_err("refused").to_string();
+        assert!(refused.contains(name), "{refused}");
+        let told = told(with("extensionsUsed", name).expect("a model"));
+        assert_eq!(told.len(), usize::from(name.starts_with("EXT_")), "{name}");
+    }
+    for name in ["KHR_materials_unlit", "KHR_texture_basisu", "EXT_texture_webp", "MSFT_texture_dds", "KHR_xmp_json_ld"]
+    {
+        assert!(with("extensionsRequired", name).is_ok(), "{name}");
+    }
+}
+
+#[test]
+fn instances_may_have_attributes_of_others_alone() {
+    let model = model(instanced(|data| json!({ "_ID": data.floats(&[[1.0], [2.0]]) })));
+    assert_eq!(names(&model), ["leaf#0", "leaf#1"]);
+    assert_eq!(model.objects[0].map, model.objects[1].map);
+    assert!(told(model).is_empty());
+}

@@ -30,7 +30,7 @@ fn long_names_are_cut_where_they_are_repeated() {
 #[test]
 fn the_turn_of_a_light_is_that_of_its_parent_and_its_own() {
     let light = json!({ "KHR_lights_punctual": { "light": 0 } });
-    let count = 50_000;
+    let count = 100_000;
     let mut nodes = vec![json!({ "scale": [0, 0, 0], "rotation": [-1, 0, 0, 1], "children": [1] })];
     nodes.extend((1..count).map(|node| json!({ "extensions": light, "children": [node + 1] })));
     nodes.push(json!({ "extensions": light, "rotation": [1, 0, 0, 1], "scale": [2, 2, 2] }));
@@ -101,4 +101,62 @@ fn primitives_without_triangles_count_too() {
         document["nodes"] = (0..2000).map(|weight| json!({ "mesh": 0, "weights": [weight] })).collect();
     }));
     assert!(refused.contains("decoded elements"), "{refused}");
+}
+
+#[test]
+fn nodes_and_skins_look_at_a_mesh_once() {
+    let count = 40_000;
+    let model = model(changed(|document, data| {
+        let joints = data.add(&[0; 12], 5121, "VEC4", 3, false);
+        let weights = data.floats(&[[1.0, 0.0, 0.0, 0.0]; 3]);
+        let attributes = json!({ "JOINTS_0": joints, "WEIGHTS_0": weights });
+        let primitives = document["meshes"][0]["primitives"].as_array_mut().expect("primitives");
+        primitives.extend(vec![json!({ "attributes": attributes }); count]);
+        document["skins"] = json!(vec![json!({ "joints": [0] }); count]);
+        document["nodes"] = (0..count).map(|skin| json!({ "mesh": 0, "skin": skin })).collect();
+    }));
+    assert_eq!(model.objects.len(), count);
+}
+
+#[test]
+fn names_of_extensions_are_looked_up() {
+    let count = 100_000;
+    let found = found(model(changed(|document, _| {
+        document["extensionsUsed"] = json!(vec!["a"; count]);
+        document["extensionsRequired"] = json!(vec!["KHR_mesh_quantization"; count]);
+        let primitive = document["meshes"][0]["primitives"][0].clone();
+        document["meshes"][0]["primitives"] = json!(vec![primitive; 20_000]);
+    })));
+    let rule = |text: &str| (FindingKind::BrokenRule, text.to_owned(), 1);
+    let expected = [
+        (FindingKind::UnknownExtension, "a".to_owned(), 1),
+        rule("extensionsRequired: a name is there twice"),
+        rule("extensionsRequired: not all of them are among the extensionsUsed"),
+        rule("extensionsUsed: a name is there twice"),
+    ];
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn buffers_of_one_file_share_one_reading() {
+    let directory = tempfile::tempdir().expect("a folder");
+    let folder = Folder::of_scene(&directory.path().join("scene.gltf"), Outside::Refused);
+    std::fs::write(directory.path().join("data.bin"), vec![0; 1000]).expect("a file");
+    let uris = ["data.bin", "./data.bin", "././data.bin", "data%2Ebin"];
+    let buffer = |number: usize| json!({ "uri": uris[number % 4], "byteLength": 100 + number });
+    let declared: Vec<json::Buffer> =
+        (0..300).map(|number| serde_json::from_value(buffer(number)).expect("a buffer")).collect();
+    let buffers = Buffers::new(&declared, None, &folder);
+    let all: Vec<&[u8]> = (0..300).map(|buffer| buffers.bytes(buffer).expect("bytes")).collect();
+    assert!(
+        all.iter().enumerate().all(|(number, bytes)| bytes.len() == 100 + number && bytes.as_ptr() == all[0].as_ptr())
+    );
+}
+
+#[test]
+fn long_names_of_members_are_cut() {
+    let member = "n".repeat(100_000);
+    let text = json!({ "asset": {}, member: vec![Value::Null; 20_000] }).to_string();
+    let told = validate::kinds::check(text.as_bytes(), &Default::default());
+    assert!(told.into_iter().eq([(format!("{}...: null", "n".repeat(60)), 20_000)]));
 }

@@ -279,6 +279,89 @@ fn broken_rules_of_documents_are_told() {
 }
 
 #[test]
+fn what_views_are_for_is_told() {
+    let view = |change: fn(&mut Value)| {
+        move |data: &mut Data| {
+            change(data.views.last_mut().expect("a view"));
+        }
+    };
+    let indices = |change: fn(&mut Value)| {
+        told(move |document, data| {
+            let indices = data.add(&[0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0], 5125, "SCALAR", 3, false);
+            view(change)(data);
+            document["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+        })
+    };
+    let sparse = |change: fn(&mut Value)| {
+        told(move |_, data| {
+            let indices = data.add(&[0, 0, 0, 0], 5125, "SCALAR", 1, false);
+            view(change)(data);
+            let sparse = json!({ "count": 1, "indices": { "bufferView": indices, "componentType": 5125 }, "values": { "bufferView": 0 } });
+            data.accessors.push(json!({ "componentType": 5126, "type": "VEC3", "count": 3, "sparse": sparse }));
+        })
+    };
+    let matrices = |change: fn(&mut Value)| {
+        told(move |document, data| {
+            let matrices = data.add(&[0; 64], 5126, "MAT4", 1, false);
+            view(change)(data);
+            document["skins"] = json!([{ "joints": [0], "inverseBindMatrices": matrices }]);
+        })
+    };
+    let stride: fn(&mut Value) = |view| view["byteStride"] = json!(4);
+    let wide: fn(&mut Value) = |view| view["byteStride"] = json!(64);
+    let target: fn(&mut Value) = |view| view["target"] = json!(34962);
+    let plain = "its buffer view has a stride or a target";
+    for (found, fault) in [
+        (indices(stride), "accessor 1: its buffer view has a stride, and holds indices".to_owned()),
+        (indices(target), "accessor 1: its buffer view is not for indices".to_owned()),
+        (sparse(stride), format!("accessor 2, sparse: {plain}")),
+        (sparse(target), format!("accessor 2, sparse: {plain}")),
+        (matrices(wide), format!("skin 0: {plain}")),
+        (matrices(target), format!("skin 0: {plain}")),
+    ] {
+        assert!(found.contains(&fault), "{found:?} should tell {fault:?}");
+    }
+    assert_eq!([indices(|_| ()), sparse(|_| ()), matrices(|_| ())], [""; 3]);
+}
+
+#[test]
+fn views_that_vertices_share_have_a_stride() {
+    let shared = |stride: Option<u32>| {
+        told(|document, data| {
+            data.bytes = data.bytes.chunks(12).flat_map(|corner| [corner, corner].concat()).collect();
+            let accessor = data.accessors[0].clone();
+            data.accessors.push(accessor);
+            data.accessors[1]["byteOffset"] = json!(if stride.is_some() { 12 } else { 36 });
+            data.views[0]["byteLength"] = json!(72);
+            if let Some(stride) = stride {
+                data.views[0]["byteStride"] = json!(stride);
+            }
+            document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(1);
+        })
+    };
+    assert_eq!(shared(Some(24)), "");
+    assert!(shared(None).contains("buffer view 0: several accessors of vertices share it, and it has no stride"));
+}
+
+#[test]
+fn buffers_without_bytes_and_uneven_instances_are_told() {
+    let empty = told(|document, data| {
+        let uri = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
+        let own = json!({ "uri": format!("data:;base64,{uri}"), "byteLength": data.bytes.len() });
+        document["buffers"] = json!([own, { "uri": "data:,", "byteLength": 0 }]);
+    });
+    assert_eq!(empty, "buffer 1: it has no bytes");
+    let uneven = told(|document, data| {
+        let (two, three) = (data.floats(&[[0.0; 3]; 2]), data.floats(&[[1.0; 3]; 3]));
+        let attributes = json!({ "TRANSLATION": two, "SCALE": three });
+        let instancing = json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
+        document["nodes"] = json!([{ "mesh": 0 }, { "mesh": 0, "extensions": instancing }]);
+        document["scenes"] = json!([{ "nodes": [0] }]);
+    });
+    assert_eq!(uneven, "node 1: the attributes of its instances differ in their number");
+}
+
+#[test]
 fn broken_rules_of_nodes_and_skins_are_told() {
     let of = |key: &'static str, value: Value| told(move |document, _| document[key] = value);
     let node = |value: Value| of("nodes", json!([{ "mesh": 0 }, value]));

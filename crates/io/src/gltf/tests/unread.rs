@@ -224,8 +224,10 @@ fn values_of_kinds_that_no_member_has_are_told() {
     let told_at = |change: fn(&mut Value)| told(|document, _| change(document));
     assert_eq!(told_at(|document| document["extras"] = json!({ "asset": [], "a": [[null]] })), Vec::<String>::new());
     assert_eq!(told_at(|document| document["nodes"][0]["name"] = Value::Null), ["1 name: null"]);
-    let lists =
-        validate::kinds::check(br#"{ "asset": ["2.0"], "nodes": [[0], [1]], "scenes": [{ "nodes": [0] }] }"#, &[]);
+    let lists = validate::kinds::check(
+        br#"{ "asset": ["2.0"], "nodes": [[0], [1]], "scenes": [{ "nodes": [0] }] }"#,
+        &Default::default(),
+    );
     let [asset, nodes] = ["asset", "nodes"].map(|name| format!("{name}: a list where none is due"));
     assert!(lists.into_iter().eq([(asset, 1), (nodes, 2)]));
     let unlit = json!([{ "extensions": { "KHR_materials_unlit": [] } }]);

@@ -4,17 +4,14 @@
 //! What `extras` and the extensions hold may be anything; whether an extension is among those that the document says it uses is looked at on the way. Depth is
 //! limited by the reader of JSON.
 
-use std::{
-    collections::{BTreeMap, HashSet},
-    fmt,
-};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{
     Deserializer,
     de::{DeserializeSeed, IgnoredAny, MapAccess, SeqAccess, Visitor},
 };
 
-use crate::error::excerpt;
+use crate::{error::excerpt, gltf::json::ExtensionNames};
 
 /// Members that are objects and never lists.
 const OBJECTS: [&str; 16] = [
@@ -37,9 +34,8 @@ const OBJECTS: [&str; 16] = [
 ];
 
 /// What is wrong, by the member's name, and how often; `used` are the extensions that the document uses. Nothing for a text that is no JSON.
-pub(in crate::gltf) fn check(text: &[u8], used: &[String]) -> BTreeMap<String, usize> {
+pub(in crate::gltf) fn check(text: &[u8], used: &ExtensionNames) -> BTreeMap<String, usize> {
     let mut told = BTreeMap::new();
-    let used = &used.iter().map(String::as_str).collect();
     let member = Member { name: "the document", is_in_list: false, is_open: false, used, told: &mut told };
     // A text that is no JSON was refused before.
     let _ = member.deserialize(&mut serde_json::Deserializer::from_slice(text));
@@ -52,13 +48,13 @@ struct Member<'a> {
     is_in_list: bool,
     /// An extension: what it holds is not looked at.
     is_open: bool,
-    used: &'a HashSet<&'a str>,
+    used: &'a ExtensionNames,
     told: &'a mut BTreeMap<String, usize>,
 }
 
 impl Member<'_> {
     fn tell(&mut self, fault: &str) {
-        *self.told.entry(format!("{}: {fault}", self.name)).or_default() += 1;
+        *self.told.entry(format!("{}: {fault}", excerpt(self.name))).or_default() += 1;
     }
 }
 
@@ -123,7 +119,7 @@ impl<'de> Visitor<'de> for Member<'_> {
                 map.next_value::<IgnoredAny>()?;
             } else {
                 let is_open = own == "extensions";
-                if is_open && !used.contains(name.as_str()) {
+                if is_open && !used.contains(&name) {
                     told.insert(format!("{}: it is not among the extensionsUsed", excerpt(&name)), 1);
                 }
                 map.next_value_seed(Member { name: &name, is_in_list: false, is_open, used, told: &mut *told })?;

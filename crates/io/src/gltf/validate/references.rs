@@ -1,12 +1,12 @@
 //! References that nothing here follows: of extensions, and of nodes and scenes that are not shown.
 
-use super::Check;
+use super::{Check, named};
 use crate::{
     error::LoadProblem,
     gltf::{
         accessor::within,
         hierarchy,
-        json::{Collider, Node, Primitive, Skin, existing},
+        json::{Collider, MeshPrimitives, Node, Primitive, Skin, existing},
     },
 };
 
@@ -27,13 +27,17 @@ impl Check<'_> {
     pub(super) fn node_extensions(&mut self, index: usize, node: &Node) -> Result<(), LoadProblem> {
         let document = self.document;
         let place = hierarchy::place(index, node);
-        let named = |problem| within(problem, &place);
+        let told = |problem| within(problem, &place);
         if let Some(light) = &node.extensions.light {
             let lights = document.extensions.lights.as_ref().map_or(&[][..], |lights| &lights.lights);
-            existing(lights, light.light, "light").map_err(named)?;
+            existing(lights, light.light, "light").map_err(told)?;
         }
+        let mut instances = None;
         for &accessor in node.extensions.instancing.iter().flat_map(|instancing| instancing.attributes.values()) {
-            existing(&document.accessors, accessor, "accessor").map_err(named)?;
+            let count = existing(&document.accessors, accessor, "accessor").map_err(told)?.count;
+            if *instances.get_or_insert(count) != count {
+                self.tell(&place, "the attributes of its instances differ in their number");
+            }
         }
         let Some(body) = &node.extensions.rigid_body else { return Ok(()) };
         for collider in [&body.collider, &body.trigger].into_iter().flatten() {
@@ -67,9 +71,14 @@ impl Check<'_> {
         }
     }
 
-    /// Roots that are children, in scenes that are not shown.
-    pub(super) fn scenes(&mut self) {
+    /// The roots of scenes. Those that are children are told of scenes that are not shown.
+    pub(super) fn scenes(&mut self) -> Result<(), LoadProblem> {
         let document = self.document;
+        for (index, scene) in document.scenes.iter().enumerate() {
+            for &node in &scene.nodes {
+                named(&document.nodes, node, "node", &format!("scene {index}"))?;
+            }
+        }
         let mut is_taken = vec![None; document.nodes.len()];
         let mut is_child = vec![false; document.nodes.len()];
         document.nodes.iter().flat_map(|node| &node.children).for_each(|&child| is_child[child] = true);
@@ -83,6 +92,7 @@ impl Check<'_> {
                 }
             }
         }
+        Ok(())
     }
 
     /// The joints of a skin hang on one root; its matrices are as many as they, or more.
@@ -93,18 +103,11 @@ impl Check<'_> {
         let Some(matrices) = skin.inverse_bind_matrices.map(|accessor| &self.document.accessors[accessor]) else {
             return;
         };
+        if let Some(view) = matrices.buffer_view {
+            self.plain_view(view, place);
+        }
         if matrices.kind != "MAT4" || matrices.component_type != 5126 || matrices.count < skin.joints.len() {
             self.tell(place, "its inverse bind matrices are none of 32-bit floats, or fewer than its joints");
-        }
-    }
-
-    /// Whether the mesh of a node with a skin says which joints move it.
-    pub(super) fn skinned(&mut self, index: usize, node: &Node) {
-        let (Some(mesh), Some(_)) = (node.mesh, node.skin) else { return };
-        let has = |primitive: &Primitive, name: &str| primitive.attributes.contains_key(name);
-        let primitives = &self.document.meshes[mesh].primitives;
-        if primitives.iter().any(|primitive| !has(primitive, "JOINTS_0") || !has(primitive, "WEIGHTS_0")) {
-            self.tell(&hierarchy::place(index, node), "it has a skin, but its mesh has no joints or no weights");
         }
     }
 
@@ -157,4 +160,10 @@ pub(super) fn roots_of(nodes: &[Node]) -> Vec<usize> {
         }
     }
     roots
+}
+
+/// Whether all primitives of a mesh say which joints move them, and how much.
+pub(super) fn is_moved_by_joints(mesh: &MeshPrimitives) -> bool {
+    let has = |primitive: &Primitive, name: &str| primitive.attributes.contains_key(name);
+    mesh.primitives.iter().all(|primitive| has(primitive, "JOINTS_0") && has(primitive, "WEIGHTS_0"))
 }

@@ -6,24 +6,28 @@ use super::Check;
 use crate::{
     gltf::{
         hierarchy,
-        json::{Accessor, Animation, Eye, Node, Primitive},
+        json::{Animation, Eye, Node},
     },
     transform::{is_affine, is_skewed, is_unit},
 };
-
-/// What a buffer view says that it is for: vertices or indices.
-const VERTICES: u32 = 34962;
-const INDICES: u32 = 34963;
 
 impl Check<'_> {
     /// Extensions that are required, and not among those that the document says it uses; of those that are there, `kinds` tells it.
     pub(super) fn extensions(&mut self) {
         let document = self.document;
+        let required: HashSet<&str> = document.extensions_required.iter().map(String::as_str).collect();
+        for (repeats, list) in [
+            (document.extensions_used.repeats, "extensionsUsed"),
+            (required.len() < document.extensions_required.len(), "extensionsRequired"),
+        ] {
+            if repeats {
+                self.tell(list, "a name is there twice");
+            }
+        }
         if document.extensions_required.iter().any(|name| !document.uses(name)) {
             self.tell("extensionsRequired", "not all of them are among the extensionsUsed");
         }
-        let is_required = |name: &str| document.extensions_required.iter().any(|required| required == name);
-        if document.uses("KHR_mesh_quantization") && !is_required("KHR_mesh_quantization") {
+        if document.uses("KHR_mesh_quantization") && !required.contains("KHR_mesh_quantization") {
             self.tell("KHR_mesh_quantization", "it is used and not required");
         }
     }
@@ -43,38 +47,6 @@ impl Check<'_> {
         if node.matrix.is_some_and(|matrix| !is_affine(&matrix)) {
             self.tell(&place(), "the last row of its matrix is not quite 0 0 0 1");
         }
-    }
-
-    /// What the views behind a primitive say that they are for, and where their vertices begin.
-    pub(super) fn views_of(&mut self, primitive: &Primitive) {
-        if primitive.extensions.draco.is_some() {
-            return;
-        }
-        for &index in primitive.attributes.values() {
-            self.purpose(index, VERTICES, "its buffer view is not for vertices");
-            if self.is_packed(index) {
-                self.tell(&format!("accessor {index}"), "its vertices do not begin at multiples of four bytes");
-            }
-        }
-        if let Some(index) = primitive.indices {
-            self.purpose(index, INDICES, "its buffer view is not for indices");
-        }
-    }
-
-    fn purpose(&mut self, accessor: usize, expected: u32, rule: &str) {
-        let view = self.document.accessors[accessor].buffer_view;
-        let target = view.and_then(|view| self.document.buffer_views.get(view)?.target);
-        if target.is_some_and(|target| target != expected) {
-            self.tell(&format!("accessor {accessor}"), rule);
-        }
-    }
-
-    fn is_packed(&self, index: usize) -> bool {
-        let accessor: &Accessor = &self.document.accessors[index];
-        let view = accessor.buffer_view.and_then(|view| self.document.buffer_views.get(view));
-        let size = super::Component::of(accessor.component_type).ok();
-        let size = size.and_then(|component| super::element_size(&accessor.kind, component));
-        view.is_some_and(|view| view.byte_stride.is_none() && size.is_some_and(|size| !size.is_multiple_of(4)))
     }
 
     /// What an animation moves, and how.

@@ -1,0 +1,82 @@
+//! What buffers and their views say about what they are used for (glTF 2.0, 3.6.2 and 5.11).
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::{Check, Component, element_size};
+use crate::gltf::json::{Accessor, BufferView, Primitive};
+
+/// What a buffer view says that it is for: vertices or indices.
+const VERTICES: u32 = 34962;
+const INDICES: u32 = 34963;
+
+impl Check<'_> {
+    pub(super) fn buffers(&mut self) {
+        for (index, _) in self.document.buffers.iter().enumerate().filter(|(_, buffer)| buffer.byte_length == 0) {
+            self.tell(&format!("buffer {index}"), "it has no bytes");
+        }
+    }
+
+    /// What the views behind a primitive say that they are for, and where their vertices begin.
+    pub(super) fn views_of(&mut self, primitive: &Primitive) {
+        if primitive.extensions.draco.is_some() {
+            return;
+        }
+        for &index in primitive.attributes.values() {
+            self.purpose(index, VERTICES, "its buffer view is not for vertices");
+            if self.is_packed(index) {
+                self.tell(&format!("accessor {index}"), "its vertices do not begin at multiples of four bytes");
+            }
+        }
+        if let Some(index) = primitive.indices {
+            self.purpose(index, INDICES, "its buffer view is not for indices");
+            if self.view_of(index).is_some_and(|view| view.byte_stride.is_some()) {
+                self.tell(&format!("accessor {index}"), "its buffer view has a stride, and holds indices");
+            }
+        }
+    }
+
+    /// Views of vertices that several accessors share need a stride.
+    pub(super) fn shared_views(&mut self) {
+        let primitives = self.document.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        let plain = primitives.filter(|primitive| primitive.extensions.draco.is_none());
+        let lists = plain.flat_map(|primitive| primitive.targets.iter().chain([&primitive.attributes]));
+        let (mut first, mut shared) = (HashMap::new(), BTreeSet::new());
+        for &accessor in lists.flat_map(|list| list.values()) {
+            let Some(view) = self.document.accessors[accessor].buffer_view else { continue };
+            let has_stride = self.document.buffer_views[view].byte_stride.is_some();
+            if *first.entry(view).or_insert(accessor) != accessor && !has_stride {
+                shared.insert(view);
+            }
+        }
+        for view in shared {
+            self.tell(&format!("buffer view {view}"), "several accessors of vertices share it, and it has no stride");
+        }
+    }
+
+    /// A view of neither vertices nor indices, which has no stride and no target.
+    pub(super) fn plain_view(&mut self, view: usize, place: &str) {
+        let view = &self.document.buffer_views[view];
+        if view.byte_stride.is_some() || view.target.is_some() {
+            self.tell(place, "its buffer view has a stride or a target, which only those of vertices and indices have");
+        }
+    }
+
+    fn view_of(&self, accessor: usize) -> Option<&BufferView> {
+        self.document.buffer_views.get(self.document.accessors[accessor].buffer_view?)
+    }
+
+    fn purpose(&mut self, accessor: usize, expected: u32, rule: &str) {
+        let target = self.view_of(accessor).and_then(|view| view.target);
+        if target.is_some_and(|target| target != expected) {
+            self.tell(&format!("accessor {accessor}"), rule);
+        }
+    }
+
+    fn is_packed(&self, index: usize) -> bool {
+        let accessor: &Accessor = &self.document.accessors[index];
+        let size = Component::of(accessor.component_type).ok();
+        let size = size.and_then(|component| element_size(&accessor.kind, component));
+        let has_no_stride = self.view_of(index).is_some_and(|view| view.byte_stride.is_none());
+        has_no_stride && size.is_some_and(|size| !size.is_multiple_of(4))
+    }
+}
