@@ -82,9 +82,6 @@ pub enum LoadProblem {
         /// How many are read at most.
         most: u64,
     },
-    /// Neither a triangle nor a body.
-    #[error("the scene is empty: it holds no triangle and no body, so nothing can cast or receive a shadow")]
-    Empty,
 }
 
 /// Text of a file for use in a message: not too much of it.

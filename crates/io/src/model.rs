@@ -239,9 +239,6 @@ impl Model {
                 Object::new(name.clone(), shape, placement, sides).and_then(|placed| placed.with_boxes(object.boxes));
             objects.push(checked.map_err(|defect| refused(&defect))?);
         }
-        if objects.iter().all(|object| object.face_count() == 0) {
-            return Err(LoadProblem::Empty);
-        }
         let mut names = Names::default();
         let mut lights = Vec::with_capacity(self.lights.len());
         for light in self.lights {
@@ -258,6 +255,10 @@ impl Model {
         let cells = rooms::graph(self.cells, self.portals, &turn, &objects)?;
         let mut findings = self.findings.into_list();
         findings.extend(rooms::overlaps(&cells));
+        if objects.iter().all(|object| object.face_count() == 0) {
+            let (kind, subject, places) = (FindingKind::EmptyScene, String::new(), Vec::new());
+            findings.push(Finding { kind, subject, count: 1, places });
+        }
         Ok(Scene { objects, families, lights, camera, cells, findings })
     }
 }

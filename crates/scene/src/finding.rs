@@ -14,6 +14,8 @@ pub enum FindingKind {
     DuplicateFaces,
     /// A body none of whose surface lies in the box that cuts it.
     NoSurface,
+    /// Neither a triangle nor a body in the whole scene: nothing casts or receives a shadow.
+    EmptyScene,
     /// A MASK material taken as opaque.
     MaskAsOpaque,
     /// A BLEND material taken as opaque.
@@ -63,6 +65,7 @@ impl FindingKind {
             Self::ZeroAreaFaces => "zero_area_faces",
             Self::DuplicateFaces => "duplicate_faces",
             Self::NoSurface => "no_surface",
+            Self::EmptyScene => "empty_scene",
             Self::MaskAsOpaque => "mask_as_opaque",
             Self::BlendAsOpaque => "blend_as_opaque",
             Self::BlendIgnored => "blend_ignored",

@@ -104,6 +104,9 @@ impl Lattices {
 
     /// No lattices with points so far apart have more points: a/s + 1 and b/s + 1 are the most along the edges of a face.
     pub(crate) fn most_points(&self, spacing: f64) -> f64 {
+        if self.lengths.nearest() == 0.0 {
+            return self.faces;
+        }
         self.products.nearest() / spacing / spacing + self.lengths.nearest() / spacing + self.faces
     }
 }

@@ -65,7 +65,8 @@ pub(crate) fn choose_receivers(
             output::tell(&format!("note: the camera may see {} of the receivers; {}", receivers.len(), told(&reach)));
         }
     }
-    if receivers.is_empty() {
+    // A scene without a surface was told as such.
+    if receivers.is_empty() && !scene.objects.is_empty() {
         return Err(Failure::Refused("no light reaches any of the receivers that were asked for".to_owned()));
     }
     Ok(receivers)

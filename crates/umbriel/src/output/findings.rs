@@ -17,6 +17,7 @@ fn meaning(kind: FindingKind) -> &'static str {
         FindingKind::ZeroAreaFaces => "triangles without area",
         FindingKind::DuplicateFaces => "triangles that repeat another one",
         FindingKind::NoSurface => "bodies none of whose surface lies in the box that cuts them",
+        FindingKind::EmptyScene => "the scene holds no triangle and no body: nothing casts or receives a shadow",
         FindingKind::MaskAsOpaque => "triangles of a MASK material, taken as opaque",
         FindingKind::BlendAsOpaque => "triangles of a BLEND material, taken as opaque",
         FindingKind::BlendIgnored => "triangles of a BLEND material, which block nothing",
@@ -61,7 +62,7 @@ fn line(kind: FindingKind, findings: &[Finding]) -> String {
     let count: usize = of_kind().map(|finding| finding.count).sum();
     let subjects: Vec<String> = of_kind().map(subject).filter(|subject| !subject.is_empty()).collect();
     let mut line = match kind {
-        FindingKind::LooksZUp => meaning(kind).to_owned(),
+        FindingKind::LooksZUp | FindingKind::EmptyScene => meaning(kind).to_owned(),
         _ => format!("{count} {}", meaning(kind)),
     };
     if !subjects.is_empty() {

@@ -26,7 +26,6 @@ fn missing_files() {
 fn content_that_is_refused() {
     refused("a.obj", "v 0 0 0\nv 1 0 0\nv nan 1 0\nf 1 2 3\n", 1, &["a.obj", "line 3"]);
     refused("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", 1, &["a.obj", "line 4"]);
-    refused("a.obj", "# nothing\n", 1, &["a.obj", "empty"]);
     refused("a.toml", "[[object]]\nname = \"o\"\nsphere = { radius = 1.0 }\ncolour = 3\n", 1, &["a.toml", "colour"]);
     refused("a.toml", "[[object]]\nname = \"o\"\nmesh = \"../b.obj\"\n", 1, &["a.toml", "../b.obj", "--allow-outside"]);
     refused("a.toml", "[[object]]\nname = \"o\"\nsphere = { radius = inf }\n", 1, &["a.toml", "o"]);
@@ -35,6 +34,34 @@ fn content_that_is_refused() {
     refused("a.gltf", cycle, 1, &["a.gltf", "node"]);
     refused("a.gltf", "{", 1, &["a.gltf"]);
     refused("a.glb", "glTF", 1, &["a.glb"]);
+}
+
+/// Files without a surface are valid: cameras alone, clouds of points, nothing yet.
+#[test]
+fn a_scene_without_surface_is_told() {
+    let files = [
+        ("a.obj", "v 0 0 0\nv 1 0 0\nl 1 2\n"),
+        ("a.gltf", r#"{ "asset": { "version": "2.0" } }"#),
+        ("a.stl", "solid a\nendsolid a\n"),
+        (
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n",
+        ),
+    ];
+    let workspace = Workspace::with(&[&files[..], &[("p.csv", "x,y,z\n0,1,0\n")]].concat());
+    for (name, _) in files {
+        for command in [
+            "info SCENE",
+            "doctor SCENE",
+            "bake SCENE --sun 180,45 --samples 100 --json out.json -o out.csv -o out.glb -o out.vtu",
+            "bake SCENE --sun 180,45 --cell 0.1 --json out.json",
+            "query SCENE --sun 180,45 --points p.csv",
+            "render SCENE --sun 180,45 -o out.png",
+        ] {
+            workspace.run(&command.replace("SCENE", name)).succeeds();
+        }
+        assert!(workspace.run(&format!("info {name}")).stdout().contains("no triangle and no body"));
+    }
 }
 
 #[test]
