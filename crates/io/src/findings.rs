@@ -172,7 +172,14 @@ struct Joints {
 impl Joints {
     fn of(mesh: &Arc<Mesh>, placement: &Placement) -> Self {
         let facets = Facets::of_mesh(Arc::clone(mesh), placement);
-        let faces: Vec<Vec<u32>> = (0..facets.len()).map(|facet| facets.welded(facet).corners().to_vec()).collect();
+        let triangle = |facet: usize| {
+            let facet = facets.welded(facet);
+            let corners = facet.corners();
+            [corners[0], corners[1], corners[2]]
+        };
+        let faces: Vec<[u32; 3]> = (0..facets.len()).map(triangle).collect();
+        // Sorted copies of millions of triangles, one after the other.
+        let duplicates = duplicates(&faces);
         let uses = edge_uses(&faces);
         let edges = || uses.chunk_by(|a, b| a.ends == b.ends);
         let is_open =
@@ -182,7 +189,7 @@ impl Joints {
             positions: distinct(facets.positions()),
             open_edges: Faults::at(edges().filter(is_open).map(|edge| edge[0].face)),
             turned_edges: Faults::at(edges().filter(is_turned).map(|edge| edge[0].face)),
-            duplicates: duplicates(&faces),
+            duplicates,
         }
     }
 }
@@ -196,11 +203,11 @@ struct EdgeUse {
 }
 
 /// The uses of all edges, those of one edge together and by face.
-fn edge_uses(faces: &[Vec<u32>]) -> Vec<EdgeUse> {
+fn edge_uses(faces: &[[u32; 3]]) -> Vec<EdgeUse> {
     let mut uses = Vec::with_capacity(3 * faces.len());
-    for (face, corners) in faces.iter().enumerate() {
-        let edges = corners.iter().zip(corners.iter().cycle().skip(1)).filter(|(from, to)| from != to);
-        uses.extend(edges.map(|(&from, &to)| EdgeUse {
+    for (face, &[a, b, c]) in faces.iter().enumerate() {
+        let edges = [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| from != to);
+        uses.extend(edges.map(|(from, to)| EdgeUse {
             ends: [from.min(to), from.max(to)],
             is_upward: from < to,
             face: face as u32,
@@ -210,13 +217,12 @@ fn edge_uses(faces: &[Vec<u32>]) -> Vec<EdgeUse> {
     uses
 }
 
-fn duplicates(faces: &[Vec<u32>]) -> Faults {
-    let sorted = |(face, corners): (usize, &Vec<u32>)| {
-        let mut corners = corners.clone();
+fn duplicates(faces: &[[u32; 3]]) -> Faults {
+    let sorted = |(face, &(mut corners)): (usize, &[u32; 3])| {
         corners.sort_unstable();
         (corners, face as u32)
     };
-    let mut faces: Vec<(Vec<u32>, u32)> = faces.iter().enumerate().map(sorted).collect();
+    let mut faces: Vec<([u32; 3], u32)> = faces.iter().enumerate().map(sorted).collect();
     faces.sort_unstable();
     Faults::at(faces.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1].1))
 }

@@ -2,7 +2,8 @@
 //!
 //! All that is reported keeps every bit when objects, triangles, the corners within a triangle, threads, the SIMD level, axes or
 //! powers of two change, or an object comes where it can do nothing: cells by both methods, areas with their bounds, estimates and samples. Where the cells themselves are others
-//! (triangles cut at points that are floats), the bounds overlap and the same points have the same answers.
+//! (triangles cut at points that are floats), the same points have the same answers, what is proved of the one holds of the other, and the bounds
+//! overlap.
 //! `UMBRIEL_CASES` sets the number of scenes, `UMBRIEL_FIRST` the first.
 
 use std::{cell::Cell, ops::Range, sync::Arc};
@@ -13,11 +14,12 @@ use crate::oracle::{
     dice::Dice,
     fixtures::{analytic, cuboid, has_triangles, lit_by, mesh, scene, sphere, with_sides},
 };
+use crate::proving::point_of;
 use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{Analytic, LightSource, Mesh, Placement, simd::Level};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 use umbriel_shadow::{
-    CellMethod, Detail, LitArea, ObjectReport, Place, Points, Queries, Request, Sampling, Silent, bake,
+    CellMethod, Detail, LitArea, ObjectReport, Place, Points, Queries, Request, Sampling, Silent, Verdict, bake,
 };
 
 /// Compares random scenes with what becomes of them.
@@ -284,72 +286,95 @@ fn powers_of_two() {
     });
 }
 
-/// Every triangle of the meshes cut in four at the middles of its sides, as far as these are floats, as points are
-/// placed; `None` where they are not.
-fn cut_in_four(whole: &Scene) -> Option<Scene> {
+/// The scene with its meshes where their placements put them, on a grid that is fine enough to leave them their shapes; `None` where there are
+/// none.
+fn placed_on_grid(whole: &Scene) -> Option<Scene> {
+    let on_grid = |coordinate: f64| (coordinate * 1_048_576.0).round() / 1_048_576.0;
+    let mut placed = whole.clone();
+    for object in placed.objects.iter_mut().filter(|object| is_mesh(object)) {
+        let Shape::Mesh(mesh) = &object.shape else { continue };
+        let place = |&local: &DVec3| object.placement.map().transform_point3(local).to_array().map(on_grid);
+        let positions = mesh.positions().iter().map(place).collect();
+        let shape = Shape::Mesh(Arc::new(Mesh::new(positions, mesh.triangles().to_vec()).expect("the same corners")));
+        // What is cut keeps its sides: parts of a closed mesh are closed only together.
+        *object = Object::new(object.name.clone(), shape, Placement::IDENTITY, Sides::Two).expect("a mesh");
+    }
+    placed.objects.iter().any(is_mesh).then_some(placed)
+}
+
+/// Every triangle of meshes on a grid cut in four at the middles of its sides, which are on a grid twice as fine.
+fn cut_in_four(whole: &Scene) -> Scene {
     let mut changed = whole.clone();
     for object in &mut changed.objects {
         let Shape::Mesh(mesh) = &object.shape else { continue };
-        if *object.placement.map() != DAffine3::IDENTITY {
-            return None;
-        }
         let mut positions = Vec::new();
         let mut triangles: Vec<[u32; 3]> = Vec::new();
         for triangle in mesh.triangles() {
             let [a, b, c] = triangle.map(|index| mesh.positions()[index as usize]);
             let first = positions.len() as u32;
-            let middle = |p: DVec3, q: DVec3| {
-                let sum = p + q;
-                // The sum is exact where taking one away gives the other; the half always is.
-                (sum - p == q && sum - q == p).then_some(sum * 0.5)
-            };
-            positions.extend([a, b, c, middle(a, b)?, middle(b, c)?, middle(c, a)?].map(|p| p.to_array()));
+            let middle = |p: DVec3, q: DVec3| (p + q) * 0.5;
+            positions.extend([a, b, c, middle(a, b), middle(b, c), middle(c, a)].map(|p| p.to_array()));
             triangles.extend([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]].map(|part| part.map(|k| first + k)));
         }
         let shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("short fractions")));
-        let name = object.name.clone();
-        *object = Object::new(name, shape, object.placement, object.sides).expect("the same surface");
+        *object = Object::new(object.name.clone(), shape, object.placement, object.sides).expect("the same surface");
     }
-    Some(changed)
+    changed
+}
+
+/// The same point of the scene that is cut; the parameters are short fractions.
+fn in_part(whole: &Scene, place: &Place) -> Place {
+    match *place {
+        Place::Surface { object, face, u, v } if is_mesh(&whole.objects[object]) => {
+            let (part, u, v) = match (u + v <= 0.5, u >= 0.5, v >= 0.5) {
+                (true, _, _) => (0, 2.0 * u, 2.0 * v),
+                (_, true, _) => (1, 2.0 * u - 1.0, 2.0 * v),
+                (_, _, true) => (2, 2.0 * u, 2.0 * v - 1.0),
+                // From the middle of ab: u' towards the middle of bc, v' towards that of ca.
+                _ => (3, 2.0 * (u + v) - 1.0, 1.0 - 2.0 * u),
+            };
+            Place::Surface { object, face: 4 * face + part, u, v }
+        }
+        other => other,
+    }
 }
 
 #[test]
 fn triangles_cut_at_exact_points() {
-    let mut compared = 0;
+    let (mut compared, mut proofs) = (0, 0);
     for number in case_numbers(60) {
         let mut dice = Dice::new("cut", number);
-        let mut whole = any_scene(&mut dice);
-        // What is cut keeps its sides: parts of a closed mesh are closed only together.
-        whole.objects.iter_mut().for_each(|object| object.sides = Sides::Two);
-        let light = any_light(&whole, &mut dice);
-        let Some(cut) = cut_in_four(&whole) else { continue };
+        let Some(whole) = placed_on_grid(&any_scene(&mut dice)) else { continue };
+        let (light, cut) = (any_light(&whole, &mut dice), cut_in_four(&whole));
         compared += 1;
         let places = any_places(&whole, &mut dice);
-        let in_part = |place: &Place| match *place {
-            // Points of the part at the first corner; the rest is left to the other parts' own corners.
-            Place::Surface { object, face, u, v } if is_mesh(&whole.objects[object]) => {
-                match (u + v <= 0.5, u >= 0.5) {
-                    (true, _) => Place::Surface { object, face: 4 * face, u: 2.0 * u, v: 2.0 * v },
-                    (_, true) => Place::Surface { object, face: 4 * face + 1, u: 2.0 * u - 1.0, v: 2.0 * v },
-                    _ if v >= 0.5 => Place::Surface { object, face: 4 * face + 2, u: 2.0 * u, v: 2.0 * v - 1.0 },
-                    // From the middle of ab: u' towards the middle of bc, v' towards that of ca.
-                    _ => Place::Surface { object, face: 4 * face + 3, u: 2.0 * (u + v) - 1.0, v: 1.0 - 2.0 * u },
-                }
-            }
-            other => other,
-        };
-        let moved: Vec<Place> = places.iter().map(in_part).collect();
+        let moved: Vec<Place> = places.iter().map(|place| in_part(&whole, place)).collect();
         assert_eq!(queried(&whole, light, &places), queried(&cut, light, &moved), "scene {number}");
         let (before, after) = (sampled(&whole, light), sampled(&cut, light));
         for ((object, a), b) in whole.objects.iter().zip(&before).zip(&after) {
             // The lattices of meshes are others now.
             assert!(is_mesh(object) || (a.samples, &a.answers) == (b.samples, &b.answers), "scene {number}");
         }
-        for (a, b) in cells(&whole, light).iter().zip(&cells(&cut, light)) {
+        let (before, after) = (cells(&whole, light), cells(&cut, light));
+        for (a, b) in before.iter().zip(&after) {
             assert!(a.lit.lower <= b.lit.upper && b.lit.lower <= a.lit.upper, "scene {number}: {a:?} {b:?}");
         }
+        // What is proved of the one holds of the other.
+        let queries = Queries::new(&cut);
+        let proved = before.iter().flat_map(|report| report.cells.iter().map(move |cell| (report.object, cell)));
+        for (object, cell) in proved.filter(|(_, cell)| cell.verdict != Verdict::Undecided) {
+            let [u, v] = point_of(cell, has_triangles(&whole.objects[object].shape), &mut dice);
+            let place = in_part(&whole, &Place::Surface { object, face: cell.face as usize, u, v });
+            if let Ok(answer) = queries.lit(&place, &light) {
+                proofs += 1;
+                assert_eq!(answer.lit, cell.verdict == Verdict::Lit, "scene {number}: {object}, {cell:?} at {u}, {v}");
+            }
+        }
     }
-    assert!(compared > 3, "only {compared} scenes could be cut exactly");
+    assert!(
+        2 * compared > case_numbers(60).count() && proofs > 100 * compared,
+        "{compared} scenes cut, {proofs} proofs"
+    );
 }
 
 #[test]
