@@ -22,7 +22,7 @@ use crate::{
 /// Covers the rounding of the error terms: non-negative numbers that go through fewer than twelve operations in a row.
 const ERROR_PADDING: f64 = 1.0 + 16.0 * UNIT_ROUNDOFF;
 
-/// `value + rest`, where `rest` is at most half an ulp of a `value` above [`UNDERFLOW_LIMIT`], with a bound.
+/// `value + rest`, where `rest` is at most half an ulp of a `value` above 2^-969, with a bound.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pair {
     value: f64,
