@@ -14,7 +14,8 @@ const ERROR_PADDING: f64 = 1.0 + 8.0 * UNIT_ROUNDOFF;
 /// The error of a product above this is a normal number: 2^-969, 2^53 times the least normal number.
 pub(crate) const UNDERFLOW_LIMIT: f64 = f64::MIN_POSITIVE / f64::EPSILON * 2.0;
 
-/// A value with a bound: the exact number lies in [`value − error`, `value + error`].
+/// A value with a bound: the exact number lies in [`value − error`, `value + error`]; what is told of a number below all floats
+/// ([`Dyadic::to_approx`](crate::Dyadic::to_approx)) ends 2^-1074 too early, and [`Approx::lower`] and sums make up for that.
 ///
 /// The bounds hold as long as nothing overflows; where a product may underflow the error has an absolute part. Inside the
 /// accepted range of coordinates neither happens up to degree four (NUMERICS.md).

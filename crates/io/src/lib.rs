@@ -11,7 +11,7 @@
 //! What is written out in a file is read, however much it is; what a file multiplies is limited. A scene may hold 2^23
 //! triangles (counted for every instance) and eight for every byte of its files, three times as many vertices, 2^18 objects, families and lights and one for
 //! every four bytes, 2^24 decoded elements of accessors and one for every byte, 2^25 texels of cut-outs and four for every byte, and 2^30 pairs of a vertex and
-//! a box of its object and 64 for every byte. Names are cut after 200 characters.
+//! a box of its object and 64 for every byte. Names have 200 characters at most.
 
 mod error;
 mod findings;

@@ -49,10 +49,11 @@ impl<'a> Tokens<'a> {
         self.rest.len()
     }
 
-    /// Passes a word or several words if they come next, after white space of the line.
+    /// Passes a word or several whole words if they come next, after white space of the line.
     pub(crate) fn skip(&mut self, words: &str) {
         let rest = self.rest.trim_start_matches([' ', '\t']);
-        self.rest = rest.strip_prefix(words).unwrap_or(rest);
+        let behind = rest.strip_prefix(words).filter(|behind| !behind.starts_with(|c: char| !c.is_whitespace()));
+        self.rest = behind.unwrap_or(rest);
     }
 
     /// The line of the last word; where there was none, the last line.

@@ -63,7 +63,9 @@ fn is_short(message: &str) {
 fn is_sound(scene: &Scene) {
     let mut names = HashSet::new();
     assert!(scene.objects.iter().all(|object| names.insert(object.name.as_str())), "names that are not unique");
-    assert!(scene.objects.iter().any(|object| object.face_count() > 0), "an empty scene");
+    let is_empty = scene.objects.iter().all(|object| object.face_count() == 0);
+    let is_told = scene.findings.iter().any(|finding| finding.kind == FindingKind::EmptyScene);
+    assert_eq!(is_empty, is_told, "an empty scene is told");
     let found = surface_findings(scene);
     let has_surface = |object: &&Object| {
         object.face_count() > 0

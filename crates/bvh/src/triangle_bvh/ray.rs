@@ -129,7 +129,7 @@ impl LocalRay {
             (start, end) = (start + forward * advance, end - advance);
         }
         if error.is_nan() || error >= UNKNOWN {
-            (start, end, error) = (DVec3::ZERO, f64::INFINITY, UNKNOWN);
+            (start, end, error, advance) = (DVec3::ZERO, f64::INFINITY, UNKNOWN, 0.0);
         }
         let rounded = start.as_vec3a();
         error += (start - rounded.as_dvec3()).abs().max_element();
@@ -197,8 +197,8 @@ impl Slabs {
     }
 }
 
-/// How far a point outside, known up to `error` on each axis, may go along the ray without passing the frame's border, and how far it may then be
-/// off beside that. `None` where the ray leads away.
+/// How far a point outside, known up to `error` on each axis, may go along the ray without passing the frame's border, wherever it is, and how far
+/// it may then be off beside that. `None` where the ray leads away.
 #[cold]
 fn way_to_frame(start: DVec3, slope: DVec3, error: f64) -> Option<(f64, f64)> {
     let mut longest = 0.0f64;
@@ -210,7 +210,7 @@ fn way_to_frame(start: DVec3, slope: DVec3, error: f64) -> Option<(f64, f64)> {
             if speed <= 0.0 {
                 return None;
             }
-            longest = longest.max(outside / speed);
+            longest = longest.max((outside - error) / speed);
         }
     }
     let slack = (start.abs().max_element() + longest) * 8.0 * f64::EPSILON;

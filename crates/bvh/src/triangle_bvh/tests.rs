@@ -386,3 +386,17 @@ fn a_ray_that_leaves_along_a_face_does_not_meet_it_where_it_begins() {
         assert_eq!(soup(vec![corners]).nearest_hit(origin, along, f64::INFINITY), None);
     }
 }
+
+/// The true point is nearer to the tree than the one that stands for it: what lies between is not passed over.
+#[test]
+fn a_rough_point_outside_stops_before_all_that_the_true_one_meets() {
+    let corner = |x: f64, y: f64| DVec3::new(x, y, 0.3);
+    let [a, b, c, d] = [corner(-0.5, -0.99), corner(0.5, -0.99), corner(0.5, 0.99), corner(-0.5, 0.99)];
+    let (bvh, sun) = (soup(vec![[a, b, c], [a, c, d]]), LightSource::sun([0.0, 0.25, 1.0]).expect("a sun"));
+    let mut is_asked = false;
+    bvh.towards(sun).any_hit_where(DVec3::new(0.0, 2.0, 4.0), 0.1, |_| {
+        is_asked = true;
+        false
+    });
+    assert!(is_asked);
+}

@@ -374,10 +374,12 @@ const SHARP: f64 = 1.0 / (1u64 << 30) as f64;
 /// A number times a power of two, whatever that leaves of it.
 fn scaled(number: Approx, factor: f64) -> Approx {
     let [value, error] = [number.value * factor, number.error * factor.abs()];
-    let keeps_digits = |before: f64, after: f64| before == 0.0 || after.is_normal();
+    // Below the normal floats bounds leave out up to 2^-1074.
+    let keeps_digits =
+        |before: f64, after: f64| before == 0.0 || after.is_normal() && before.abs() > 2.0 * f64::MIN_POSITIVE;
     match value.is_finite() && error.is_finite() {
         true if keeps_digits(number.value, value) && keeps_digits(number.error, error) => Approx { value, error },
-        true => Approx { value, error: error + f64::MIN_POSITIVE },
+        true => Approx { value, error: error + f64::MIN_POSITIVE * factor.abs().max(1.0) },
         false => Approx::UNKNOWN,
     }
 }

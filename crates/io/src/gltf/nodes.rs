@@ -40,7 +40,7 @@ pub(super) fn read<'a>(
     for &node in &hierarchy.tiny {
         model.tell(&place(node, &document.nodes[node]), TINY);
     }
-    let rooms = rooms::of_nodes(document, hierarchy, &mut meshes, &mut model.findings)?;
+    let rooms = rooms::of_nodes(document, hierarchy, &mut meshes, &mut model.findings, accessors.ledger())?;
     let skins = Skins::new(document, hierarchy, accessors);
     let mut walk = Walk { document, accessors, meshes, skins, colliders, model };
     let mut objects_of = Vec::with_capacity(hierarchy.placed.len());

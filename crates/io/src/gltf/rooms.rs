@@ -5,7 +5,8 @@
 //! cells: the hull of the vertices of its flat mesh. Names stand for themselves: no node is asked for its children.
 //!
 //! Names may mean something else, so a name alone refuses no file: what it makes no sound cell or portal is told, and stays what it is
-//! without the name. What extras state is checked with the scene, and refused where it is unsound.
+//! without the name; after 64 such the other names are not looked at. What extras state is checked with the scene, and refused where it is
+//! unsound; so is what only the entries of a scene file make unsound: the outdoors twice, a cell flattened.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -20,6 +21,7 @@ use super::{
 };
 use crate::{
     error::{LoadProblem, excerpt},
+    ledger::{Ledger, Quantity},
     model::Findings,
     names::brief_name,
     rooms::{CellShape, EntryPlace, ModelCell, ModelPortal, Outline, cell_in_file, check_portal},
@@ -48,6 +50,7 @@ pub(super) fn of_nodes(
     hierarchy: &Hierarchy,
     meshes: &mut Meshes,
     findings: &mut Findings,
+    ledger: &Ledger,
 ) -> Result<Vec<Option<Room>>, LoadProblem> {
     let place_of = |placed: &Placed| place(placed.node, &document.nodes[placed.node]);
     let mut rooms = Vec::with_capacity(hierarchy.placed.len());
@@ -71,10 +74,24 @@ pub(super) fn of_nodes(
             None
         }));
     }
+    check_sizes(&rooms, ledger)?;
     for (number, fault) in drop_unsound(&mut rooms, &named) {
         tell(findings, &place_of(&hierarchy.placed[number]), &fault);
     }
     Ok(rooms)
+}
+
+/// Whether they do not place too much, before anything exact is asked of them.
+fn check_sizes(rooms: &[Option<Room>], ledger: &Ledger) -> Result<(), LoadProblem> {
+    let mesh = |room: &Room| match room {
+        Room::Cell(ModelCell { shape: CellShape::Mesh(mesh), .. })
+        | Room::Portal(ModelPortal { outline: Outline::HullOf(mesh), .. }) => Some(Arc::clone(mesh)),
+        _ => None,
+    };
+    let meshes = || rooms.iter().flatten().filter_map(mesh);
+    ledger.check(Quantity::Parts, rooms.iter().flatten().count() as u64)?;
+    ledger.check(Quantity::PlacedTriangles, meshes().map(|mesh| mesh.triangles().len() as u64).sum())?;
+    ledger.check(Quantity::PlacedVertices, meshes().map(|mesh| mesh.positions().len() as u64).sum())
 }
 
 fn tell(findings: &mut Findings, place: &str, fault: &str) {
@@ -84,13 +101,9 @@ fn tell(findings: &mut Findings, place: &str, fault: &str) {
 /// The role of a node, if it has one, and whether its extras state it, so that it has to be sound.
 fn role(node: &Node) -> Result<Option<(Role, bool)>, String> {
     let name = node.name.as_deref().unwrap_or_default();
-    let named = named_role(name);
-    if let Ok(Some(role)) = named {
-        return Ok(Some((role, false)));
-    }
     match stated_role(node, name)? {
         Some(role) => Ok(Some((role, true))),
-        None => named.map(|_| None),
+        None => Ok(named_role(name)?.map(|role| (role, false))),
     }
 }
 

@@ -10,7 +10,7 @@
 //! by a `\` at the end of the line; negative indices count back from their own line, others may look ahead. Text is UTF-8 or
 //! UTF-16, with any line ends. Faults that change no surface (a normal that is no number, a face of two corners, corners of
 //! different forms in one face, a texture coordinate that is none) are findings, and so are exponents that Fortran writes with a D: they are read as what they mean,
-//! where other readers stop at the letter. Two passes (statements, then triangles), linear in the file but for
+//! where other readers stop at the letter. Indices are refused out of range also in points and lines. Two passes (statements, then triangles), linear in the file but for
 //! triangulation.
 
 mod parser;

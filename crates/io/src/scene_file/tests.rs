@@ -400,7 +400,6 @@ fn faults_name_their_place() {
             &["object1", "last row"],
         ),
         ("north = nan\n", &["north"]),
-        ("", &["empty"]),
     ] {
         let error = refused(text);
         let message = error.to_string();

@@ -164,9 +164,10 @@ fn skip_end(tokens: &mut Tokens, name: &str) {
     tokens.line_until(|text| goes_on && (begins_with(text, &["solid"]) || begins_content(text)));
 }
 
-/// Whether the content of a solid begins, or ends, with this text. Names may hold "facet", even "solid".
+/// Whether the content of a solid begins, or ends, with this text. Names may hold "facet normal", even "solid".
 fn begins_content(text: &str) -> bool {
-    begins_with(text, &["facet", "normal"]) || begins_with(text, &["endsolid"])
+    let is_number = || text.split_whitespace().nth(2).is_some_and(|word| word.parse::<f64>().is_ok());
+    begins_with(text, &["facet", "normal"]) && is_number() || begins_with(text, &["endsolid"])
 }
 
 fn begins_with(text: &str, words: &[&str]) -> bool {

@@ -151,3 +151,15 @@ proptest::proptest! {
         let _ = parse(&bytes);
     }
 }
+
+#[test]
+fn words_of_content_in_names_are_names() {
+    let texts = [
+        format!("solid facet normal test\n{FACET}endsolid facet normal test\n"),
+        format!("solid s {FACET} endsolid solid b {FACET} endsolid b").replace('\n', " "),
+    ];
+    for (text, solids) in texts.iter().zip([1, 2]) {
+        let model = parse(text.as_bytes()).expect("a good file");
+        assert_eq!(model.objects.len(), solids, "{text}");
+    }
+}
