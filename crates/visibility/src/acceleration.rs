@@ -126,7 +126,7 @@ impl Default for CostModel {
     }
 }
 
-/// What is known of the rays that may meet an object.
+/// What is known of the rays that may meet an object; nothing where the picture has so few rays that there is nothing to choose.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sampled {
     /// How many rays are expected.

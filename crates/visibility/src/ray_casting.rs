@@ -99,7 +99,8 @@ impl RayCaster {
         let prepare = |(object, body): (usize, &mut Body)| {
             body.prepared = None;
             let LocalShape::Mesh(bvh) = &body.shape else { return None };
-            let sampled = sampled(view, rays_a_pixel, body, bvh);
+            let is_clear = acceleration == Acceleration::Auto && rays_of(view, rays_a_pixel) <= FEW;
+            let sampled = if is_clear { Sampled::default() } else { sampled(view, rays_a_pixel, body, bvh) };
             let choice = Choice::new(object, acceleration, bvh.mesh(), sampled, costs);
             let (choice, prepared) = Prepared::new(choice, bvh, &body.to_local, &view.beam());
             body.prepared = prepared;
@@ -303,11 +304,20 @@ impl Body {
     }
 }
 
+/// Rays of a whole picture for which nothing that must be built can pay, whatever the mesh: so few take a BVH less than a millisecond or two, of which a
+/// sample alone would take a tenth.
+const FEW: u64 = 64 * 64;
+
+/// All rays of a picture.
+fn rays_of(view: &View, rays_a_pixel: u32) -> u64 {
+    u64::from(view.width) * u64::from(view.height) * u64::from(rays_a_pixel)
+}
+
 /// How many of the picture's rays meet a box, and what they look at in the BVH inside, by one of 128 of them: no more than two thousand, or 36,864
 /// where they are a good part of the picture, since samples of a few hundred are off by a tenth.
 fn sampled(view: &View, rays_a_pixel: u32, body: &Body, bvh: &TriangleBvh) -> Sampled {
     const EACH: u64 = 128;
-    let rays = u64::from(view.width) * u64::from(view.height) * u64::from(rays_a_pixel);
+    let rays = rays_of(view, rays_a_pixel);
     let [coarse, fine] = [12, 48].map(|most| (rays / (EACH * BUNDLE as u64)).isqrt().clamp(2, most) as u32);
     let few = sampled_on(coarse, view, body, bvh);
     let is_large = 16 * few.rays >= u64::from(view.width) * u64::from(view.height);

@@ -46,7 +46,7 @@ fn pictures_do_not_depend_on_the_acceleration() {
     let mut hits = 0;
     for (eye, projection) in eyes.into_iter().flat_map(|eye| projections.map(|projection| (eye, projection))) {
         let camera = Camera { eye, target: DVec3::new(0.2, 0.0, 0.0), up: DVec3::Y, projection };
-        let view = View { camera, width: 72, height: 48 };
+        let view = View { camera, width: 96, height: 64 };
         caster.prepare(&view, 1, Acceleration::Bvh, &CostModel::MEASURED);
         let truth = caster.picture(&view);
         hits += truth.iter().flatten().count();
@@ -63,5 +63,19 @@ fn pictures_do_not_depend_on_the_acceleration() {
         caster.prepare(&aside, 1, Acceleration::Bvh, &CostModel::MEASURED);
         assert!(caster.picture(&aside) == prepared);
     }
-    assert!(hits > 2_000, "{hits}");
+    assert!(hits > 4_000, "{hits}");
+}
+
+#[test]
+fn pictures_of_few_rays_ask_nobody() {
+    let mut caster = RayCaster::new(&scene());
+    let projection = Projection::Orthographic { height: 5.0 };
+    let camera = Camera { eye: DVec3::new(3.0, 2.0, 6.0), target: DVec3::ZERO, up: DVec3::Y, projection };
+    let mut sent = |width, rays_a_pixel| {
+        let view = View { camera, width, height: 32 };
+        let choices = caster.prepare(&view, rays_a_pixel, Acceleration::Auto, &CostModel::MEASURED);
+        choices.iter().map(|choice| choice.sampled.sent).sum::<usize>()
+    };
+    assert_eq!([sent(128, 1), sent(32, 4)], [0, 0]);
+    assert!(sent(129, 1) > 0 && sent(32, 5) > 0);
 }

@@ -5,6 +5,8 @@
 //! (Davis & Rabinowitz, "Methods of Numerical Integration", §2.7); c is bounded by interval Taylor series. A cell whose
 //! bound is too wide is quartered; where the series says nothing, as where a flat ellipsoid turns round its rim, the range of the density over the cell does.
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::{
     chart::{Chart, Kind, Occupied, quarter_direction},
     jet::Jet,
@@ -80,11 +82,10 @@ impl<'a> PatchArea<'a> {
         self.by_formula(at, edge).unwrap_or_else(|| self.quartered(at, edge, [quarterings(edge), BORDER_QUARTERINGS]))
     }
 
-    /// The area of the whole patch, with a wider bound where it is not known by formula: for some ten times the cost of a small cell.
+    /// The area of the whole patch, between nothing and twice its value at worst where it is not known by formula: for the cost of some small cells.
     pub fn of_whole_roughly(&self) -> Approx {
         let rough = || self.quartered([0.0; 2], 1.0, [ROUGH_QUARTERINGS; 2]);
-        let area = self.by_formula([0.0; 2], 1.0).unwrap_or_else(rough);
-        if area.error.is_finite() { area } else { self.of_cell([0.0; 2], 1.0) }
+        self.by_formula([0.0; 2], 1.0).or_else(|| self.by_stretches()).unwrap_or_else(rough)
     }
 
     /// Spheres, and surfaces turned from lines and parabolas, under similarities.
@@ -102,6 +103,21 @@ impl<'a> PatchArea<'a> {
             _ => return None,
         };
         Some(local * stretch)
+    }
+
+    /// A patch of which the map is the image of one whose area is known: that, times something between the map's least and greatest stretch.
+    fn by_stretches(&self) -> Option<Approx> {
+        let (own, [least, most]) = match &self.chart.kind {
+            Kind::Radial { radii, origin, along, .. } => {
+                let of_sphere = self.cofactors.map(|row| std::array::from_fn(|k| row[k] * across(radii, k)));
+                (solid_angle(origin, along, [0.0; 2], 1.0), stretches(&of_sphere))
+            }
+            Kind::Turned { outline, .. } => {
+                (rounded(FRAC_PI_2, 2.0) * outline.turned_area_roughly(), stretches(&self.cofactors))
+            }
+            Kind::Graph(_) => return None,
+        };
+        Some(between((own.lower() * least).next_down().max(0.0), (own.upper() * most).next_up()))
     }
 
     /// `left` tells how often cells are still quartered, and how often those that a border cuts.
@@ -198,10 +214,9 @@ impl<'a> PatchArea<'a> {
         let d: [Jet<K>; 3] =
             std::array::from_fn(|k| number(origin[k]) + u * number(along[0][k]) + v * number(along[1][k]));
         let solid = glam::DMat3::from_cols((*origin).into(), along[0].into(), along[1].into()).determinant();
-        let across = |k: usize| Approx::exact(radii[(k + 1) % 3]) * Approx::exact(radii[(k + 2) % 3]);
-        let normal = std::array::from_fn(|k| d[k].scaled(across(k)));
+        let normal = std::array::from_fn(|k| d[k].scaled(across(radii, k)));
         let squared = length_squared(&d);
-        self.stretched(&normal).scaled(Approx::exact(solid)).divided_by(squared * squared)
+        self.stretched(&normal).scaled(Approx::exact(solid)).divided_by(squared.squared())
     }
 
     /// With the outline (A, B)(v) and the angle θ, the area is θ'·A·|cof(M)·(B'·cos θ, −A', B'·sin θ)|, and θ' = 2/(1 + t²) for the
@@ -253,9 +268,27 @@ fn solid_angle(origin: &[f64; 3], along: &[[f64; 3]; 2], at: [f64; 2], edge: f64
     Approx { value: sum.value.abs(), error: sum.error }
 }
 
-/// The factor by which all areas grow, when the cofactors are those of a similarity up to rounding: by Gershgorin's circles
-/// on their Gram matrix, whose eigenvalues are the squares of the stretches.
+/// By how much radii stretch areas across an axis.
+fn across(radii: &[f64; 3], axis: usize) -> Approx {
+    Approx::exact(radii[(axis + 1) % 3]) * Approx::exact(radii[(axis + 2) % 3])
+}
+
+/// The factor by which all areas grow, when the cofactors are those of a similarity up to rounding.
 fn common_stretch(cofactors: &[[Approx; 3]; 3]) -> Option<Approx> {
+    let [least, most] = stretches(cofactors);
+    let stretch = between(least, most);
+    (most - least <= stretch.value * 1e3 * f64::EPSILON).then_some(stretch)
+}
+
+/// Something from `least` to `most`, which are not negative.
+fn between(least: f64, most: f64) -> Approx {
+    let value = 0.5 * (least + most);
+    Approx { value, error: (most - least) * (0.5 + 4.0 * f64::EPSILON) + value * f64::EPSILON }
+}
+
+/// Factors that areas grow by at least and at most: by Gershgorin's circles on the Gram matrix of the cofactors, whose eigenvalues are the squares of the
+/// stretches.
+fn stretches(cofactors: &[[Approx; 3]; 3]) -> [f64; 2] {
     // Smallest product first, so that the world's axes may change places.
     let product = |k: usize, l: usize| {
         let [least, middle, greatest] = sorted([0, 1, 2].map(|row| cofactors[row][k].value * cofactors[row][l].value));
@@ -269,8 +302,48 @@ fn common_stretch(cofactors: &[[Approx; 3]; 3]) -> Option<Approx> {
     }
     // Products, sums and cancellation in the cofactors: below 32 roundings of the largest entries.
     let rounding = 64.0 * f64::EPSILON * most;
-    let (least, most) = ((least - rounding).max(0.0).sqrt(), (most + rounding).sqrt());
-    let middle = 0.5 * (least + most);
-    let error = (most - least) * (0.5 + 4.0 * f64::EPSILON) + middle * f64::EPSILON;
-    (most - least <= middle * 1e3 * f64::EPSILON).then_some(Approx { value: middle, error })
+    [(least - rounding).max(0.0).sqrt(), (most + rounding).sqrt()]
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+    use super::*;
+    use crate::analytic::{Analytic, PlacedAnalytic};
+
+    /// A rough look must not need the fine one, which takes a thousand times as long.
+    #[test]
+    fn rough_areas_are_bounded_at_once() {
+        let turned = DMat3::from_quat(DQuat::from_rotation_x(0.57));
+        let squashed = DMat3::from_diagonal(DVec3::new(1.0, 0.25, 2.0));
+        let leaning = DMat3::from_cols(DVec3::X, DVec3::new(0.5, 1.0, 0.25), DVec3::new(0.0, 0.0, 1.5));
+        let saddle = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.5], [0.0, 0.0, -1.0, 0.0], [0.0, 0.5, 0.0, 0.0]];
+        let bodies = [
+            Analytic::Sphere { radius: 0.7 },
+            Analytic::Ellipsoid { radii: [1.0, 0.5, 0.75] },
+            Analytic::Ellipsoid { radii: [1.0, 1.0 / 64.0, 64.0] },
+            Analytic::Cylinder { radius: 0.5, height: 2.0 },
+            Analytic::Cone { radius: 0.8, height: 1.5 },
+            Analytic::Frustum { bottom_radius: 0.4, top_radius: 1.1, height: 0.9 },
+            Analytic::Capsule { radius: 0.6, height: 1.7 },
+            Analytic::Paraboloid { radius: 1.2, height: 0.8 },
+            Analytic::Hyperboloid { waist_radius: 0.3, end_radius: 1.0, height: 2.5 },
+            Analytic::Disk { radius: 1.3 },
+            Analytic::Quadric { matrix: saddle, within: [[-1.0; 3], [1.0; 3]] },
+        ];
+        for map in [DMat3::IDENTITY, turned, squashed, turned * squashed * turned.transpose(), leaning] {
+            let placement = Placement::new(DAffine3::from_mat3(map)).expect("regular");
+            for body in bodies {
+                let placed = PlacedAnalytic::new(body, placement).expect("a body");
+                for chart in placed.charts() {
+                    let area = PatchArea::new(chart, &placement);
+                    let rough = area.of_whole_roughly();
+                    let fine = area.of_cell([0.0; 2], 1.0);
+                    assert!(rough.error <= (1.0 + 1e-9) * rough.value, "{body:?} {map:?} {rough:?}");
+                    assert!((rough.value - fine.value).abs() <= rough.error + fine.error, "{body:?} {map:?}");
+                }
+            }
+        }
+    }
 }

@@ -129,6 +129,19 @@ impl Outline {
         }
     }
 
+    /// The same of the whole outline, for any: sums of the least and the greatest of each slice.
+    pub(crate) fn turned_area_roughly(&self) -> Approx {
+        const SLICES: u32 = 16;
+        let width = 1.0 / f64::from(SLICES);
+        let of_slice = |k: u32| {
+            let middle = (f64::from(k) + 0.5) * width;
+            let (factor, [along_radius, along_y]) =
+                self.slope(Jet::<1>::constant(Approx { value: middle, error: 0.5 * width }));
+            ((along_radius.squared() + along_y.squared()).square_root() * factor).0[0]
+        };
+        (0..SLICES).fold(Approx::exact(0.0), |sum, k| sum + of_slice(k)) * Approx::exact(width)
+    }
+
     /// The greatest coordinate on it.
     pub(crate) fn size(&self) -> f64 {
         let ([a0, y0], [a1, y1]) = (self.at(0.0), self.at(1.0));

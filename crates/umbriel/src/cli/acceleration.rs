@@ -44,10 +44,15 @@ fn eye_line(choices: &[Choice], place: usize, way: Acceleration, name: &str) -> 
     let [own, others] =
         [sum(&|choice| choice.expected[place]), sum(&|choice| least_but(&choice.expected, place))].map(milliseconds);
     let [rays, triangles] = [sum(&|choice| choice.sampled.rays as f64), sum(&|choice| choice.triangles as f64)];
+    let is_unasked = way == Acceleration::Bvh && chosen().all(|choice| choice.sampled.sent == 0);
+    let expected = if is_unasked {
+        "too few rays for another way to pay".into()
+    } else {
+        format!("{rays} rays: {own:.0} ms expected on one thread, {others:.0} ms otherwise")
+    };
     (chosen().count() > 0).then(|| {
         format!(
-            "note: rays by {name} for {} meshes, {triangles} triangles, {rays} rays: {own:.0} ms expected on one thread, \
-             {others:.0} ms otherwise{}",
+            "note: rays by {name} for {} meshes, {triangles} triangles, {expected}{}",
             chosen().count(),
             built(chosen().filter_map(|choice| choice.built))
         )

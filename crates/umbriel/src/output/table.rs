@@ -45,7 +45,8 @@ fn row(name: &str, object: &ObjectReport) -> [String; 5] {
         name.to_owned(),
         number(object.area),
         format!("{:.2}", percent(lit.estimate)),
-        format!("{:.2} to {:.2}", percent(lit.lower), percent(lit.upper)),
+        // An area that is roughly known is less than its bound, and no more than all of it is lit.
+        format!("{:.2} to {:.2}", percent(lit.lower), percent(lit.upper).min(100.0)),
         number(object.undecided()),
     ]
 }
