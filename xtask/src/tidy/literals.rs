@@ -1,11 +1,14 @@
-//! Small float literals: what looks like an epsilon must say why it is none.
+//! Small numbers: what looks like an epsilon must say why it is none.
 //!
-//! The libraries hold no float between 1e-20 and 1e-3 in size but in files that NUMERICS.md lists with the reason. Bounds that
-//! are derived come from the unit roundoff, and need no such number.
+//! The libraries hold no float between 1e-20 and 1e-3 in size, written as a literal or made of literals, but in files that
+//! NUMERICS.md lists with the reason. Bounds that are derived come from the unit roundoff, and need no such number.
 
 use std::{collections::BTreeMap, path::Path};
 
-use super::source;
+use super::{
+    constants::{Constant, constants_where},
+    source,
+};
 
 /// What counts as small; magnitudes.
 const SMALL: std::ops::RangeInclusive<f64> = 1e-20..=1e-3;
@@ -25,7 +28,7 @@ pub(super) fn listed(numerics: &str) -> BTreeMap<&str, &str> {
     rows.collect()
 }
 
-/// The small literals of a library's file, tests and comments left out.
+/// The small numbers of a library's file, tests and comments left out.
 pub(super) fn small_literals(file: &Path, text: &str) -> Vec<String> {
     let is_library = file.starts_with("crates") && file.components().any(|part| part.as_os_str() == "src");
     let is_test = file.components().any(|part| part.as_os_str() == "tests") || file.ends_with("tests.rs");
@@ -34,64 +37,8 @@ pub(super) fn small_literals(file: &Path, text: &str) -> Vec<String> {
     }
     let own = source::without_tests(text);
     let code = own.lines().map(|line| line.split("//").next().unwrap_or_default());
-    let numbers = code.flat_map(|line| {
-        let literals = float_literals(line).into_iter().map(|(text, value)| (text.to_owned(), value));
-        literals.chain(powers(line)).collect::<Vec<_>>()
-    });
-    numbers.filter(|(_, value)| SMALL.contains(value)).map(|(text, _)| text).collect()
-}
-
-/// The numbers written as negative powers in a line of code: `2f64.powi(-20)`.
-fn powers(line: &str) -> Vec<(String, f64)> {
-    const POWER: &str = ".powi(-";
-    let all = line.match_indices(POWER).filter_map(|(place, _)| {
-        let (before, after) = (&line[..place], &line[place + POWER.len()..]);
-        let exponent: i32 = after[..after.find(')')?].parse().ok()?;
-        let start = before.rfind(|c: char| !(c.is_alphanumeric() || c == '_' || c == '.')).map_or(0, |end| end + 1);
-        let base = before[start..].trim_end_matches("f64").trim_end_matches("f32").replace('_', "");
-        let value: f64 = base.parse().ok()?;
-        Some((format!("{}{POWER}{exponent})", &before[start..]), value.powi(-exponent)))
-    });
-    all.collect()
-}
-
-/// The numbers with a point or an exponent in a line of code.
-fn float_literals(line: &str) -> Vec<(&str, f64)> {
-    let mut found = Vec::new();
-    let mut rest = line;
-    while let Some(start) = rest.find(|c: char| c.is_alphanumeric() || c == '_') {
-        let word = &rest[start..];
-        let length = if word.starts_with(|c: char| c.is_ascii_digit()) {
-            let length = number_length(word);
-            let number = word[..length].trim_end_matches('_');
-            found.extend(number.replace('_', "").parse().ok().map(|value| (number, value)));
-            length
-        } else {
-            0
-        };
-        // What is left of the word: a name, a suffix, the digits of a hexadecimal number.
-        let end = word[length..].find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(word.len() - length);
-        rest = &word[length + end..];
-    }
-    found
-}
-
-/// How long the decimal number at the beginning of a text is.
-fn number_length(text: &str) -> usize {
-    let digits = |from: usize| {
-        let rest = text.get(from..).unwrap_or_default();
-        rest.find(|c: char| !(c.is_ascii_digit() || c == '_')).unwrap_or(rest.len())
-    };
-    let mut length = digits(0);
-    if text[length..].starts_with('.') && digits(length + 1) > 0 {
-        length += 1 + digits(length + 1);
-    }
-    if text[length..].starts_with(['e', 'E']) {
-        let sign = usize::from(text[length + 1..].starts_with(['-', '+']));
-        let exponent = digits(length + 1 + sign);
-        length += if exponent > 0 { 1 + sign + exponent } else { 0 };
-    }
-    length
+    let is_small = |number: Constant| number.is_float && SMALL.contains(&number.value.abs());
+    code.flat_map(|line| constants_where(line, is_small)).map(str::to_owned).collect()
 }
 
 #[cfg(test)]
@@ -101,18 +48,36 @@ mod tests {
     const FILE: &str = "crates/a/src/lib.rs";
 
     #[test]
-    fn small_literals_are_found() {
+    fn small_numbers_are_found() {
         let found = |line: &str| small_literals(Path::new(FILE), line);
-        for (line, literal) in [
+        for (line, number) in [
             ("if x < 1e-9 {", "1e-9"),
-            ("let a = 0.000_1f32;", "0.000_1"),
-            ("f(1.5E-6_f64.min(y))", "1.5E-6"),
+            ("let a = 0.000_1f32;", "0.000_1f32"),
+            ("f(1.5E-6_f64.min(y))", "1.5E-6_f64"),
             ("const A: f64 = -2.5e-4;", "2.5e-4"),
+            ("if x < 5e-4 * 1e4 {", "5e-4"),
             ("if x < 2f64.powi(-40) {", "2f64.powi(-40)"),
-            ("f(10.0_f32.powi(-7))", "10.0_f32.powi(-7)"),
+            ("f(10.0_f32.powi(-7))", "(10.0_f32.powi(-7))"),
             ("1_000f64.powi(-2)", "1_000f64.powi(-2)"),
+            ("0.5f64.powi(20)", "0.5f64.powi(20)"),
+            ("f64::powi(2.0, -20)", "f64::powi(2.0, -20)"),
+            ("f64::powi(x, 2) < f64::powi(0.5, 20)", "f64::powi(0.5, 20)"),
+            ("2f64.powf(-20.0)", "2f64.powf(-20.0)"),
+            ("(-20f64).exp2()", "(-20f64).exp2()"),
+            ("libm::ldexp(1.0, -20)", "libm::ldexp(1.0, -20)"),
+            ("1.0 / (1u64 << 40) as f64", "1.0 / (1u64 << 40) as f64"),
+            ("1.0 / f64::from(1u32 << 20)", "1.0 / f64::from(1u32 << 20)"),
+            ("1.0 / (1 << 20) as f32 * y", "1.0 / (1 << 20) as f32"),
+            ("1.0 - 1.0 / 1_048_576.0", "1.0 / 1_048_576.0"),
+            ("(1.0 + 1.0 / 4096.0) * x", "1.0 / 4096.0"),
+            ("x < width / 65536.0", "/ 65536.0"),
+            ("x.0 / (1u64 << 16) as f64", "/ (1u64 << 16) as f64"),
+            ("x / tuple.0 / 4096.0", "/ 4096.0"),
+            ("0.0..1e-3", "1e-3"),
+            ("4096f64.recip()", "4096f64.recip()"),
+            ("f64::from_bits((1023 - 40) << 52)", "f64::from_bits((1023 - 40) << 52)"),
         ] {
-            assert_eq!(found(line), [literal], "{line}");
+            assert_eq!(found(line), [number], "{line}");
         }
         for line in [
             "let a = 1e-21;",
@@ -126,6 +91,13 @@ mod tests {
             "2f64.powi(-100)",
             "2f64.powi(40)",
             "x.powi(-9)",
+            "2f64.powi(-n)",
+            "1 / 4096",
+            "x / 64.0",
+            "8e6 / 4096.0",
+            "8.0 * f64::EPSILON",
+            "f64::from_bits((1023 - 200) << 52)",
+            "1.0 / 4096f64.max(x)",
         ] {
             assert!(found(line).is_empty(), "{line}");
         }

@@ -1,5 +1,6 @@
 //! What no compiler checks: sizes, leftovers, READMEs, lists.
 
+mod constants;
 mod literals;
 mod source;
 
