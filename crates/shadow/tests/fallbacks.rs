@@ -117,6 +117,21 @@ fn loose_points_on_a_border_are_told_exactly() {
     assert!(!is_lit && decisions.pair > 0 && decisions.exact == 0, "on the border: {decisions:?}");
 }
 
+/// A place just below a roof, rounded from a point of it: with a normal it means the roof, without one the space below.
+#[test]
+fn points_that_a_face_may_touch_are_asked_one_by_one() {
+    let ulp = f64::EPSILON;
+    // The roof is at 1 + x·2^-52, so a quarter of an ulp above the place; its box reaches half an ulp.
+    let roof = mesh(vec![[0.0, 1.0, 0.0], [0.0, 1.0, 4.0], [4.0, 1.0 + 4.0 * ulp, 0.0]], vec![[0, 1, 2]]);
+    let scene = scene(vec![object("roof", roof, DAffine3::IDENTITY)]);
+    let (queries, noon) = (Queries::new(&scene), LightSource::sun([0.0, -1.0, 0.0]).expect("a sun"));
+    let lit = |points: Points| queries.lit_many(points, &noon, &Silent).expect("accepted");
+    let below = 1.0 - ulp;
+    assert_eq!(lit(Points::FreeDouble(&[[0.25, 1.0, 0.5]])), [false]);
+    let rows = [[0.25, 1.0, 0.5, 0.0, 1.0, 0.0], [0.25, below, 0.5, 0.0, 1.0, 0.0]];
+    assert_eq!(lit(Points::OrientedDouble(&rows)), [true, false]);
+}
+
 #[test]
 fn loose_points_on_a_border_with_all_its_digits_are_told_exactly() {
     // The middle of the way to the lamp is the middle of an edge: L = a + (b − x), without rounding.

@@ -86,6 +86,27 @@ fn factor_and_vertex_alpha_count() {
 }
 
 #[test]
+fn products_beside_the_cutoff_are_compared_exactly() {
+    let mut seen = [0; 2];
+    for (factor, alpha) in (1..20u32).flat_map(|i| (1..20u32).map(move |k| (f64::from(i) / 20.0, f64::from(k) / 21.0)))
+    {
+        let product = factor * alpha;
+        // A fused product tells what rounding took away.
+        let is_reached = f64::mul_add(factor, alpha, -product) >= 0.0;
+        let mut part = part(cut_out(None, Filter::Linear, Wrap::Repeat), 1.0);
+        part.vertices.iter_mut().for_each(|vertex| vertex.alpha = alpha);
+        (part.cut_out.factor, part.cut_out.cutoff) = (factor, product);
+        assert_eq!(
+            mesh(part).opacity(0),
+            if is_reached { Opacity::Opaque } else { Opacity::Clear },
+            "{factor} {alpha}"
+        );
+        seen[usize::from(is_reached)] += 1;
+    }
+    assert!(seen.iter().all(|&count| count > 50), "{seen:?}");
+}
+
+#[test]
 fn triangles_within_one_kind_of_texels_are_known() {
     let of = |scale, filter| mesh(part(cut_out(Some(checkers()), filter, Wrap::ClampToEdge), scale)).opacity(0);
     assert_eq!(of(0.25, Filter::Nearest), Opacity::Opaque);

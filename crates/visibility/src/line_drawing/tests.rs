@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Analytic, Brep, Cuboid, LightSource, Mesh, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Brep, Cuboid, LightSource, Mesh, Placement, Point, Rectangle, decisions::Decisions};
 use umbriel_scene::{Camera, CellGraph, Object, Projection, Region, Scene, SceneCell, Shape, Sides};
 
 use super::*;
@@ -303,6 +303,67 @@ fn lights_hatch_what_they_reach_through_portals() {
     let cells = vec![room("west", 0.0), room("east", 4.0)];
     scene.cells = CellGraph::new(cells, Vec::new(), &scene.objects).expect("rooms");
     assert_eq!(hatched(&scene), 0.0);
+}
+
+/// What exact sums must have settled in part; on one thread, which counts for itself.
+fn exactly<T: Send>(decide: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let (answer, decisions) = pool.install(|| {
+        let before = Decisions::of_thread();
+        (decide(), Decisions::of_thread() - before)
+    });
+    assert!(decisions.expansion > 0, "{decisions:?}");
+    answer
+}
+
+fn triangle(corners: [DVec3; 3]) -> Facets {
+    let mesh = Mesh::new(corners.map(|corner| corner.to_array()).to_vec(), vec![[0, 1, 2]]).expect("a mesh");
+    Facets::of_mesh(Arc::new(mesh), &Placement::IDENTITY)
+}
+
+/// The float some places up or down.
+fn beside(x: f64, places: i64) -> f64 {
+    f64::from_bits(x.to_bits().wrapping_add_signed(places))
+}
+
+#[test]
+fn a_line_behind_the_edge_of_a_face_is_hidden_exactly() {
+    // The middle of the way from the eye to x is that of the edge ab, and a is the middle of the way to y: no difference rounds.
+    let [a, b, x] = [[1.1, 1.7, 1.3], [1.9, 1.2, 1.6], [1.4, 1.5, 1.8]].map(DVec3::from_array);
+    let face = triangle([a, b, DVec3::new(1.2, 1.1, 1.9)]);
+    let hidden = |places: i64| {
+        let mut eye = a + (b - x);
+        let line = Line { ends: [x, a + (a - eye)].map(Point::exact), on: [None; 2] };
+        eye.x = beside(eye.x, places);
+        let eye = LightSource::point(eye.to_array()).expect("an eye");
+        Hiders::new(&[(0, &face)], &eye, vec![0]).hidden(&line)
+    };
+    assert_eq!(exactly(|| hidden(0)), [[0.0, 1.0]], "closed at the edge");
+    let beside = [hidden(1), hidden(-1)];
+    assert!(beside[0].is_empty() != beside[1].is_empty(), "{beside:?}");
+    assert!(beside.concat()[0][1] > 0.999, "{beside:?}");
+}
+
+#[test]
+fn faces_that_stand_on_each_other_do_not_cross() {
+    // Numbers of 45 digits, so that sums of some of them are floats: d and e are points of the face with corners p, p + 4s, p + 4t.
+    let short = |x: f64| (x * 2f64.powi(44)).round() / 2f64.powi(44);
+    for turn in 0..12 {
+        let angle = 0.35 + f64::from(turn) * 0.7;
+        let p = DVec3::new(1.1, 2.3, 0.7).map(short);
+        let s = DVec3::new(angle.cos(), 0.3, angle.sin()).map(short);
+        let t = DVec3::new(-angle.sin(), 0.1, angle.cos()).map(short);
+        let floor = triangle([p, p + s * 4.0, p + t * 4.0]);
+        let [d, e] = [p + s + t, p + s * 2.0 + t];
+        let crossings = |places: i64| {
+            let d = d.with_y(beside(d.y, places));
+            let wall = triangle([d, e, d + DVec3::Y]);
+            let (bodies, eye) = ([(0, &floor), (1, &wall)], LightSource::sun([0.0, -1.0, 0.0]).expect("a sun"));
+            crossings::crossings(&Hiders::new(&bodies, &eye, vec![0, 1])).len()
+        };
+        assert_eq!(exactly(|| crossings(0)), 0, "{turn}: contact");
+        assert_eq!([crossings(-1), crossings(1)], [1, 0], "{turn}: an ulp through it, an ulp off it");
+    }
 }
 
 /// A ball, said in general.

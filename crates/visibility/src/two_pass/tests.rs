@@ -1,5 +1,7 @@
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Analytic, Cuboid, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Cuboid, Mesh, Placement, Rectangle, decisions::Decisions};
 use umbriel_scene::Sides;
 
 use super::*;
@@ -78,4 +80,33 @@ fn curved_bodies_are_refused() {
     let scene = Scene { objects: vec![floor(), ball], ..Scene::default() };
     let sun = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun");
     assert_eq!(ShadowPolygons::cast(&scene, &sun), Err(TwoPassDefect::Curved { object: 1 }));
+}
+
+#[test]
+fn what_lies_in_the_plane_of_a_face_covers_nothing_of_it() {
+    // Numbers of 45 digits, so that sums of some of them are floats: all three corners of the cover are points of the face.
+    let short = |x: f64| (x * 2f64.powi(44)).round() / 2f64.powi(44);
+    let noon = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun");
+    for turn in 0..12 {
+        let angle = 0.35 + f64::from(turn) * 0.7;
+        let p = DVec3::new(1.1, 2.3, 0.7).map(short);
+        let s = DVec3::new(angle.cos(), 0.3, angle.sin()).map(short);
+        let t = DVec3::new(-angle.sin(), 0.1, angle.cos()).map(short);
+        let floor = triangle([p, p + s * 4.0, p + t * 4.0]);
+        let is_projected = |places: i64| {
+            let mut corners = [p + s + t, p + s * 2.0 + t, p + s + t * 2.0];
+            corners[1].y = f64::from_bits(corners[1].y.to_bits().wrapping_add_signed(places));
+            Receiver::new(&floor, 0, &noon).project(&triangle(corners), 0).is_some()
+        };
+        let before = Decisions::of_thread();
+        assert!(!is_projected(0), "{turn}");
+        let decisions = Decisions::of_thread() - before;
+        assert!(decisions.expansion > 0, "{turn}: {decisions:?}");
+        assert_eq!([-1, 1].map(is_projected), [false, true], "{turn}: an ulp below, an ulp above");
+    }
+}
+
+fn triangle(corners: [DVec3; 3]) -> Facets {
+    let mesh = Mesh::new(corners.map(|corner| corner.to_array()).to_vec(), vec![[0, 1, 2]]).expect("a mesh");
+    Facets::of_mesh(Arc::new(mesh), &Placement::IDENTITY)
 }
