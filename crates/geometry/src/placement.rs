@@ -112,6 +112,18 @@ impl Placement {
         ExactPoint { xyz, w: Dyadic::new(1.0) }
     }
 
+    /// Bounds on the sizes of the entries of the linear part's inverse, by rows; infinite where nothing is known. The determinant is exact,
+    /// so that cancellation in it hides nothing.
+    pub fn inverse_bounds(&self) -> [[f64; 3]; 3] {
+        let determinant = self.determinant();
+        let bound = |cofactor: Approx| {
+            let entry = cofactor.divided_by(determinant);
+            let size = entry.value.abs() + entry.error;
+            if size < f64::INFINITY { size.next_up() } else { f64::INFINITY }
+        };
+        self.adjugate().map(|row| row.map(bound))
+    }
+
     /// The image of a box, rounded outward. Rounding is monotone, so of the rounded corners one end of the box in each coordinate is the image of the corner
     /// that the signs of the coefficients name.
     pub fn bounds(&self, local: &Aabb) -> Aabb {

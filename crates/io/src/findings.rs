@@ -11,7 +11,7 @@ use std::{
     sync::Arc,
 };
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use robust::{Coord, orient2d};
 use umbriel_geometry::{Facets, Mesh, Placement};
 use umbriel_scene::{Finding, FindingKind, Object, Scene, Shape, first_alike};
@@ -91,8 +91,7 @@ impl Group {
     /// Adds an object, which stands for so many in one place.
     fn add(&mut self, object: &Object, mesh: &Arc<Mesh>, times: usize) {
         let placed: Vec<DVec3> = mesh.positions().iter().map(|&position| object.placement.round(position)).collect();
-        let kept_apart =
-            stay_apart(self.gap, &object.placement.map().matrix3, &placed) || distinct(&placed) == self.own.positions;
+        let kept_apart = stay_apart(self.gap, &object.placement, &placed) || distinct(&placed) == self.own.positions;
         let moved = (!kept_apart).then(|| Joints::of(mesh, &object.placement));
         let joints = moved.as_ref().unwrap_or(&self.own);
         let flat = without_area(mesh, &placed);
@@ -148,13 +147,11 @@ fn gap(mesh: &Mesh) -> f64 {
 /// Whether vertices that are `gap` apart are sure to stay apart when placed and rounded; may say no in vain.
 ///
 /// |d| ≤ ‖A⁻¹‖·|A·d| by the largest coordinate, and rounding moves two points together by one ulp of the largest placed
-/// coordinate at most, which is 2^-52 of it. While ‖A‖·‖A⁻¹‖ < 2^32 the computed inverse is off by less than a share of
-/// 2^-16; the 16 below covers that, and the roundings of both sides.
-fn stay_apart(gap: f64, map: &DMat3, placed: &[DVec3]) -> bool {
-    let norm = |m: &DMat3| (m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs()).max_element();
-    let (own, inverse) = (norm(map), norm(&map.inverse()));
+/// coordinate at most, which is 2^-52 of it. Twice that is left for the roundings of both sides.
+fn stay_apart(gap: f64, placement: &Placement, placed: &[DVec3]) -> bool {
+    let inverse = placement.inverse_bounds().map(|row| row.iter().sum()).into_iter().fold(0.0, f64::max);
     let largest = placed.iter().fold(DVec3::ZERO, |largest, at| largest.max(at.abs())).max_element();
-    own * inverse < 4_294_967_296.0 && gap > 16.0 * inverse * largest * f64::EPSILON
+    gap > 2.0 * inverse * largest * f64::EPSILON
 }
 
 /// How the triangles of a mesh hang together.
@@ -251,6 +248,7 @@ fn without_area(mesh: &Mesh, placed: &[DVec3]) -> Faults {
 
 #[cfg(test)]
 mod tests {
+    use glam::{DAffine3, DMat3};
     use umbriel_geometry::Rectangle;
     use umbriel_scene::{Object, Sides};
 
@@ -283,13 +281,25 @@ mod tests {
     }
 
     #[test]
+    fn triangles_within_an_ulp_of_a_line_are_told_exactly() {
+        // Corners beside the line x = y whose differences from the others round to the same.
+        let corner = |k: u32| 0.5 + f64::from(k) * 2f64.powi(-53);
+        let mut positions = vec![[12.0, 12.0, 0.0], [24.0, 24.0, 0.0]];
+        positions.extend((0..256).map(|k| [corner(k / 16), corner(k % 16), 0.0]));
+        let triangles = (0..256).map(|k| [0, 1, 2 + k]).collect();
+        let mesh = Mesh::new(positions, triangles).expect("a mesh");
+        let flat = without_area(&mesh, mesh.positions());
+        assert_eq!(flat, Faults::at((0..16).map(|k| 17 * k)));
+    }
+
+    #[test]
     fn rounding_far_away_joins_vertices() {
         // 1 and 1 + 2^-52 are one number once 2^30 is added: the triangle becomes a line there.
         let positions = vec![[1.0, 0.0, 0.0], [1.0 + f64::EPSILON, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let mesh = Arc::new(Mesh::new(positions, vec![[0, 1, 2]]).expect("a mesh"));
-        let far = glam::DAffine3::from_translation(DVec3::new(1_073_741_824.0, 0.0, 0.0));
+        let far = DAffine3::from_translation(DVec3::new(1_073_741_824.0, 0.0, 0.0));
         let mut scene = Scene::default();
-        for (name, map) in [("near", glam::DAffine3::IDENTITY), ("far", far)] {
+        for (name, map) in [("near", DAffine3::IDENTITY), ("far", far)] {
             let placement = Placement::new(map).expect("regular");
             let shape = Shape::Mesh(Arc::clone(&mesh));
             scene.objects.push(Object::new(name.to_owned(), shape, placement, Sides::Auto).expect("an object"));
@@ -319,10 +329,28 @@ mod tests {
     #[test]
     fn vertices_are_known_to_stay_apart_only_where_they_do() {
         let at = |x: f64| vec![DVec3::splat(x)];
-        assert!(stay_apart(0.1, &DMat3::IDENTITY, &at(1000.0)));
-        assert!(!stay_apart(f64::EPSILON, &DMat3::IDENTITY, &at(1.0)));
-        let flat = DMat3::from_diagonal(DVec3::new(1.0, 1.0, 1e-12));
-        assert!(!stay_apart(0.1, &flat, &at(1.0)), "too badly conditioned to tell");
+        let scaled = |scale: DVec3| Placement::new(DAffine3::from_scale(scale)).expect("regular");
+        assert!(stay_apart(0.1, &Placement::IDENTITY, &at(1000.0)));
+        assert!(!stay_apart(f64::EPSILON, &Placement::IDENTITY, &at(1.0)));
+        let flat = |share: f64| scaled(DVec3::new(1.0, 1.0, share));
+        assert!(stay_apart(0.1, &flat(1e-12), &at(1.0)) && !stay_apart(0.1, &flat(1e-15), &at(1.0)));
+    }
+
+    #[test]
+    fn needles_join_vertices_that_no_inverse_in_floats_tells() {
+        // The columns are nearly parallel: floats make an inverse of this matrix that is 10^5 times too small.
+        let matrix3 = DMat3::from_cols_array_2d(&[
+            [0.9144652231682989, 0.7713461635755045, 1.3991075526609589],
+            [0.94045245323253, 0.7932662431208143, 1.4388673285625195],
+            [0.6853951105353164, 0.5781268394221618, 1.0486363543551827],
+        ]);
+        let positions = vec![[0.0; 3], [0.11915734063336464, -0.8446576452635816, 1.0], [1.0, 1.0, 3.0]];
+        let mesh = Mesh::new(positions, vec![[0, 1, 2]]).expect("a mesh");
+        let placement = Placement::new(DAffine3 { matrix3, translation: DVec3::splat(1024.0) }).expect("regular");
+        let needle = Object::new("needle".to_owned(), Shape::Mesh(Arc::new(mesh)), placement, Sides::Auto);
+        let scene = Scene { objects: vec![needle.expect("an object")], ..Scene::default() };
+        let found: Vec<_> = surface_findings(&scene).into_iter().map(|finding| (finding.kind, finding.count)).collect();
+        assert_eq!(found, [(FindingKind::ZeroAreaFaces, 1)], "two of its corners are one");
     }
 
     #[test]

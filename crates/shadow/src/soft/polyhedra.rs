@@ -160,8 +160,7 @@ fn margin(half: DVec3, placement: &Placement) -> Option<f64> {
         .zip([half.x, half.y, half.z])
         .fold(map.translation.abs(), |far, (column, half)| far + DVec3::from_array(*column).abs() * (2.0 * half));
     let moved = far * f64::EPSILON;
-    let back = map.matrix3.inverse();
-    let local = back.x_axis.abs() * moved.x + back.y_axis.abs() * moved.y + back.z_axis.abs() * moved.z;
+    let local = DVec3::from_array(placement.inverse_bounds().map(|row| DVec3::from_array(row).dot(moved)));
     let share = (local / half).max_element();
     share.is_finite().then_some(ROUNDING + 24.0 * share)
 }
@@ -200,7 +199,7 @@ fn turned(outline: &Outline, wider: f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DAffine3, DQuat};
+    use glam::{DAffine3, DMat3, DQuat};
     use umbriel_geometry::{LightSource, PlacedAnalytic, Sign};
 
     use super::*;
@@ -259,6 +258,33 @@ mod tests {
             let gap = between.outer.bounds().size() - between.inner.bounds().size();
             assert!(gap.max_element() < 0.03 * between.outer.bounds().size().max_element(), "{body:?}: {gap}");
         }
+    }
+
+    /// A matrix whose columns are nearly parallel to each other, so that its inverse has no digit right when it is computed in floats.
+    #[test]
+    fn inner_corners_of_needles_are_inside_or_there_are_none() {
+        let columns = [
+            [0.9144652231682989, 0.7713461635755045, 1.3991075526609589],
+            [0.94045245323253, 0.7932662431208143, 1.4388673285625195],
+            [0.6853951105353164, 0.5781268394221618, 1.0486363543551827],
+        ];
+        let map = |share: f64| {
+            let matrix3 = DMat3::from_cols_array_2d(&columns) + DMat3::IDENTITY * share;
+            Placement::new(DAffine3 { matrix3, translation: DVec3::splat(8.0) }).expect("regular")
+        };
+        let mut bounded = 0;
+        for placement in [0.0, 2f64.powi(-30), 2f64.powi(-20), 2f64.powi(-10), 1.0].map(map) {
+            for body in BODIES.into_iter().filter(Analytic::is_closed) {
+                let Some(between) = Polyhedra::of(&body, &placement) else { continue };
+                bounded += 1;
+                let placed = PlacedAnalytic::new(body, placement).expect("a body");
+                for corner in between.inner.positions() {
+                    let lamp = LightSource::point(corner.to_array()).expect("a lamp");
+                    assert_eq!(placed.light_side(&lamp), Sign::Negative, "{body:?}: {corner} is not inside");
+                }
+            }
+        }
+        assert!(bounded >= 8, "{bounded}");
     }
 
     /// How often a closed surface winds about a point: the sum of the solid angles of its triangles (Van Oosterom and Strackee 1983), a sphere for one.
