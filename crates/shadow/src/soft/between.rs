@@ -50,7 +50,7 @@ pub(super) fn seen_between(
 }
 
 /// The greatest share of the light that a unit of its image's area is.
-fn density(window: &Window) -> f64 {
+pub(super) fn density(window: &Window) -> f64 {
     match window.shape {
         Shape::Square => 0.25,
         Shape::Disk { tangent, cap } => tangent * tangent / cap.solid_angle(),

@@ -17,7 +17,7 @@ use umbriel_geometry::{Analytic, Dyadic, ExactPoint, Facets, PlacedAnalytic, blo
 use umbriel_scene::{Extent, Light};
 
 use super::{
-    between::seen_between,
+    between::{density, seen_between},
     caps::{Cap, angle, common_area},
     horizon::{height_at, least_over, over_axes},
     normal::Normal,
@@ -118,7 +118,7 @@ impl Queries<'_> {
 
     /// What the horizon and flat faces leave of the light.
     fn left_by_faces(&self, receiver: &Receiver, window: &Window, near: &InShaft, light: &Light) -> Pieces {
-        let mut left = window.whole();
+        let (mut left, mut moved) = (window.whole(), 0.0_f64);
         if let Some(normal) = &receiver.horizon {
             keep_above(&mut left, normal, window, light);
         }
@@ -131,10 +131,13 @@ impl Queries<'_> {
             if is_own || receiver.is_behind(facets, face as usize) {
                 continue;
             }
-            if let Some(image) = window.image(corners(facets, face as usize)) {
+            if let Some((image, shift)) = window.image(corners(facets, face as usize)) {
                 left.subtract(&image);
+                moved += shift;
             }
         }
+        // A convex outline in the square is no longer than eight: moved by as much it sweeps no more area, but for its corners.
+        left.cuts += ((16.0 * moved * density(window)).min(1.0) / ERROR_PER_CUT).ceil() as u64;
         left
     }
 

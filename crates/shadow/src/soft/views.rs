@@ -36,7 +36,7 @@ pub(super) struct Rim {
 const IMAGE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 impl Views {
-    /// `None` where the light has no image from some point of the cell.
+    /// `None` where the light has no image from some point of the cell, or none that is known well.
     pub(super) fn new(cell: &Cell, light: &Light) -> Option<Self> {
         let Cell { corners, slack, middle } = cell;
         let centre = Window::new(*middle, light)?;
@@ -59,6 +59,9 @@ impl Views {
             for eye in eyes() {
                 all.push(Window::new(eye, light)?);
             }
+        }
+        if !all.iter().all(Window::is_sharp) {
+            return None;
         }
         let stretch = all.iter().map(Window::stretch).fold(0.0, f64::max);
         Some(Self { centre, all, stretch, slack: *slack, rim })

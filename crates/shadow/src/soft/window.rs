@@ -21,6 +21,9 @@ use super::{
     polygon::{Pieces, Polygon},
 };
 
+/// Units roundoff of a projected point: its own, the eye's and their difference's, a product, two sums, and the cuts at the borders.
+const ROUNDING: f64 = 16.0 * (f64::EPSILON / 2.0);
+
 /// A light's image from a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Window {
@@ -141,9 +144,15 @@ impl Window {
         matches!(self.shape, Shape::Square) || polygon.distance_to_origin() <= 1.0 + rounding()
     }
 
-    /// The image of a convex face as far as it is before the light and in the square, counter-clockwise; `None` for none.
-    pub(crate) fn image(&self, corners: impl Iterator<Item = DVec3>) -> Option<Polygon> {
-        let mut polygon: Vec<DVec3> = corners.map(|corner| self.homogeneous(corner)).collect();
+    /// The image of a convex face as far as it is before the light and in the square, counter-clockwise, and how far off its outline may be;
+    /// `None` for none.
+    pub(crate) fn image(&self, corners: impl Iterator<Item = DVec3>) -> Option<(Polygon, f64)> {
+        let mut size = self.eye.abs().max_element();
+        let seen = |corner: DVec3| {
+            size = size.max(corner.abs().max_element());
+            self.homogeneous(corner)
+        };
+        let mut polygon: Vec<DVec3> = corners.map(seen).collect();
         // The same test for all keeps most faces from being cut at all.
         let sides: [fn(DVec3) -> f64; 4] = [|p| p.z + p.x, |p| p.z - p.x, |p| p.z + p.y, |p| p.z - p.y];
         for side in sides {
@@ -162,12 +171,49 @@ impl Window {
         if polygon.len() < 3 || polygon.iter().any(|point| point.z <= 0.0) {
             return None;
         }
+        let shift = self.shift(size, polygon.iter().fold(f64::INFINITY, |depth, point| depth.min(point.z)));
         let mut image = Polygon(polygon.into_iter().map(|point| point.truncate() / point.z).collect());
         let area = image.area();
         if area < 0.0 {
             image.0.reverse();
         }
-        (area != 0.0).then_some(image)
+        (area != 0.0).then_some((image, shift))
+    }
+
+    /// How far off the image in the square may be of a point that is at this γ or deeper, its coordinates and the eye's up to `size` (NUMERICS.md, "Soft
+    /// shadows").
+    fn shift(&self, size: f64, depth: f64) -> f64 {
+        let rows = self.rows();
+        let off = ROUNDING * size * (rows.max_element() + rows.z);
+        let rest = self.rest() + self.rest_of_rounding();
+        match off < depth && rest < 0.5 {
+            true => off / (depth - off) + 4.0 * rest,
+            false => f64::INFINITY,
+        }
+    }
+
+    /// Whether the map to the image is the inverse of the axes up to rounding. It is not where a light's edges are nearly parallel to each other.
+    pub(super) fn is_sharp(&self) -> bool {
+        self.rest() <= 3.0 * self.rest_of_rounding()
+    }
+
+    /// Row sums of the map to the image.
+    fn rows(&self) -> DVec3 {
+        self.to_image.x_axis.abs() + self.to_image.y_axis.abs() + self.to_image.z_axis.abs()
+    }
+
+    /// By how much the map to the image is not the inverse of the axes: relative, so the same at all depths.
+    fn rest(&self) -> f64 {
+        let rest = self.to_image * self.axes - DMat3::IDENTITY;
+        (rest.x_axis.abs() + rest.y_axis.abs() + rest.z_axis.abs()).max_element()
+    }
+
+    /// How far off that is, and the third axis itself.
+    fn rest_of_rounding(&self) -> f64 {
+        // A sun's axes do not begin at the eye.
+        let eye = if self.end.is_finite() { self.eye.abs().max_element() } else { 0.0 };
+        let largest = self.axes.to_cols_array().into_iter().fold(eye, |largest, entry| largest.max(entry.abs()));
+        ROUNDING * largest * self.rows().max_element()
     }
 
     /// The whole light, as pieces of its square.
