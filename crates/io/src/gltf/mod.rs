@@ -113,6 +113,7 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     model.findings.absorb(validate::check(&document)?, str::to_owned);
     model.findings.absorb(unread::check(&document, &accessors), str::to_owned);
     model.findings.absorb(skins::check(&document, &accessors), str::to_owned);
+    model.findings.absorb(textures::check(&document, &accessors), str::to_owned);
     for problem in accessors.views().unused_problems() {
         model.tell("unused", &problem.to_string());
     }

@@ -253,9 +253,15 @@ impl<'a> Primitives<'a> {
         let positions = self.accessors.vectors::<3>(index)?;
         accept_all(&positions, &place)?;
         if self.accepted.insert(index)
-            && let Some(rule) = extent_rule(declared, component, &positions)
+            && let Some((rule, beyond)) = extent_rule(declared, component, &positions)
         {
-            self.findings.add(FindingKind::BrokenRule, &format!("{place}: {rule}"), 1);
+            let subject = format!("{place}: {rule}");
+            match beyond {
+                Some(vertex) => {
+                    self.findings.add_at(FindingKind::BrokenRule, &subject, format_args!("position {vertex}"));
+                }
+                None => self.findings.add(FindingKind::BrokenRule, &subject, 1),
+            }
         }
         Ok(positions)
     }
@@ -347,21 +353,30 @@ impl<'a> Primitives<'a> {
     }
 }
 
-/// What is wrong with the extent that an accessor of positions declares: six written digits are as good as all.
-fn extent_rule(declared: &Accessor, component: Component, positions: &[[f64; 3]]) -> Option<&'static str> {
-    let (Some(min), Some(max)) = (&declared.min, &declared.max) else { return Some("it has no min and max") };
+/// What is wrong with the extent that an accessor of positions declares, and the first position beyond it, if there is one: six written digits are as good as all.
+fn extent_rule(
+    declared: &Accessor,
+    component: Component,
+    positions: &[[f64; 3]],
+) -> Option<(&'static str, Option<usize>)> {
+    let (Some(min), Some(max)) = (&declared.min, &declared.max) else { return Some(("it has no min and max", None)) };
     if min.len() != 3 || max.len() != 3 {
-        return Some("its min and max are not three numbers each");
+        return Some(("its min and max are not three numbers each", None));
     }
     let largest = positions.as_flattened().iter().fold(0.0, |largest: f64, coordinate| largest.max(coordinate.abs()));
-    let is_near =
-        |said: f64, found: f64| (component.scaled(said, declared.normalized) - found).abs() <= SIX_DIGITS * largest;
+    let slack = SIX_DIGITS * largest;
+    let scaled = |said: f64| component.scaled(said, declared.normalized);
+    let is_near = |said: f64, found: f64| (scaled(said) - found).abs() <= slack;
     let fits = (0..3).all(|axis| {
         let along = || positions.iter().map(|position| position[axis]);
         let (low, high) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
         is_near(min[axis], low) && is_near(max[axis], high)
     });
-    (!fits && !positions.is_empty()).then_some("its min and max are not those of its positions")
+    let is_beyond = |position: &[f64; 3]| {
+        (0..3).any(|axis| position[axis] < scaled(min[axis]) - slack || position[axis] > scaled(max[axis]) + slack)
+    };
+    let rule = "its min and max are not those of its positions";
+    (!fits && !positions.is_empty()).then(|| (rule, positions.iter().position(is_beyond)))
 }
 
 fn accept_all(positions: &[[f64; 3]], place: &str) -> Result<(), LoadProblem> {

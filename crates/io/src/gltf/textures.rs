@@ -7,6 +7,7 @@
 use std::{collections::HashMap, sync::Arc};
 
 use umbriel_geometry::cut_out::{AlphaMap, CutOut, Filter, Wrap};
+use umbriel_scene::FindingKind;
 
 use super::{
     accessor::Accessors,
@@ -14,6 +15,7 @@ use super::{
 };
 use crate::{
     error::{LoadProblem, brief},
+    model::Findings,
     picture,
 };
 
@@ -99,6 +101,41 @@ impl<'a> Textures<'a> {
         // The reason is told for every primitive with that picture.
         alpha.map(|map| map.map(Arc::new)).map_err(|reason| brief(&format!("{place}: {reason}")).into_owned())
     }
+}
+
+/// What pictures in buffer views begin with, where their bytes are at hand: something else than their `mimeType` says is told.
+pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
+    let mut findings = Findings::default();
+    for (index, image) in document.images.iter().enumerate() {
+        let (Some(view), Some(stated)) = (image.buffer_view, &image.mime_type) else { continue };
+        let is_known = KINDS.iter().any(|(kind, _)| kind == stated);
+        // Pictures do not stand in compressed views.
+        if !is_known || !accessors.views().is_at_hand(view) {
+            continue;
+        }
+        let Ok((_, bytes)) = accessors.views().get(view) else { continue };
+        let found = picture_kind(bytes).unwrap_or("no picture");
+        if found != stated {
+            let subject = format!("image {index}: its mimeType is {stated}, its bytes are {found}");
+            findings.add(FindingKind::BrokenRule, &subject, 1);
+        }
+    }
+    findings
+}
+
+/// The kinds of pictures that glTF and its extensions have, each with bytes that it has at a place.
+const KINDS: [(&str, (usize, &[u8])); 6] = [
+    ("image/png", (0, b"\x89PNG")),
+    ("image/jpeg", (0, b"\xff\xd8\xff")),
+    ("image/webp", (8, b"WEBP")),
+    ("image/ktx2", (0, b"\xabKTX 20")),
+    ("image/avif", (4, b"ftypavi")),
+    ("image/vnd-ms.dds", (0, b"DDS ")),
+];
+
+fn picture_kind(bytes: &[u8]) -> Option<&'static str> {
+    let begins = |&(_, (at, mark)): &(&str, (usize, &[u8]))| bytes.get(at..).is_some_and(|rest| rest.starts_with(mark));
+    KINDS.into_iter().find(begins).map(|(kind, _)| kind)
 }
 
 /// Whether these are numbers that a sampler may have.

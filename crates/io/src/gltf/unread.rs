@@ -2,9 +2,9 @@
 //!
 //! They say nothing about surfaces, but a file that is broken there is broken. Only bytes that are at hand are looked at: of buffers
 //! that something else has read, as many elements as the scene has left, each one once. What is wrong with them is told. Of sparse accessors the places and values are
-//! looked at, too.
+//! looked at, too, and whether the weights of joints add up.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use umbriel_scene::FindingKind;
 
@@ -13,6 +13,10 @@ use super::{
     json::{Accessor, Document},
 };
 use crate::{error::LoadProblem, model::Findings};
+
+/// How far the weights of a vertex may be off 1 together: those of 8 bits are off by 1/510 each, and few vertices have more than four. glTF's own rule for floats,
+/// 2e-7 a weight, most exporters break.
+const WEIGHTS_OFF: f64 = 1e-2;
 
 /// The type of components that are 32-bit floats.
 const FLOAT: u32 = 5126;
@@ -46,7 +50,51 @@ pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
         let wrong = wrong_values(document, accessors, accessor, &mut left);
         tell(&mut findings, &format!("accessor {index}: sparse components that are not finite"), wrong);
     }
+    check_weights(document, accessors, &mut left, &mut findings);
     findings
+}
+
+/// Whether the weights of each vertex add up to 1, in all of its sets together.
+fn check_weights(document: &Document, accessors: &Accessors, left: &mut u64, findings: &mut Findings) {
+    let mut seen = BTreeSet::new();
+    let primitives = document.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    for primitive in primitives.filter(|primitive| primitive.extensions.draco.is_none()) {
+        let weights = primitive.attributes.iter().filter(|(name, _)| name.starts_with("WEIGHTS_"));
+        let mut sets: Vec<usize> = weights.map(|(_, &accessor)| accessor).collect();
+        sets.sort_unstable();
+        let Some(&first) = sets.first().filter(|_| seen.insert(sets.clone())) else { continue };
+        let Some(sums) = sums(document, accessors, &sets, left) else { continue };
+        let is_off = |sum: &f64| sum.is_finite() && (sum - 1.0).abs() > WEIGHTS_OFF;
+        if let Some(vertex) = sums.iter().position(is_off) {
+            let subject = format!("unused: accessor {first}: weights that do not add up to 1");
+            let count = sums.iter().filter(|sum| is_off(sum)).count();
+            findings.add_with(FindingKind::BrokenRule, &subject, count, &format!("vertex {vertex}"));
+        }
+    }
+}
+
+/// For each vertex the sum of its weights in some accessors; `None` where these are not all at hand, plain, and of one length.
+fn sums(document: &Document, accessors: &Accessors, sets: &[usize], left: &mut u64) -> Option<Vec<f64>> {
+    let all: Vec<&Accessor> = sets.iter().map(|&set| &document.accessors[set]).collect();
+    let count = all[0].count;
+    if all.iter().any(|accessor| accessor.sparse.is_some() || accessor.count != count) {
+        return None;
+    }
+    *left = left.checked_sub((count as u64).checked_mul(sets.len() as u64)?)?;
+    let mut sums = vec![0.0; count];
+    for accessor in all {
+        let view = accessor.buffer_view?;
+        let component = Component::of(accessor.component_type).ok()?;
+        let size = super::validate::element_size(&accessor.kind, component)?;
+        let bytes = accessors.views().at_hand(view, left)?.ok()?;
+        let stride = document.buffer_views[view].stride(size);
+        for (number, sum) in sums.iter_mut().enumerate() {
+            let element = element_at(&bytes, accessor.byte_offset, number.checked_mul(stride)?, size)?;
+            let weights = element.chunks_exact(component.size());
+            *sum += weights.map(|bytes| component.decode(bytes, accessor.normalized)).sum::<f64>();
+        }
+    }
+    Some(sums)
 }
 
 fn tell(findings: &mut Findings, problem: &dyn std::fmt::Display, count: usize) {

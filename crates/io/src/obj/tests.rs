@@ -145,6 +145,8 @@ fn faults_name_their_line() {
         ("v 0 0 inf\n", 1, "not a finite number"),
         ("v 0 0 1e999\n", 1, "not a finite number"),
         ("v 0 0 1e99\n", 1, "larger than 2^200"),
+        ("v 0 0 1.6e60\nv 0 -1e61 0\n", 2, "larger than 2^200"),
+        ("v 0 0 6.3e-61\nv 1e-61 0 0\n", 2, "smaller than 2^-200"),
         ("v 0 zero 0\n", 1, "not a number"),
         ("v 0 0\n", 1, "3 numbers"),
     ] {

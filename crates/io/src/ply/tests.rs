@@ -194,6 +194,14 @@ fn faults_name_their_place() {
             text(SQUARE, &format!("{}0 3 0 1 2", vertices.replace("1 1 0", "1 nan 0"))),
             "vertex 2: coordinate 1 is not finite",
         ),
+        (
+            text(SQUARE, &format!("{}0 3 0 1 2", vertices.replace("1 1 0", "1.6e60 -1e61 0"))),
+            "vertex 2: coordinate 1 is larger than 2^200",
+        ),
+        (
+            text(SQUARE, &format!("{}0 3 0 1 2", vertices.replace("1 1 0", "6.3e-61 1 1e-61"))),
+            "vertex 2: coordinate 2 is smaller than 2^-200",
+        ),
     ] {
         let message = parse(&bytes).expect_err(words).to_string();
         assert!(message.contains(words), "{message}\n{words}");

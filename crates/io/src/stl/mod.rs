@@ -30,7 +30,9 @@ pub(crate) fn read(bytes: &[u8], stem: &str, reading: &Reading) -> Result<Model,
     let mut model = Model::default();
     let content = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     if is_text(content) {
-        read_text(&mut model, &String::from_utf8_lossy(without_end_marks(content)), stem)?;
+        let text = without_end_marks(content);
+        tell_zeros(&content[text.len()..], bytes.len() - (content.len() - text.len()), &mut model.findings);
+        read_text(&mut model, &String::from_utf8_lossy(text), stem)?;
     } else {
         read_binary(&mut model, bytes, stem)?;
     }
@@ -50,6 +52,13 @@ fn without_end_marks(bytes: &[u8]) -> &[u8] {
     let end = bytes.iter().rposition(|byte| !is_mark(byte) && !byte.is_ascii_whitespace()).map_or(0, |last| last + 1);
     let marks = bytes[end..].iter().position(is_mark);
     &bytes[..marks.map_or(bytes.len(), |mark| end + mark)]
+}
+
+/// Ctrl-Z ends a text; zero bytes are what a file was filled up with.
+fn tell_zeros(marks: &[u8], before: usize, findings: &mut Findings) {
+    if let Some(first) = marks.iter().position(|&byte| byte == 0) {
+        findings.add_at(FindingKind::BrokenRule, "zero bytes after the text", format_args!("byte {}", before + first));
+    }
 }
 
 /// How long the file is according to its header, if it is long enough to have one.

@@ -90,10 +90,23 @@ fn text_may_stand_on_one_line() {
 
 #[test]
 fn text_may_end_in_zero_bytes() {
-    for end in ["\0", "\n\0\0\n", "\u{1a}", "\u{1a}\0\0"] {
-        let model = parse(format!("solid a\n{FACET}endsolid a{end}").as_bytes()).expect("loads");
-        assert_eq!((model.objects.len(), model.findings.into_list().len()), (1, 0), "{end:?}");
+    let text = format!("solid a\n{FACET}endsolid a");
+    for (end, zero) in [("\0", Some(0)), ("\n\0\0\n", Some(1)), ("\u{1a}", None), ("\u{1a}\0\0", Some(1))] {
+        for begin in ["", "\u{feff}"] {
+            let model = parse(format!("{begin}{text}{end}").as_bytes()).expect("loads");
+            assert_eq!(model.objects.len(), 1);
+            let places: Vec<_> = model.findings.into_list().into_iter().flat_map(|finding| finding.places).collect();
+            let expected = zero.map(|zero| format!("byte {}", begin.len() + text.len() + zero));
+            assert_eq!(places, Vec::from_iter(expected), "{end:?}");
+        }
     }
+}
+
+#[test]
+fn the_ends_of_the_range_are_read() {
+    let text = format!("solid\n{}endsolid\n", FACET.replace("0 1 9", "-1.6e60 6.3e-61 0"));
+    let model = parse(text.as_bytes()).expect("loads");
+    assert!(mesh(&model, 0).positions().iter().any(|position| position.to_array() == [-1.6e60, 6.3e-61, 0.0]));
 }
 
 #[test]
@@ -134,6 +147,8 @@ fn faults_name_their_place() {
         (format!("{cut}end").into_bytes(), "line 9: the file ends where \"solid\" is expected"),
         (format!("{cut}endsolid\nfacet").into_bytes(), "line 10: \"facet\" where \"solid\" is expected"),
         (cut.replace("1 9", "1 nan").into_bytes(), "line 6: \"nan\" is not a finite number"),
+        (cut.replace("1 9", "1 1e61").into_bytes(), "triangle 0: coordinate 2 of corner 2 is larger than 2^200"),
+        (cut.replace("1 9", "-1e-61 9").into_bytes(), "triangle 0: coordinate 1 of corner 2 is smaller than 2^-200"),
         (cut.replace("endloop", "vertex 0 0 0").into_bytes(), "line 7: \"vertex\" where \"endloop\" is expected"),
         (cut.replace("vertex 1 0 0\n", "").into_bytes(), "line 6: \"endloop\" where \"vertex\" is expected"),
     ] {

@@ -40,6 +40,13 @@ fn rows_last_for_the_step_of_their_times() {
     assert_eq!(hours("azimuth,elevation,hours,time\n1,2,0.25,9:00\n1,2,2,9:00\n"), [0.25, 2.0], "and hours before all");
 }
 
+/// Who makes a light of a direction refuses what is beyond the accepted range.
+#[test]
+fn directions_are_taken_as_written() {
+    let rows = read("x,y,z\n1e61,-1e-61,1.6e60\n").expect("suns");
+    assert_eq!(rows[0].place, SunPlace::Direction([1e61, -1e-61, 1.6e60]));
+}
+
 #[test]
 fn errors_name_the_line() {
     for (text, expected) in [

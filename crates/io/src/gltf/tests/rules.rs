@@ -247,6 +247,10 @@ fn broken_rules_of_documents_are_told() {
         ),
         (of("images", json!([{}])), "image 0: it has not just one of uri and bufferView"),
         (of("images", json!([{ "bufferView": 0 }])), "image 0: it is in a buffer view and has no mimeType"),
+        (
+            of("images", json!([{ "bufferView": 0, "mimeType": "image/png" }])),
+            "image 0: its mimeType is image/png, its bytes are no picture",
+        ),
         (of("cameras", json!([{}])), "camera 0: it is not either"),
         (of("extensionsUsed", json!(["KHR_mesh_quantization"])), "KHR_mesh_quantization: it is used and not required"),
         (told(|_, data| data.views[0]["target"] = json!(34963)), "accessor 0: its buffer view is not for vertices"),
@@ -276,6 +280,36 @@ fn broken_rules_of_documents_are_told() {
     ] {
         assert!(found.contains(fault), "{found:?} should tell {fault:?}");
     }
+}
+
+#[test]
+fn pictures_are_what_their_types_say() {
+    let of = |stated: &str, bytes: &[u8]| {
+        told(|document, data| {
+            data.add(bytes, 5121, "SCALAR", bytes.len(), false);
+            data.accessors.pop();
+            document["images"] = json!([{ "bufferView": data.views.len() - 1, "mimeType": stated }]);
+        })
+    };
+    let (png, jpeg) = (b"\x89PNG\r\n\x1a\n....", b"\xff\xd8\xff\xe0........");
+    for (stated, bytes) in [("image/png", png), ("image/jpeg", jpeg), ("image/webp", b"RIFF....WEBP"), ("image/x", png)]
+    {
+        assert_eq!(of(stated, bytes), "", "{stated}");
+    }
+    assert!(of("image/png", jpeg).contains("image 0: its mimeType is image/png, its bytes are image/jpeg"));
+    assert!(of("image/jpeg", png).contains("image 0: its mimeType is image/jpeg, its bytes are image/png"));
+}
+
+#[test]
+fn the_first_position_beyond_its_extent_is_told() {
+    let places = |max: [f32; 3]| {
+        let model = model(changed(|_, data| data.accessors[0]["max"] = json!(max)));
+        let found = model.findings.into_list().into_iter().filter(|finding| finding.subject.contains("min and max"));
+        found.map(|finding| (finding.count, finding.places)).collect::<Vec<_>>()
+    };
+    assert_eq!(places([1.0, 0.5, 0.5]), [(1, vec!["position 1".to_owned()])]);
+    assert_eq!(places([1.0, 2.0, 1.0]), [(1, Vec::new())], "no position is beyond what is too wide");
+    assert!(places([1.0; 3]).is_empty());
 }
 
 #[test]

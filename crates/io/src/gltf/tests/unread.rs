@@ -112,6 +112,36 @@ fn joints_are_those_of_the_skin() {
 }
 
 #[test]
+fn weights_add_up() {
+    // Of three vertices, in one set and in two.
+    let weights = |first: [[f32; 4]; 3], second: [[f32; 4]; 3]| {
+        let model = model(changed(|document, data| {
+            let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
+            attributes["WEIGHTS_0"] = json!(data.floats(&first));
+            attributes["WEIGHTS_1"] = json!(data.floats(&second));
+            attributes["JOINTS_0"] = json!(data.add(&[0; 12], 5121, "VEC4", 3, false));
+            attributes["JOINTS_1"] = attributes["JOINTS_0"].clone();
+        }));
+        let found = model.findings.into_list().into_iter().filter(|finding| finding.subject.contains("weights"));
+        found.map(|finding| (finding.subject, finding.count, finding.places)).collect::<Vec<_>>()
+    };
+    let (whole, half, none) = ([0.5, 0.5, 0.0, 0.0], [0.5, 0.0, 0.0, 0.0], [0.0; 4]);
+    assert!(weights([whole; 3], [none; 3]).is_empty());
+    assert!(weights([half; 3], [half; 3]).is_empty());
+    assert!(weights([[0.333, 0.333, 0.333, 0.0]; 3], [none; 3]).is_empty(), "rounded");
+    let subject = "unused: accessor 1: weights that do not add up to 1".to_owned();
+    let expected = (subject, 2, vec!["vertex 1".to_owned()]);
+    assert_eq!(weights([half; 3], [half, none, whole]), [expected]);
+    let bytes = |last: u8| {
+        attribute("WEIGHTS_0", |data| {
+            data.add(&[85, 85, 85, 0, 255, 0, 0, 0, 127, 126, 1, last], 5121, "VEC4", 3, true)
+        })
+    };
+    assert!(bytes(1).iter().all(|rule| !rule.contains("add up")));
+    assert!(bytes(4).contains(&"1 unused: accessor 1: weights that do not add up to 1".to_owned()));
+}
+
+#[test]
 fn attributes_have_types_of_their_own() {
     let plain = |name: &str, component: u32, kind: &str, normalized: bool| {
         attribute(name, |data| data.add(&[0; 48], component, kind, 3, normalized))
@@ -291,7 +321,10 @@ fn sets_of_attributes_are_counted_and_paired() {
             for name in names {
                 let kind = if name.starts_with("TEX") { "VEC2" } else { "VEC4" };
                 let component = if name.starts_with("JOINTS") { 5123 } else { 5126 };
-                let accessor = data.add(&[0; 48], component, kind, 3, false);
+                let accessor = match *name {
+                    "WEIGHTS_0" => data.floats(&[[1.0, 0.0, 0.0, 0.0]; 3]),
+                    _ => data.add(&[0; 48], component, kind, 3, false),
+                };
                 document["meshes"][0]["primitives"][0]["attributes"][*name] = json!(accessor);
             }
         })
