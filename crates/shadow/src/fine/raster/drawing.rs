@@ -21,6 +21,9 @@ use crate::fine::tally::{Tally, Units};
 /// On a face of few cells so many borders wait all the same: drawing a part costs a look at each tile.
 const LEAST_WAITING: usize = 1 << 12;
 
+/// Cells for which one border waits: a border takes about as much memory as so many cells of tiles that are drawn on.
+const CELLS_A_SEGMENT: usize = 16;
+
 /// The borders on a face, drawn or waiting.
 pub(super) struct Drawing<'a> {
     raster: &'a Raster<'a>,
@@ -47,7 +50,7 @@ impl<'a> Drawing<'a> {
     /// Nothing yet.
     pub(super) fn new(raster: &'a Raster<'a>) -> Self {
         let cells = raster.cells() as usize;
-        Self::with_most(raster, LEAST_WAITING.max(cells * cells))
+        Self::with_most(raster, LEAST_WAITING.max(cells * cells / CELLS_A_SEGMENT))
     }
 
     fn with_most(raster: &'a Raster<'a>, most: usize) -> Self {
