@@ -40,7 +40,7 @@ struct Judge {
     round: u64,
 }
 
-const JUDGES: [Judge; 13] = [
+const JUDGES: [Judge; 21] = [
     Judge {
         file: "watertight",
         test: "no_segment_leaves_a_closed_mesh",
@@ -97,6 +97,14 @@ const JUDGES: [Judge; 13] = [
         cases: 10_000,
         round: 300,
     },
+    Judge { file: "adversarial", test: "a_session_follows_its_history", unit: "histories", cases: 10_000, round: 300 },
+    Judge { file: "crowds", test: "proofs_in_crowds_are_true", unit: "soups", cases: 1_000, round: 20 },
+    Judge { file: "metamorphic", test: "objects_in_another_order", unit: "scenes", cases: 10_000, round: 200 },
+    Judge { file: "metamorphic", test: "any_simd_level", unit: "scenes", cases: 10_000, round: 200 },
+    Judge { file: "metamorphic", test: "one_thread_or_many", unit: "scenes", cases: 10_000, round: 200 },
+    Judge { file: "metamorphic", test: "powers_of_two", unit: "scenes", cases: 10_000, round: 200 },
+    Judge { file: "metamorphic", test: "triangles_cut_at_exact_points", unit: "scenes", cases: 10_000, round: 200 },
+    Judge { file: "metamorphic", test: "an_object_that_cannot_matter", unit: "scenes", cases: 10_000, round: 200 },
     Judge { file: "rooms", test: "nothing_that_is_seen_is_missing", unit: "eyes", cases: 10_000, round: 1_000 },
     Judge { file: "metamorphic", test: "axes_exchanged_and_mirrored", unit: "scenes", cases: 10_000, round: 200 },
     Judge {
