@@ -4,6 +4,9 @@
 //! a plane of its own. It is left out of the outdoors only if its box, an ulp and the greatest slack wider, lies in the union of the other closed cells: the
 //! box is divided at the planes of the cells' boxes until each part lies in one cell, which ends for cells that are boxes themselves, and
 //! is given up (it belongs to the outdoors) where the cells are slanted.
+//!
+//! Cost: a look at the cells whose boxes meet an object's. Where these pairs are more than [`ASKED`] and some for each object and cell, an object is in every cell that its box meets, and
+//! outdoors: more in a cell than need be changes no answer, only what is looked at for it. What is divided into more than [`PARTS`] parts and some for each cell is given up, too.
 
 use glam::DVec3;
 use umbriel_geometry::{Aabb, Brep, ExactPoint, Point};
@@ -64,8 +67,29 @@ impl Index {
     }
 }
 
+/// Pairs of an object and a cell whose boxes meet that are asked exactly, some microseconds each: in any scene, and for each object and cell.
+const ASKED: usize = 1 << 18;
+const ASKED_EACH: usize = 16;
+
+/// Parts that a box is divided into, in any scene and for each cell that it meets.
+const PARTS: usize = 1 << 10;
+const PARTS_EACH: usize = 16;
+
+/// Whether more boxes of objects and cells meet than are asked exactly.
+fn are_many(graph: &CellGraph) -> bool {
+    let mut left = ASKED + ASKED_EACH * (graph.bounds.len() + graph.cells.len());
+    graph.bounds.iter().filter(|bounds| !bounds.is_empty()).any(|bounds| {
+        let mut near = 0;
+        graph.index.for_each_near(&graph.cells, bounds, |_, _| near += 1);
+        let is_over = near > left;
+        left = left.saturating_sub(near);
+        is_over
+    })
+}
+
 /// The objects of each cell, and how many are in none.
 pub(super) fn members(graph: &CellGraph, objects: &[Object]) -> (Vec<Vec<u32>>, usize) {
+    let are_many = are_many(graph);
     let mut members = vec![Vec::new(); graph.cells.len()];
     let mut loose = 0;
     for (number, object) in objects.iter().enumerate() {
@@ -76,13 +100,13 @@ pub(super) fn members(graph: &CellGraph, objects: &[Object]) -> (Vec<Vec<u32>>, 
         let mut surface = None;
         let mut is_loose = true;
         graph.index.for_each_near(&graph.cells, &bounds, |cell, body| {
-            if meets((&graph.cells[cell], body), object, &bounds, &mut surface) {
+            if are_many || meets((&graph.cells[cell], body), object, &bounds, &mut surface) {
                 members[cell].push(number as u32);
                 is_loose = false;
             }
         });
         if let Some(outdoors) = graph.outdoors
-            && !is_enclosed(graph, &bounds)
+            && (are_many || !is_enclosed(graph, &bounds))
         {
             members[outdoors].push(number as u32);
             is_loose = false;
@@ -156,8 +180,11 @@ pub(super) fn is_enclosed(graph: &CellGraph, bounds: &Aabb) -> bool {
     let mut near = Vec::new();
     graph.index.for_each_near(&graph.cells, &wider, |_, body| near.push((body, body.bounds())));
     // Each division takes one plane of one box away from the inside of each part.
+    let mut left = PARTS + PARTS_EACH * near.len();
     let mut open = vec![(wider, near)];
     while let Some((part, near)) = open.pop() {
+        let Some(rest) = left.checked_sub(1) else { return false };
+        left = rest;
         let near: Vec<_> = near.into_iter().filter(|(_, bounds)| bounds.meets(&part)).collect();
         if near.iter().any(|(body, _)| corners(&part).iter().all(|&corner| is_inside(body, corner))) {
             continue;

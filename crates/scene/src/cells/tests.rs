@@ -238,3 +238,48 @@ fn windows_in_walls_that_face_each_other_do_not_overlap() {
     let near = DVec3::new(1.75, 1.5, 0.0);
     assert_eq!(graph.overlaps(9), [Overlap { entries: [0, 3].map(CellEntry::Portal), near }]);
 }
+
+/// Rooms side by side, and what is in the first and in the last: its box meets all.
+#[test]
+fn what_goes_through_too_many_cells_is_in_all_that_its_box_meets() {
+    let count = 600;
+    let wide = f64::from(count);
+    let rooms = |count: u32| {
+        let room = |k: u32| room(&format!("{k}"), [f64::from(k), 0.0, 0.0], [f64::from(k) + 1.0, 3.0, 4.0]);
+        (0..count).map(room).chain([outdoors()]).collect::<Vec<_>>()
+    };
+    let sails = |k: u32| {
+        let sail = |x: f64| [[x, 1.0, 1.0], [x + 0.5, 1.0, 1.0], [x, 2.0, 2.0]];
+        let corners = [sail(0.25), sail(wide - 0.75)].concat();
+        let mesh = Mesh::new(corners, vec![[0, 1, 2], [3, 4, 5]]).expect("a mesh");
+        Object::new(format!("{k}"), Shape::Mesh(Arc::new(mesh)), Placement::IDENTITY, Sides::Auto).expect("two sails")
+    };
+    let inside = |objects: u32| {
+        let objects: Vec<Object> = (0..objects).map(sails).collect();
+        let graph = CellGraph::new(rooms(count), Vec::new(), &objects).expect("rooms");
+        (0..=count as usize).map(|cell| graph.objects_in(cell).len()).collect::<Vec<_>>()
+    };
+    let (few, many) = (inside(2), inside(600));
+    assert!(many.iter().all(|&objects| objects == 600), "each is in all of them, and outdoors");
+    assert_eq!([0, 300, 599, 600].map(|cell: usize| few[cell]), [2, 0, 2, 0], "the last is outdoors");
+}
+
+/// Boards along and across: each part between two of either kind is looked at by itself, so there are as many as the square of the boards.
+#[test]
+fn a_box_over_a_grid_of_cells_is_given_up() {
+    let count = 300;
+    let wide = f64::from(count);
+    let along = (0..count).map(|k| {
+        let at = f64::from(k);
+        room(&format!("along {k}"), [at + 0.25, 0.0, 0.0], [at + 0.75, 1.0, wide])
+    });
+    let across = (0..count).map(|k| {
+        let at = f64::from(k);
+        room(&format!("across {k}"), [0.0, 0.0, at], [wide, 1.0, at + 1.0])
+    });
+    let cells: Vec<SceneCell> = along.chain(across).chain([outdoors()]).collect();
+    let floor = cube("floor", [wide - 2.0, 0.5, wide - 2.0], [0.5 * wide, 0.5, 0.5 * wide]);
+    let small = cube("small", [2.0, 0.5, 2.0], [0.5 * wide, 0.5, 0.5 * wide]);
+    let graph = CellGraph::new(cells, Vec::new(), &[floor, small]).expect("cells");
+    assert_eq!(graph.objects_in(2 * count as usize), [0], "the small one is seen to be inside");
+}
