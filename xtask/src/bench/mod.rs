@@ -4,6 +4,7 @@
 //! sides, faces that look away free on both sides. Times are the quickest of several interleaved runs; on one thread
 //! the processor time counts, which other work on the machine disturbs least. Programs are compiled for release.
 
+mod by_definition;
 mod chart;
 pub(crate) mod clock;
 mod contest;

@@ -3,22 +3,20 @@
 //! A block of a town, a hundred metres wide, is moved away from the origin; its moved coordinates, rounded to f64, are the
 //! scene. Every sample of its surface is answered by the samples of a bake, and by a ray through a tree of triangles in the way
 //! of most programs: 32-bit world coordinates, the ray's start moved off the surface along the normal by a fixed length. The
-//! truth is the exact answer for the point of the moved scene, asked point by point; every thousandth is asked of all
-//! triangles in big numbers as well, without any tree or filter.
+//! truth is the exact answer for the point of the moved scene, asked point by point; every thousandth is found again by the
+//! definition in whole numbers, which has nothing in common with the library ([`by_definition`](super::by_definition)).
 
 use std::sync::Arc;
 
-use anyhow::{Result, anyhow, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use umbriel_geometry::{
-    Dyadic, ExactPoint, Facets, LightSource, Mesh, Placement, Sign,
-    blocking::{Probe, exact_polygon_blocks},
-};
+use umbriel_geometry::{Facets, LightSource, Mesh, Placement};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 use umbriel_shadow::{Place, Queries, SamplePoint, Silent, bake, for_each_sample};
 
 use super::{
+    by_definition::Triangles,
     duel::request,
     rays::Soup,
     rivals::{Ray, Rival, Tree, all},
@@ -44,7 +42,7 @@ const RIVALS: [&str; 2] = ["obvhs medium", "parry3d"];
 /// Samples asked for.
 const SAMPLES: u64 = 1_000_000;
 
-/// One sample of so many is asked of all triangles in big numbers.
+/// One sample of so many is asked of all triangles by the definition.
 const CHECKED: usize = 1000;
 
 /// Prints the table; with the crates that it needs.
@@ -129,34 +127,27 @@ impl<'a> Block<'a> {
             Ok(answer.lit)
         });
         let answers = answers.collect::<Result<Vec<bool>>>()?;
-        let checked = (0..answers.len()).into_par_iter().step_by(CHECKED);
-        let wrong = checked.filter(|&index| answers[index] != self.is_lit_in_big_numbers(&self.samples[index])).count();
-        ensure!(wrong == 0, "{wrong} answers are not those of big numbers");
+        let (triangles, starts) = self.triangles()?;
+        let checked: Vec<usize> = (0..answers.len()).step_by(CHECKED).collect();
+        let is_right = |&index: &usize| {
+            let SamplePoint { object, face, u, v, .. } = self.samples[index];
+            Ok(triangles.is_lit(starts[object] + face, [u, v])? == answers[index])
+        };
+        let right = checked.par_iter().map(is_right).collect::<Result<Vec<bool>>>()?;
+        ensure!(!right.contains(&false), "some answers are not those of the definition");
         Ok(answers)
     }
 
-    /// The definition, triangle by triangle. Windings tell which side is lit: all faces are one-sided.
-    fn is_lit_in_big_numbers(&self, sample: &SamplePoint) -> bool {
-        let corners = |object: usize, face: usize| {
-            let facets = &self.facets[object];
-            let corners = facets.facet(face).corners();
-            [corners[0], corners[1], corners[2]].map(|corner| facets.point(corner))
-        };
-        let own = corners(sample.object, sample.face);
-        let probe: Probe<Dyadic> = Probe::on_face(own, sample.u, sample.v);
-        let light = ExactPoint::<Dyadic>::from_light(&self.light);
-        let is_turned = self.facets[sample.object].light_side(sample.face, &self.light) == Sign::Positive;
-        let mut faces =
-            (0..self.facets.len()).flat_map(|object| (0..self.facets[object].len()).map(move |face| (object, face)));
-        is_turned
-            && !faces.any(|(object, face)| {
-                (object, face) != (sample.object, sample.face)
-                    && exact_polygon_blocks(
-                        &corners(object, face).map(|corner| corner.to_exact()),
-                        probe.exact(),
-                        &light,
-                    )
-            })
+    /// All triangles as the definition takes them, and where those of each object begin.
+    fn triangles(&self) -> Result<(Triangles, Vec<usize>)> {
+        let (mut corners, mut starts) = (Vec::new(), Vec::new());
+        for object in &self.scene.objects {
+            let Shape::Mesh(mesh) = &object.shape else { bail!("all bodies are meshes that stand where they are") };
+            starts.push(corners.len());
+            let corner = |number: u32| mesh.positions()[number as usize].to_array();
+            corners.extend(mesh.triangles().iter().map(|triangle| triangle.map(corner)));
+        }
+        Ok((Triangles::new(corners.into_iter(), self.light.xyz().to_array())?, starts))
     }
 
     /// The samples of a bake.
@@ -213,7 +204,7 @@ mod tests {
         for offset in [0.0, 1e7] {
             let scene = town_block(offset).expect("a scene");
             let block = Block::new(&scene, 3000).expect("flat");
-            let truth = block.truth().expect("as in big numbers");
+            let truth = block.truth().expect("as by the definition");
             assert_eq!(block.own().expect("a bake"), truth, "{offset}");
             let lit = truth.iter().filter(|lit| **lit).count();
             assert!(lit > truth.len() / 10 && lit < truth.len() * 9 / 10, "{lit} of {}", truth.len());
