@@ -1,14 +1,14 @@
 //! Shadows whose outline runs through a corner of a cell.
 //!
 //! From a corner of the receiver's quadtree, go some way towards the light; there an occluder has an edge, a vertex, or the
-//! outline of a ball, within [`REACH`](super::REACH) units in the last place. All cells round that corner then
+//! outline of a curved body, within [`REACH`](super::REACH) units in the last place. All cells round that corner then
 //! have a point that is lit or not by a hair.
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Analytic, LightSource, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Placement, Rectangle};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
-use super::{Random, World, any_point, mesh, standing};
+use super::{Random, World, any_point, hull, mesh, standing};
 
 /// A scene to bake, and where to look.
 #[derive(Clone, Debug)]
@@ -36,10 +36,12 @@ pub fn outline_through_corner(random: &mut Random) -> CornerTrial {
         let (receiver, at) = if is_square { square(corner, &world, random) } else { triangle(corner, &world, random) };
         let Some((light, towards)) = light_over(at, &world, random) else { continue };
         let share = random.pick(&[0.5, 0.25, 0.75, 0.1]);
-        let shape = match random.below(4) {
-            0 => ball_beside(at + towards * share, towards, &world, random),
-            1 => Some(tetrahedron_at(at + towards * share, &world, random)),
-            _ => Some(triangle_at(at + towards * share, &world, random)),
+        let target = at + towards * share;
+        let shape = match random.below(7) {
+            0 | 1 => body_beside(target, towards, &world, random),
+            2 => Some(tetrahedron_at(target, &world, random)),
+            3 => box_at(target, &world, random),
+            _ => Some(triangle_at(target, &world, random)),
         };
         let Some(occluder) = shape else { continue };
         let scene = Scene { objects: vec![receiver, occluder], ..Scene::default() };
@@ -84,11 +86,23 @@ fn triangle_at(point: DVec3, world: &World, random: &mut Random) -> Object {
     standing("triangle".into(), mesh(&corners[..3], &[[0, 1, 2]]), Sides::Two)
 }
 
-/// A closed tetrahedron with an edge through the point, or a vertex in it; flat or inside out at times.
+/// A tetrahedron with an edge through the point, or a vertex in it: a closed mesh, flat or inside out at times, or the hull.
 fn tetrahedron_at(point: DVec3, world: &World, random: &mut Random) -> Object {
     let corners = corners_at(point, world, random);
+    let hull = if random.below(2) == 0 { hull(&corners) } else { None };
     let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-    standing("tetrahedron".into(), mesh(&corners, &faces), Sides::Auto)
+    standing("tetrahedron".into(), hull.unwrap_or_else(|| mesh(&corners, &faces)), Sides::Auto)
+}
+
+/// An upright box with a vertex in the point, or an edge through it, or nearly.
+fn box_at(point: DVec3, world: &World, random: &mut Random) -> Option<Object> {
+    let size = DVec3::from_array([(); 3].map(|()| random.pick(&[0.5, 0.25, 1.0]))) * world.scale;
+    let mut away = DVec3::from_array([(); 3].map(|()| random.pick(&[-0.5, 0.5])));
+    if random.below(2) == 0 {
+        away[random.below(3) as usize] *= 0.5;
+    }
+    let placement = Placement::new(DAffine3::from_translation(random.beside_point(point + size * away))).ok()?;
+    Object::new("box".into(), Shape::Cuboid(Cuboid { size: size.to_array() }), placement, Sides::Auto).ok()
 }
 
 fn corners_at(point: DVec3, world: &World, random: &mut Random) -> [DVec3; 4] {
@@ -99,11 +113,18 @@ fn corners_at(point: DVec3, world: &World, random: &mut Random) -> [DVec3; 4] {
     if random.below(3) == 0 { corners } else { corners.map(|corner| random.beside_point(corner)) }
 }
 
-/// A ball that the way touches, or nearly; `None` where the chosen side is that of the way itself.
-fn ball_beside(point: DVec3, way: DVec3, world: &World, random: &mut Random) -> Option<Object> {
-    let aside = way.cross(any_point(random)).try_normalize()?;
-    let radius = random.pick(&[0.5, 0.25, 1.0]) * world.scale;
-    let centre = random.beside_point(point + aside * radius);
+/// A ball or an ellipsoid that the way touches, or nearly; `None` where the chosen side is that of the way itself.
+fn body_beside(point: DVec3, way: DVec3, world: &World, random: &mut Random) -> Option<Object> {
+    let shares = random.pick(&[DVec3::ONE, DVec3::new(1.0, 0.5, 2.0)]);
+    // Sideways where the body is a unit ball.
+    let aside = (way / shares).cross(any_point(random)).try_normalize()?;
+    let radii = shares * (random.pick(&[0.5, 0.25, 1.0]) * world.scale);
+    let centre = random.beside_point(point + aside * radii);
+    let body = if shares == DVec3::ONE {
+        Analytic::Sphere { radius: radii.x }
+    } else {
+        Analytic::Ellipsoid { radii: radii.to_array() }
+    };
     let placement = Placement::new(DAffine3::from_translation(centre)).ok()?;
-    Object::new("ball".into(), Shape::Analytic(Analytic::Sphere { radius }), placement, Sides::Auto).ok()
+    Object::new("body".into(), Shape::Analytic(body), placement, Sides::Auto).ok()
 }

@@ -5,10 +5,10 @@
 //! are such that the usual constructions (normals, crossings, slopes) lose all their digits.
 
 use glam::{DAffine3, DMat3, DVec3};
-use umbriel_geometry::{Analytic, Convex, Cuboid, LightSource, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Placement, Rectangle};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
-use super::{Random, any_point, mesh, standing};
+use super::{Random, any_point, hull, mesh, standing};
 
 /// A kind of trouble.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -53,7 +53,21 @@ pub fn family(family: Family, random: &mut Random) -> FamilyTrial {
         Family::Contact => contact(random),
         Family::Blocks => blocks(random),
     };
-    FamilyTrial { scene: Scene { objects, ..Scene::default() }, light }
+    let trial = FamilyTrial { scene: Scene { objects, ..Scene::default() }, light };
+    let factor = random.pick(&[0.0, 0.0, 0.0, 0.0, 2f64.powi(-180), 2f64.powi(-60), 2f64.powi(60), 2f64.powi(150)]);
+    scaled(&trial, factor).unwrap_or(trial)
+}
+
+/// The same so many times as large, if its numbers are accepted.
+fn scaled(trial: &FamilyTrial, factor: f64) -> Option<FamilyTrial> {
+    let map = DAffine3::from_scale(DVec3::splat(factor));
+    let moved = |object: &Object| object.moved(Placement::new(map * *object.placement.map()).ok()?).ok();
+    let objects = trial.scene.objects.iter().map(moved).collect::<Option<Vec<Object>>>()?;
+    let light = match trial.light.is_sun() {
+        true => trial.light,
+        false => LightSource::point((trial.light.xyz() * factor).to_array()).ok()?,
+    };
+    Some(FamilyTrial { scene: Scene { objects, ..Scene::default() }, light })
 }
 
 fn triangle(name: &str, corners: [DVec3; 3]) -> Object {
@@ -85,10 +99,30 @@ fn scales(random: &mut Random) -> (Vec<Object>, LightSource) {
     let light = light_at(above + any_point(random) * random.pick(&[0.1, 1.0, 1e6]), DVec3::ZERO, random);
     for number in 0..1 + random.below(4) {
         let at = any_point(random) * 0.5 * DVec3::new(1.0, 0.25, 1.0) + DVec3::Y * random.pick(&[0.0, 1e-9, 0.5, 1.0]);
-        let corner = |random: &mut Random| at + any_point(random) * random.pick(&[1e-6, 1e-3, 1.0, 1e3, 1e6]);
-        objects.push(triangle(&format!("{number}"), [(); 3].map(|()| corner(random))));
+        let sizes = [1e-6, 1e-3, 1.0, 1e3, 1e6];
+        let corner = |random: &mut Random| at + any_point(random) * random.pick(&sizes);
+        let name = format!("{number}");
+        objects.push(match random.below(6) {
+            0 => body_at(name, at, Shape::Cuboid(Cuboid { size: [(); 3].map(|()| random.pick(&sizes)) })),
+            1 => {
+                body_at(name, at, Shape::Analytic(Analytic::Ellipsoid { radii: [(); 3].map(|()| random.pick(&sizes)) }))
+            }
+            2 => standing(name, hull_or_mesh([(); 4].map(|()| corner(random))), Sides::Auto),
+            _ => triangle(&name, [(); 3].map(|()| corner(random))),
+        });
     }
     (objects, light)
+}
+
+/// A body with its middle there.
+fn body_at(name: String, middle: DVec3, shape: Shape) -> Object {
+    let placement = Placement::new(DAffine3::from_translation(middle)).expect("a translation");
+    Object::new(name, shape, placement, Sides::Auto).expect("sizes far inside the accepted range")
+}
+
+/// The hull of four points, or their triangles where they lie in a plane.
+fn hull_or_mesh(corners: [DVec3; 4]) -> Shape {
+    hull(&corners).unwrap_or_else(|| mesh(&corners, &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
 }
 
 fn parallel(random: &mut Random) -> (Vec<Object>, LightSource) {
@@ -149,17 +183,20 @@ fn needles(random: &mut Random) -> (Vec<Object>, LightSource) {
     (objects, light_at(place, hub, random))
 }
 
-/// A body of revolution that reaches from −1 to 1 along its axis, if its size is 1.
-fn any_body(size: f64, random: &mut Random) -> Analytic {
+/// A body that reaches from −1 to 1 along its axis, if its size is 1.
+fn any_body(size: f64, random: &mut Random) -> Shape {
     let height = 2.0 * size;
-    match random.below(6) {
+    Shape::Analytic(match random.below(9) {
         0 => Analytic::Cylinder { radius: size * 0.5, height },
         1 => Analytic::Cone { radius: size, height },
         2 => Analytic::Paraboloid { radius: size, height },
         3 => Analytic::Hyperboloid { waist_radius: size * 0.5, end_radius: size, height },
         4 => Analytic::Ellipsoid { radii: [size * 0.5, size, size * 2.0] },
+        5 => Analytic::Capsule { radius: size * 0.5, height: size },
+        6 => Analytic::Frustum { bottom_radius: size * 0.5, top_radius: size, height },
+        7 => return Shape::Cuboid(Cuboid { size: [size, height, height] }),
         _ => Analytic::Sphere { radius: size },
-    }
+    })
 }
 
 fn contact(random: &mut Random) -> (Vec<Object>, LightSource) {
@@ -177,7 +214,7 @@ fn contact(random: &mut Random) -> (Vec<Object>, LightSource) {
         let middle = top + DVec3::Y * size;
         let middle = if random.below(2) == 0 { middle } else { random.beside_point(middle) };
         let placement = Placement::new(DAffine3 { matrix3: turn, translation: middle }).expect("a regular matrix");
-        let shape = Shape::Analytic(any_body(size, random));
+        let shape = any_body(size, random);
         objects.push(Object::new(format!("{number}"), shape, placement, Sides::Auto).expect("sizes near one"));
         top = middle + DVec3::Y * size;
     }
@@ -198,17 +235,19 @@ fn lattice_point(random: &mut Random) -> DVec3 {
     DVec3::new(step(8, -2.0), step(3, -0.5), step(8, -2.0))
 }
 
-/// A box between lattice points: its triangles, the hull of its corners, or the hull of four of them.
-fn block(offset: DVec3, random: &mut Random) -> (Vec<DVec3>, Shape) {
+/// A box between lattice points: as a box, its triangles, the hull of its corners, or the hull of four of them.
+fn block(name: String, offset: DVec3, random: &mut Random) -> (Vec<DVec3>, Object) {
     let low = offset + lattice_point(random);
     let size = DVec3::from_array([(); 3].map(|()| random.pick(&[0.5, 0.5, 1.0, 2.0])));
     let corner = |k: usize| low + size * DVec3::from_array([0, 1, 2].map(|axis| (k >> axis & 1) as f64));
     let mut corners: Vec<DVec3> = (0..8).map(corner).collect();
+    if random.below(4) == 0 {
+        return (corners, body_at(name, low + size * 0.5, Shape::Cuboid(Cuboid { size: size.to_array() })));
+    }
     if random.below(3) == 0 {
         let moved = random.below(8) as usize;
         corners[moved] = random.beside_point(corners[moved]);
     }
-    let hull = |corners: &[DVec3]| Convex::new(corners.iter().map(DVec3::to_array).collect()).ok();
     let some = match random.below(4) {
         0 => hull(&corners),
         // Four corners no two of which share an edge span a tetrahedron.
@@ -216,18 +255,31 @@ fn block(offset: DVec3, random: &mut Random) -> (Vec<DVec3>, Shape) {
         _ => None,
     };
     let triangles: Vec<[u32; 3]> = Cuboid::FACES.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let shape = some.map_or_else(|| mesh(&corners, &triangles), |convex| Shape::Convex(convex.into()));
-    (corners, shape)
+    let object = standing(name, some.unwrap_or_else(|| mesh(&corners, &triangles)), Sides::Auto);
+    (corners, object)
+}
+
+/// The same body once more, some steps of the lattice away.
+fn instance(name: String, corners: &[DVec3], object: &Object, random: &mut Random) -> (Vec<DVec3>, Object) {
+    let step = lattice_point(random);
+    let placement = Placement::new(DAffine3::from_translation(step) * *object.placement.map());
+    let moved = Object::new(name, object.shape.clone(), placement.expect("a translation"), object.sides);
+    (corners.iter().map(|corner| corner + step).collect(), moved.expect("near where it was"))
 }
 
 fn blocks(random: &mut Random) -> (Vec<Object>, LightSource) {
     let offset = DVec3::new(1.0, 0.5, -2.0) * random.pick(&[0.0, 0.0, 1e3, 1e6]);
     let mut objects = vec![floor(offset, 4.0, random)];
-    let mut corners = Vec::new();
+    let (mut corners, mut last) = (Vec::new(), Vec::new());
     for number in 0..1 + random.below(4) {
-        let (own, shape) = block(offset, random);
-        objects.push(standing(format!("{number}"), shape, Sides::Auto));
-        corners.extend(own);
+        let (name, is_new) = (format!("{number}"), number == 0 || random.below(3) > 0);
+        let (own, object) = match objects.last() {
+            Some(object) if !is_new => instance(name, &last, object, random),
+            _ => block(name, offset, random),
+        };
+        objects.push(object);
+        corners.extend_from_slice(&own);
+        last = own;
     }
     let corner = corners[random.below(corners.len() as u64) as usize];
     let place = match random.below(4) {

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{Analytic, Cuboid, Placement, Rectangle};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
-use super::{Random, mesh};
+use super::{Random, hull, mesh};
 
 /// One change of a scene.
 #[derive(Clone, Debug)]
@@ -46,11 +46,12 @@ impl Edit {
 /// on there is at least one, and names stay unique.
 pub fn history(edits: usize, random: &mut Random) -> Vec<Edit> {
     let mut count = 0;
+    let shared = tetrahedron(1.0);
     let mut edit = |number: usize| {
         let choice = if count < 2 { 0 } else { random.below(4) };
         if choice == 0 && count < 12 {
             count += 1;
-            return Edit::Add(Box::new(any_object(format!("object {number}"), random)));
+            return Edit::Add(Box::new(any_object(format!("object {number}"), &shared, random)));
         }
         let object = random.below(count as u64) as usize;
         if choice == 1 || count == 12 {
@@ -62,16 +63,25 @@ pub fn history(edits: usize, random: &mut Random) -> Vec<Edit> {
     (0..edits).map(&mut edit).collect()
 }
 
-fn any_object(name: String, random: &mut Random) -> Object {
+fn corners_of_tetrahedron(size: f64) -> [DVec3; 4] {
+    [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| p * size)
+}
+
+fn tetrahedron(size: f64) -> Shape {
+    mesh(&corners_of_tetrahedron(size), &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+}
+
+/// Some body; `shared` is the mesh of all instances.
+fn any_object(name: String, shared: &Shape, random: &mut Random) -> Object {
     let size = random.pick(&[1.0, 2.0, 4.0]);
-    let shape = match random.below(5) {
+    let shape = match random.below(8) {
         0 => Shape::Rectangle(Rectangle { size: [size, 2.0] }),
         1 => Shape::Cuboid(Cuboid { size: [size, 1.0, 2.0] }),
         2 => Shape::Analytic(Analytic::Sphere { radius: size / 2.0 }),
-        3 => mesh(
-            &[DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|p| p * size),
-            &[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
-        ),
+        3 => Shape::Analytic(Analytic::Ellipsoid { radii: [size / 2.0, 0.5, 1.0] }),
+        4 => hull(&corners_of_tetrahedron(size)).expect("a tetrahedron"),
+        5 => tetrahedron(size),
+        6 => shared.clone(),
         _ => mesh(&[DVec3::ZERO, DVec3::Z * size, DVec3::X * size], &[[0, 1, 2]]),
     };
     let sides = random.pick(&[Sides::Auto, Sides::Auto, Sides::One, Sides::Two]);

@@ -27,7 +27,7 @@ mod segment;
 use std::sync::Arc;
 
 use glam::DVec3;
-use umbriel_geometry::{Mesh, Placement};
+use umbriel_geometry::{Convex, MIN_MAGNITUDE, Mesh, Placement};
 use umbriel_scene::{Object, Shape, Sides};
 
 pub use corner::{CornerTrial, outline_through_corner};
@@ -50,7 +50,10 @@ impl World {
     fn any(random: &mut Random) -> Self {
         let near = Self { scale: 1.0, offset: DVec3::ZERO };
         match random.below(6) {
-            0 => Self { scale: 2f64.powi(random.below(121) as i32 - 60), ..near },
+            0 => {
+                let exponent = (random.below(121) as i32 - 60) * random.pick(&[1, 1, 3]);
+                Self { scale: 2f64.powi(exponent), ..near }
+            }
             1 => Self { offset: DVec3::new(1e6, -3e5, 7e4) * random.between(0.1, 1.0), ..near },
             2 => Self { scale: random.between(0.1, 10.0), ..near },
             _ => near,
@@ -74,8 +77,19 @@ fn standing(name: String, shape: Shape, sides: Sides) -> Object {
     Object::new(name, shape, Placement::IDENTITY, sides).expect("coordinates far inside the accepted range")
 }
 
+/// The number, or zero where it is too small to be accepted: what differences of tiny numbers leave.
+fn accepted(number: f64) -> f64 {
+    if number.abs() < MIN_MAGNITUDE { 0.0 } else { number }
+}
+
 /// A mesh of these points and triangles.
 fn mesh(points: &[DVec3], triangles: &[[u32; 3]]) -> Shape {
-    let positions = points.iter().map(DVec3::to_array).collect();
+    let positions = points.iter().map(|point| point.to_array().map(accepted)).collect();
     Shape::Mesh(Arc::new(Mesh::new(positions, triangles.to_vec()).expect("numbers and indices in range")))
+}
+
+/// The hull of these points; `None` where they have none.
+fn hull(points: &[DVec3]) -> Option<Shape> {
+    let points = points.iter().map(|point| point.to_array().map(accepted)).collect();
+    Convex::new(points).ok().map(|convex| Shape::Convex(convex.into()))
 }

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use umbriel_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 
-use super::REACH;
+use super::{REACH, accepted};
 
 /// A source of numbers; the same seed gives the same ones everywhere.
 #[derive(Clone, Debug)]
@@ -52,14 +52,31 @@ impl Random {
 
     /// A float at most [`REACH`] places from `value`, and in the accepted range; zero stays, since no neighbour of it is accepted.
     pub fn beside(&mut self, value: f64) -> f64 {
-        let steps = self.below(2 * REACH + 1) as i64 - REACH as i64;
+        let steps = self.steps();
         let magnitude = f64::from_bits(value.abs().to_bits().saturating_add_signed(steps));
         let accepted = if value == 0.0 { 0.0 } else { magnitude.clamp(MIN_MAGNITUDE, MAX_MAGNITUDE) };
         accepted.copysign(value)
     }
 
-    /// A point whose coordinates are each [`beside`](Self::beside) those of `point`.
+    /// A point whose coordinates are each [`beside`](Self::beside) those of `point`. Every other time a zero is moved, by places of the
+    /// largest coordinate: by as much as what is computed from the point is rounded.
     pub fn beside_point(&mut self, point: DVec3) -> DVec3 {
-        DVec3::new(self.beside(point.x), self.beside(point.y), self.beside(point.z))
+        let place = point.abs().max_element() * f64::EPSILON;
+        let mut moved = |coordinate: f64| match coordinate == 0.0 {
+            true => accepted(self.beside_zero() as f64 * place),
+            false => self.beside(coordinate),
+        };
+        DVec3::new(moved(point.x), moved(point.y), moved(point.z))
+    }
+
+    /// An odd number of places, or none.
+    fn beside_zero(&mut self) -> i64 {
+        let steps = self.steps();
+        if steps % 2 == 0 { 0 } else { steps }
+    }
+
+    /// A number of places, at most [`REACH`] in size.
+    fn steps(&mut self) -> i64 {
+        self.below(2 * REACH + 1) as i64 - REACH as i64
     }
 }

@@ -138,23 +138,36 @@ fn through_fan(random: &mut Random, target: impl Fn(&[DVec3], &mut Random) -> DV
     SegmentTrial { scene: scene(vec![object]), place: free(start), light }
 }
 
-/// A body of revolution with a point of its side and the gradient there: x² + z² = ρ², ρ² a polynomial of the height.
+/// A body of revolution or an ellipsoid, with a point of its side and the gradient there: x² + z² = ρ², ρ² a polynomial of the height.
 fn touched(random: &mut Random) -> (Analytic, DVec3, DVec3) {
     let [radius, height] = [(); 2].map(|()| random.pick_or(&[1.0, 2.0, 0.5, 3.0], 0.1, 1.1));
     let y = random.pick_or(&[0.0, 0.25, -0.5], -0.5, 0.5) * height;
     let taper = radius / height;
     // ρ², and half its derivative by y.
-    let (body, squared, slope) = match random.below(5) {
+    let (body, squared, slope) = match random.below(8) {
         0 => {
-            let y = y * (2.0 * radius / height);
-            return on_ball(radius, y, random);
+            let (point, outward) = on_ball(radius, y * (2.0 * radius / height), random);
+            return (Analytic::Sphere { radius }, point, outward);
         }
-        1 => (Analytic::Cylinder { radius, height }, radius * radius, 0.0),
+        1 => {
+            // Points stretch, gradients shrink.
+            let radii = DVec3::new(radius, height, random.pick(&[0.5, 1.0, 3.0]));
+            let (point, outward) = on_ball(1.0, y * (2.0 / height), random);
+            return (Analytic::Ellipsoid { radii: radii.to_array() }, point * radii, outward / radii);
+        }
         2 => {
+            let top_radius = radius * random.pick(&[0.5, 1.0, 2.0]);
+            let taper = (top_radius - radius) / height;
+            let reach = radius + taper * (y + height * 0.5);
+            (Analytic::Frustum { bottom_radius: radius, top_radius, height }, reach * reach, reach * taper)
+        }
+        3 => (Analytic::Capsule { radius, height }, radius * radius, 0.0),
+        4 => (Analytic::Cylinder { radius, height }, radius * radius, 0.0),
+        5 => {
             let reach = taper * (height * 0.5 - y);
             (Analytic::Cone { radius, height }, reach * reach, -reach * taper)
         }
-        3 => {
+        6 => {
             let rate = radius * taper;
             (Analytic::Paraboloid { radius, height }, rate * (height * 0.5 - y), -0.5 * rate)
         }
@@ -169,9 +182,10 @@ fn touched(random: &mut Random) -> (Analytic, DVec3, DVec3) {
     (body, point, outward - DVec3::Y * slope)
 }
 
-fn on_ball(radius: f64, y: f64, random: &mut Random) -> (Analytic, DVec3, DVec3) {
+/// A point of a ball round the origin, and the vector to it.
+fn on_ball(radius: f64, y: f64, random: &mut Random) -> (DVec3, DVec3) {
     let (point, _) = on_circle((radius * radius - y * y).max(0.0).sqrt(), y, random);
-    (Analytic::Sphere { radius }, point, point)
+    (point, point)
 }
 
 /// A point of the circle at this height, and the vector to it from the axis.

@@ -31,8 +31,8 @@ fn any_position(scene: &Scene, features: &[[f64; 3]], dice: &mut Dice) -> [f64; 
         }
     };
     match dice.below(6) {
-        // Beside zero there is no number that is accepted.
-        0 => position.map(|x| if x == 0.0 { x } else { x.next_up() }),
+        // The next numbers beside zero are not accepted: some as far off as those beside one.
+        0 => position.map(|x| if x == 0.0 { f64::EPSILON } else { x.next_up() }),
         1 => position.map(|x| if x == 0.0 { x } else { x.next_down() }),
         _ => position,
     }

@@ -166,9 +166,19 @@ fn any_object(number: u64, dice: &mut Dice) -> Object {
     }
 }
 
-/// One to four objects; seldom tiny, huge or far away.
+/// One more object of a shape that is there: of a mesh or hull an instance.
+fn any_instance(number: u64, shape: &Shape, dice: &mut Dice) -> Option<Object> {
+    let placement = Placement::new(any_map(dice)).ok()?;
+    Object::new(format!("{number}"), shape.clone(), placement, Sides::Auto).ok()
+}
+
+/// One to five objects, at times two of one shape; seldom tiny, huge or far away.
 pub(crate) fn any_scene(dice: &mut Dice) -> Scene {
-    let objects: Vec<Object> = (0..1 + dice.below(4)).map(|number| any_object(number, dice)).collect();
+    let mut objects: Vec<Object> = (0..1 + dice.below(4)).map(|number| any_object(number, dice)).collect();
+    if dice.one_in(4) {
+        let number = objects.len();
+        objects.extend(any_instance(number as u64, &objects[dice.index(number)].shape.clone(), dice));
+    }
     match dice.below(16) {
         0 => elsewhere(&objects, 2f64.powi(dice.pick(&[-60, -20, 40])), DVec3::ZERO),
         1 => {
