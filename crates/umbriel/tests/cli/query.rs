@@ -50,6 +50,46 @@ fn the_acceleration_changes_no_answer_and_is_told() {
     }
 }
 
+/// Both ends of the accepted range in one scene, as text: a floor of 2^200 m, and a box of 2^-200 m two of its heights above the middle.
+#[test]
+fn both_ends_of_the_range_as_text() {
+    let (most, least) = ("1.6069380442589903e60", "6.223015277861142e-61");
+    let twice = "1.2446030555722283e-60";
+    let scene = format!(
+        "[[object]]\nname = \"floor\"\nrectangle = {{ size = [{most}, {most}] }}\n
+[[object]]\nname = \"speck\"\nbox = {{ size = [{least}, {least}, {least}] }}\ntranslation = [0.0, {twice}, 0.0]\n
+[[light]]\nname = \"noon\"\nsun = {{ direction = [0.0, -{most}, 0.0] }}\n"
+    );
+    // Points, whether noon reaches them, and whether a lamp as high as it goes does.
+    let rows = [
+        ("0,0,0".to_owned(), "0,0"),
+        (format!("{least},0,0"), "1,1"),
+        (format!("0,{least},0"), "0,0"),
+        (format!("0,{twice},0"), "0,0"),
+        (format!("0,{most},0"), "1,1"),
+        (format!("{most},-{least},{least}"), "1,1"),
+        (format!("{least},-{least},0"), "0,0"),
+    ];
+    let text = |header: &str, rows: &[(String, &str)], told: bool| {
+        let row = |(point, lit): &(String, &str)| if told { format!("{point},{lit}\n") } else { format!("{point}\n") };
+        format!("{header}\n{}", rows.iter().map(row).collect::<String>())
+    };
+    let answers = |header: &str, rows: &[(String, &str)]| {
+        let points = text(header, rows, false);
+        let workspace = Workspace::with(&[("ends.toml", scene.as_str()), ("p.csv", points.as_str())]);
+        let lamp = format!("query ends.toml --points p.csv --point 0,{most},0");
+        assert_eq!(workspace.run(&lamp).succeeds().stdout(), text(&format!("{header},noon,point"), rows, true));
+    };
+    answers("x,y,z", &rows);
+    let on_floor: Vec<_> = rows[..2].iter().map(|(point, lit)| (format!("{point},0,{least},0"), *lit)).collect();
+    answers("x,y,z,nx,ny,nz", &on_floor);
+    let of_faces = [("floor,0,0.5,0.5", "0,0"), ("floor,0,0.5,0.25", "1,1"), ("floor,0,0.5,1", "1,1")];
+    answers("object,face,u,v", &of_faces.map(|(point, lit)| (point.to_owned(), lit)));
+    let beyond = "x,y,z\n0,0,0\n0,1.6069380442589906e60,0\n";
+    let workspace = Workspace::with(&[("ends.toml", scene.as_str()), ("p.csv", beyond)]);
+    workspace.run("query ends.toml --points p.csv").fails(1, &["line 3", "2^200"]);
+}
+
 #[test]
 fn bad_rows_are_named_by_their_lines() {
     for (points, words) in [

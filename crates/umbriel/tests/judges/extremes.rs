@@ -1,7 +1,7 @@
 //! Sizes, places, shapes and lights that break programs with epsilons: every answer is that of the oracle.
 //!
 //! Each scene is asked in all ways: cells are baked by both methods and points of proved ones judged; points of its surfaces are queried one by one,
-//! directly, by a BVH and looked up in octrees; points in space together; samples are taken in tiles. What has a closed form is held against it as well. `UMBRIEL_CASES` sets how many points of
+//! directly, by a BVH and looked up in octrees; points in space, of faces and with normals together; samples are taken in tiles. What has a closed form is held against it as well. `UMBRIEL_CASES` sets how many points of
 //! each scene are judged.
 
 mod lights;
@@ -20,8 +20,8 @@ use glam::DVec3;
 use umbriel_geometry::{LightSource, accept_point};
 use umbriel_scene::{Object, Scene};
 use umbriel_shadow::{
-    CellMethod, Detail, Expected, Place, Points, Queries, Report, Request, Sampling, Search, SearchCosts, Silent, bake,
-    for_each_sample,
+    CellMethod, Detail, Expected, FacePoint, Place, Points, Queries, Report, Request, Sampling, Search, SearchCosts,
+    Silent, bake, for_each_sample,
 };
 use umbriel_visibility::Acceleration;
 
@@ -69,6 +69,7 @@ fn judge_answers(name: &str, scene: &Scene, light: LightSource) -> (Judged, usiz
     let [cells, by_borders] = judge_cells(name, scene, light, &oracle);
     let lit = judge_points(name, scene, light, &oracle);
     judge_points_in_space(name, scene, light, &oracle);
+    judge_points_of_faces(name, scene, light, &oracle);
     let samples = judge_samples(name, scene, light, &oracle);
     (Judged { cells, lit, samples }, by_borders)
 }
@@ -140,6 +141,42 @@ fn judge_points_in_space(name: &str, scene: &Scene, light: LightSource, oracle: 
     let lit = Queries::new(scene).lit_many(Points::FreeDouble(&points), &light, &Silent).expect("accepted points");
     for (point, lit) in points.iter().zip(lit) {
         assert_eq!(lit, oracle.lit_in_space(*point, &light), "{name}: {point:?} under {light:?}");
+    }
+}
+
+/// Points of faces by their parameters, and as floats with a normal, all of them together.
+fn judge_points_of_faces(name: &str, scene: &Scene, light: LightSource, oracle: &Oracle) {
+    let mut dice = Dice::new(name, 3);
+    let mut any = |_| {
+        let object = dice.index(scene.objects.len());
+        let face = dice.index(scene.objects[object].face_count());
+        let [u, v] = dice.parameters(has_triangles(&scene.objects[object].shape));
+        FacePoint { object, face, u, v }
+    };
+    let there = |point: &FacePoint| oracle.has_point(point.object, point.face, [point.u, point.v]);
+    let points: Vec<FacePoint> = (0..cases(60)).map(&mut any).filter(there).collect();
+    let queries = Queries::new(scene);
+    let lit = queries.lit_many(Points::OnFaces(&points), &light, &Silent).expect("points of faces");
+    for (&FacePoint { object, face, u, v }, lit) in points.iter().zip(lit) {
+        assert_eq!(
+            lit,
+            oracle.lit(object, face, [u, v], &light),
+            "{name}: {object}, {face}, ({u}, {v}) under {light:?}"
+        );
+    }
+    let row = |&FacePoint { object, face, u, v }: &FacePoint| {
+        let [x, y, z] = oracle.point(object, face, [u, v]).approximate();
+        let [nx, ny, nz] = oracle.front(object, face, [u, v]);
+        [x, y, z, nx, ny, nz]
+    };
+    let accepted = |[x, y, z, normal @ ..]: &[f64; 6]| {
+        accept_point([*x, *y, *z]).is_ok() && normal.iter().all(|c| c.is_finite()) && *normal != [0.0; 3]
+    };
+    let rows: Vec<[f64; 6]> = points.iter().take(20).map(row).filter(accepted).collect();
+    let lit = queries.lit_many(Points::OrientedDouble(&rows), &light, &Silent).expect("accepted points");
+    for (row @ &[x, y, z, nx, ny, nz], lit) in rows.iter().zip(lit) {
+        let expected = oracle.expected([x, y, z], [nx, ny, nz], false, &light).lit;
+        assert!(expected.is_none_or(|expected| expected == lit), "{name}: {row:?} under {light:?} is told lit {lit}");
     }
 }
 
