@@ -14,6 +14,8 @@
 //! that all overlap leave nothing to drop, and every pair is registered. Cost: the pairs that are not dropped, O(n²)
 //! at worst, near O(n log n + registered) where few objects influence each other.
 
+use std::ops::ControlFlow;
+
 use umbriel_geometry::LightSource;
 
 use crate::{
@@ -114,18 +116,21 @@ pub fn influences_with(
     exclusion: Exclusion,
 ) -> Influences {
     let mut pairs = Vec::new();
-    let register = |receiver, occluder| pairs.push((receiver, occluder));
+    let register = |receiver, occluder| {
+        pairs.push((receiver, occluder));
+        ControlFlow::Continue(())
+    };
     let counts = search(tree, light, &is_receiver, exclusion, register);
     Influences::of_pairs(pairs, tree.objects(), counts)
 }
 
-/// Registers each (receiver, occluder) pair of [`influences`], in no order that means anything; answers what was done. Nothing is stored: memory is linear in
-/// the objects, however many pairs there are.
+/// Registers each (receiver, occluder) pair of [`influences`], in no order that means anything, until `register` breaks; answers what was done. Nothing is stored:
+/// memory is linear in the objects, however many pairs there are.
 pub fn for_each_influence(
     tree: &ObjectTree,
     light: &LightSource,
     is_receiver: impl Fn(u32) -> bool,
-    register: impl FnMut(u32, u32),
+    register: impl FnMut(u32, u32) -> ControlFlow<()>,
 ) -> PairCounts {
     search(tree, light, &is_receiver, Exclusion::Planes, register)
 }
@@ -155,17 +160,20 @@ fn search(
     light: &LightSource,
     is_receiver: &impl Fn(u32) -> bool,
     exclusion: Exclusion,
-    mut register: impl FnMut(u32, u32),
+    mut register: impl FnMut(u32, u32) -> ControlFlow<()>,
 ) -> PairCounts {
     let mut is_own: Vec<bool> = (0..tree.objects() as u32).map(is_receiver).collect();
     for (object, _) in tree.boxed_objects().filter(|(_, bounds)| cannot_shadow(bounds, bounds, light)) {
         is_own[object as usize] = false;
     }
-    (0u32..).zip(is_own).filter(|(_, is_own)| *is_own).for_each(|(object, _)| register(object, object));
+    let mut own = (0u32..).zip(is_own).filter(|(_, is_own)| *is_own);
+    if own.try_for_each(|(object, _)| register(object, object)).is_break() {
+        return PairCounts::default();
+    }
     let mut search = Search::new(tree, light, is_receiver, exclusion);
     let siblings = search.level_pairs();
     search.open.extend(siblings.iter().map(|pair| (pair.receiver, pair.occluder)));
-    search.refine(register);
+    let _ = search.refine(register);
     search.counts
 }
 
@@ -242,20 +250,21 @@ impl<'a> Search<'a> {
         shaft.may_meet(bounds) && !is_contact()
     }
 
-    /// Refines all registered pairs down to objects.
-    fn refine(&mut self, mut register: impl FnMut(u32, u32)) {
+    /// Refines all registered pairs down to objects, until `register` breaks.
+    fn refine(&mut self, mut register: impl FnMut(u32, u32) -> ControlFlow<()>) -> ControlFlow<()> {
         let tree = self.tree;
         while let Some((receiver, occluder)) = self.open.pop() {
             match (tree.object_of(receiver), tree.object_of(occluder)) {
                 (Some(receiver), Some(occluder)) => {
                     self.counts.registered += 1;
-                    register(receiver, occluder);
+                    register(receiver, occluder)?;
                 }
                 (None, None) if is_smaller(tree, receiver, occluder) => self.split_occluder(receiver, occluder),
                 (None, _) => self.split_receiver(receiver, occluder),
                 (Some(_), None) => self.split_occluder(receiver, occluder),
             }
         }
+        ControlFlow::Continue(())
     }
 
     fn split_occluder(&mut self, receiver: NodeId, occluder: NodeId) {

@@ -16,8 +16,8 @@ use umbriel_scene::Scene;
 use crate::{
     bodies::Bodies,
     budget::{Limit, refine},
-    coarse::Coarse,
-    fine::{lattice::Spacing, scan::Layout},
+    coarse::{Coarse, Influences},
+    fine::{Occluders, lattice::Spacing, scan::Layout},
     groups::groups,
     portals,
     progress::{Cancelled, Progress},
@@ -27,6 +27,7 @@ use crate::{
     samples::Samples,
     solids::Solids,
     spacing::spacing,
+    throng,
 };
 
 /// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads, but for
@@ -79,6 +80,8 @@ pub(crate) struct Stage<'a> {
     pub(crate) coarse: Coarse,
     /// For each receiver the first one that has the same answer.
     answered_by: Vec<usize>,
+    /// False where it is known that the scene is no [`throng`].
+    pub(crate) may_be_throng: bool,
     /// When making it began, and how many seconds it took.
     begun: Instant,
     seconds: f64,
@@ -113,7 +116,8 @@ impl<'a> Stage<'a> {
         let layouts = scene.objects.iter().map(|_| OnceLock::new()).collect();
         let solids = scene.objects.iter().map(|_| OnceLock::new()).collect();
         let seconds = begun.elapsed().as_secs_f64();
-        Self { bodies, request, spacing, layouts, solids, coarse, answered_by, begun, seconds }
+        let may_be_throng = true;
+        Self { bodies, request, spacing, layouts, solids, coarse, answered_by, may_be_throng, begun, seconds }
     }
 
     /// The account to which lights are added.
@@ -130,32 +134,64 @@ impl<'a> Stage<'a> {
         effort: &mut Effort,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
         let (start, fallbacks) = (Instant::now(), exact_fallbacks());
-        let influences = self.coarse.step(&self.request.receivers, light);
+        let mut influences = self.influences(light);
+        let occluders = Occluders::new(&self.bodies, light);
+        // Samples are decided whatever the clock says, and need all that may block them.
+        let deadline = self.limit(effort.lights).filter(|_| self.spacing.is_none()).and_then(|limit| limit.deadline);
+        deadline.into_iter().for_each(|deadline| occluders.stop_at(deadline));
+        let is_throng = self.is_throng(&influences, &occluders);
+        if !is_throng {
+            influences.see_all();
+        }
         let counts = influences.counts();
         effort.work.pairs_tested += counts.tested;
         effort.work.pairs_registered += counts.registered;
         effort.work.pairs_excluded += counts.excluded;
         effort.time.coarse += start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let influences = &influences;
-        let receivers = |detail| Receivers::new(self, light, (detail, own), influences);
-        let objects = self.refine(&receivers, effort.lights, progress, &mut effort.work)?;
+        let receivers = Receivers::new(self, occluders, own, &influences, is_throng);
+        let objects = self.refine(receivers, effort.lights, progress, &mut effort.work)?;
         effort.lights += 1;
         effort.time.fine += start.elapsed().as_secs_f64();
         effort.work.exact_fallbacks += exact_fallbacks() - fallbacks;
         Ok(objects)
     }
 
+    /// Which objects may shadow which receivers, as far as is seen before it is asked whether the scene is a [`throng`].
+    pub(crate) fn influences(&self, light: &LightSource) -> Influences<'_> {
+        let mut influences = self.coarse.step(&self.request.receivers, light);
+        if self.is_of_samples() {
+            influences.see_more();
+        }
+        influences
+    }
+
+    /// Whether too much lies over everything to go through all pairs. Samples without cells do, unless even the objects are too many.
+    pub(crate) fn is_throng(&self, influences: &Influences, occluders: &Occluders) -> bool {
+        let is_asked = !self.is_of_samples() || !influences.is_whole();
+        self.may_be_throng && is_asked && throng::is_throng(self, influences, occluders)
+    }
+
+    /// Whether samples are asked for, and no cells.
+    fn is_of_samples(&self) -> bool {
+        self.request.detail == Detail::Faces && self.spacing.is_some()
+    }
+
+    /// The objects that are asked for and have no answer of another one.
+    pub(crate) fn first_receivers(&self) -> impl Iterator<Item = usize> + '_ {
+        let is_first = |receiver: &usize| self.answered_by[*receiver] == *receiver;
+        (0..self.answered_by.len()).filter(is_first).map(|receiver| self.request.receivers[receiver])
+    }
+
     /// The fine step; once, or as far as a limit lets it.
-    fn refine<'s>(
-        &'s self,
-        receivers: &dyn Fn(Detail) -> Receivers<'s>,
+    fn refine(
+        &self,
+        mut receivers: Receivers,
         lights_done: usize,
         progress: &dyn Progress,
         work: &mut Work,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
-        if self.request.detail == Detail::Faces && self.spacing.is_some() {
-            let receivers = receivers(Detail::Faces);
+        if self.is_of_samples() {
             let is_first = |receiver: usize| self.answered_by[receiver] == receiver;
             let samples = Samples::new(self, receivers.light, receivers.influences, is_first);
             let sums = run(&receivers, |receiver| is_first(receiver) && !samples.takes(receiver), progress)?;
@@ -164,7 +200,6 @@ impl<'a> Stage<'a> {
             self.repeat(&mut objects);
             return Ok(objects);
         }
-        let mut receivers = receivers(self.request.detail);
         if let Some(limit) = self.limit(lights_done) {
             return Ok(reports(refine(&mut receivers, &limit, progress)?, self.request, work));
         }

@@ -2,13 +2,14 @@
 //!
 //! Of objects that are one body in one place ([`first_alike`]) the first stands for all: what one blocks, all of them block, and none of them blocks more of
 //! another than that one blocks of itself, since faces that coincide are in contact. So equal objects cost their boxes, not the square of their number. Lists of
-//! occluders that would take too much memory are not kept, but found anew for each face.
+//! occluders that would take too much memory are not kept, but found anew for each face; where there are so many pairs the step ends before it has seen them all,
+//! and goes on ([`Influences::see_all`]) unless the scene is one in which pairs are not gone through ([`throng`](crate::throng)).
 
-use std::borrow::Cow;
+use std::{borrow::Cow, ops::ControlFlow};
 
 use umbriel_bvh::{Families, Member, ObjectTree, PairCounts, Shaft, for_each_influence, occluders_of};
 use umbriel_geometry::{Aabb, LightSource};
-use umbriel_scene::{FamilyTree, first_alike};
+use umbriel_scene::{FamilyTree, Object, Shape, first_alike};
 
 use crate::bodies::Bodies;
 
@@ -16,7 +17,10 @@ use crate::bodies::Bodies;
 const KEPT_PAIRS: usize = 1 << 24;
 
 /// Pairs that are kept for each object besides: they take about as much as an object does.
-const KEPT_PAIRS_AN_OBJECT: usize = 64;
+const PAIRS_AN_OBJECT: usize = 64;
+
+/// Pairs that are seen in any scene before it is asked whether all are to be, and [`PAIRS_AN_OBJECT`] besides: a tenth of a second.
+const FIRST_PAIRS: usize = 1 << 18;
 
 /// The objects of a scene as the coarse step looks at them; made once for all lights.
 pub(crate) struct Coarse {
@@ -24,6 +28,8 @@ pub(crate) struct Coarse {
     alike: Alike,
     /// Which objects the tree does not have.
     is_left_out: Vec<bool>,
+    /// How many faces each object has, at most.
+    faces: Vec<u32>,
 }
 
 /// Which objects are one body in one place.
@@ -38,9 +44,15 @@ pub(crate) struct Alike {
 pub(crate) struct Influences<'a> {
     coarse: &'a Coarse,
     light: LightSource,
+    /// For each first object how many asked receivers it stands for.
+    asked: Vec<u32>,
     /// `None` where there are too many pairs to keep.
     kept: Option<umbriel_bvh::Influences>,
     counts: PairCounts,
+    /// Pairs of a face and a face of an object that may shadow it, equal objects once.
+    face_pairs: u64,
+    /// Whether all pairs were seen.
+    is_whole: bool,
 }
 
 impl Coarse {
@@ -56,7 +68,8 @@ impl Coarse {
             leave_out_idle(&mut boxes, &receivers, lights);
         }
         let is_left_out = boxes.iter().map(Aabb::is_empty).collect();
-        Self { tree: object_tree(&boxes, &bodies.scene.families), alike, is_left_out }
+        let faces = bodies.scene.objects.iter().map(|object| most_faces(object) as u32).collect();
+        Self { tree: object_tree(&boxes, &bodies.scene.families), alike, is_left_out, faces }
     }
 
     /// Which objects are one.
@@ -64,33 +77,24 @@ impl Coarse {
         &self.alike
     }
 
-    /// Which objects may shadow each asked receiver.
+    /// Which objects may shadow each asked receiver. Ends where there are many pairs for so many objects.
     pub(crate) fn step(&self, receivers: &[usize], light: &LightSource) -> Influences<'_> {
-        self.step_with(receivers, light, KEPT_PAIRS + KEPT_PAIRS_AN_OBJECT * self.alike.firsts.len())
+        self.step_with(receivers, light, FIRST_PAIRS + PAIRS_AN_OBJECT * self.alike.firsts.len())
     }
 
-    /// As [`Coarse::step`]; at most so many pairs are kept.
+    /// As [`Coarse::step`]; it ends with more pairs than that.
     fn step_with(&self, receivers: &[usize], light: &LightSource, most: usize) -> Influences<'_> {
         let asked = self.alike.asked(receivers);
-        let (mut pairs, mut registered) = (Some(Vec::new()), 0);
-        let register = |receiver: u32, occluder: u32| {
-            // Of a class that is its own occluder, each but itself; without a box it is paired with nothing.
-            let is_own = occluder == receiver;
-            let equal =
-                if is_own && self.is_left_out[receiver as usize] { 1 } else { self.alike.counts[occluder as usize] };
-            let others = equal - u32::from(is_own);
-            registered += u64::from(asked[receiver as usize]) * u64::from(others);
-            if let Some(kept) = &mut pairs {
-                kept.push((receiver, occluder));
-                if kept.len() > most {
-                    pairs = None;
-                }
-            }
-        };
-        let counts = for_each_influence(&self.tree, light, |object| asked[object as usize] > 0, register);
-        let counts = PairCounts { registered, ..counts };
-        let kept = pairs.map(|pairs| umbriel_bvh::Influences::of_pairs(pairs, self.tree.objects(), counts));
-        Influences { coarse: self, light: *light, kept, counts }
+        let (counts, face_pairs, is_whole) = Default::default();
+        let mut influences =
+            Influences { coarse: self, light: *light, asked, kept: None, counts, face_pairs, is_whole };
+        influences.see(most, ControlFlow::Break(()));
+        influences
+    }
+
+    /// Objects of which others stand for none and that may shadow anything, ascending.
+    pub(crate) fn occluders(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.is_left_out.len()).filter(|&object| !self.is_left_out[object])
     }
 }
 
@@ -143,9 +147,96 @@ impl Influences<'_> {
         found.into()
     }
 
+    /// The objects that may shadow one of some asked receivers, ascending; where not all pairs were seen, others too.
+    pub(crate) fn occluders_of_all(&self, receivers: impl Iterator<Item = usize>) -> Vec<u32> {
+        if !self.is_whole {
+            return self.coarse.occluders().map(|object| object as u32).collect();
+        }
+        let mut is_over = vec![false; self.coarse.faces.len()];
+        for receiver in receivers {
+            let occluders = self.occluders_of(receiver as u32);
+            occluders.iter().for_each(|&occluder| is_over[occluder as usize] = true);
+        }
+        (0u32..).zip(is_over).filter(|(_, is_over)| *is_over).map(|(object, _)| object).collect()
+    }
+
     /// What was done to find them; pairs of objects, however many are one.
     pub(crate) fn counts(&self) -> PairCounts {
         self.counts
+    }
+
+    /// Whether all pairs were seen: there are not too many to keep, or they were counted.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
+    /// Pairs of a face and a face of an object that may shadow it, equal objects once; of those that were seen.
+    pub(crate) fn face_pairs(&self) -> u64 {
+        self.face_pairs
+    }
+
+    /// Sees as many pairs as may be kept.
+    pub(crate) fn see_more(&mut self) {
+        if !self.is_whole {
+            self.see(self.most_kept(), ControlFlow::Break(()));
+        }
+    }
+
+    /// Sees all pairs, and keeps them unless they take too much memory.
+    pub(crate) fn see_all(&mut self) {
+        if !self.is_whole {
+            self.see(self.most_kept(), ControlFlow::Continue(()));
+        }
+    }
+
+    fn most_kept(&self) -> usize {
+        KEPT_PAIRS + PAIRS_AN_OBJECT * self.coarse.faces.len()
+    }
+
+    /// Keeps the pairs if they are no more than that; with more it goes on or breaks.
+    fn see(&mut self, most: usize, beyond: ControlFlow<()>) {
+        let mut pairs = Some(Vec::new());
+        self.count(|receiver, occluder| match &mut pairs {
+            Some(kept) if kept.len() < most => {
+                kept.push((receiver, occluder));
+                ControlFlow::Continue(())
+            }
+            _ => {
+                pairs = None;
+                beyond
+            }
+        });
+        let objects = self.coarse.tree.objects();
+        self.kept = pairs.map(|pairs| umbriel_bvh::Influences::of_pairs(pairs, objects, self.counts));
+    }
+
+    /// Counts the pairs of first objects, and gives each to `take` until that breaks.
+    fn count(&mut self, mut take: impl FnMut(u32, u32) -> ControlFlow<()>) {
+        let (Coarse { tree, alike, is_left_out, faces }, asked) = (self.coarse, &self.asked);
+        let (mut registered, mut face_pairs, mut is_whole) = (0, 0u64, true);
+        let register = |receiver: u32, occluder: u32| {
+            // Of a class that is its own occluder, each but itself; without a box it is paired with nothing.
+            let is_own = occluder == receiver;
+            let equal = if is_own && is_left_out[receiver as usize] { 1 } else { alike.counts[occluder as usize] };
+            let others = equal - u32::from(is_own);
+            registered += u64::from(asked[receiver as usize]) * u64::from(others);
+            let [of_receiver, of_occluder] = [receiver, occluder].map(|object| u64::from(faces[object as usize]));
+            face_pairs = face_pairs.saturating_add(of_receiver * of_occluder);
+            let taken = take(receiver, occluder);
+            is_whole &= taken.is_continue();
+            taken
+        };
+        let counts = for_each_influence(tree, &self.light, |object| asked[object as usize] > 0, register);
+        (self.counts, self.face_pairs, self.is_whole) = (PairCounts { registered, ..counts }, face_pairs, is_whole);
+    }
+}
+
+/// How many faces an object has, at most: without building the hull of a convex body.
+pub(crate) fn most_faces(object: &Object) -> usize {
+    match &object.shape {
+        // Of triangles.
+        Shape::Convex(body) => (2 * body.points().len()).saturating_sub(4),
+        _ => object.face_count(),
     }
 }
 
@@ -184,7 +275,7 @@ mod tests {
     use glam::{DAffine3, DVec3};
     use umbriel_bvh::{cannot_shadow, may_shadow};
     use umbriel_geometry::{Cuboid, Placement, Rectangle};
-    use umbriel_scene::{Object, Scene, Shape, Sides};
+    use umbriel_scene::{Scene, Sides};
 
     use super::*;
 
@@ -218,8 +309,11 @@ mod tests {
                 (occluder == receiver || may_shadow(a, b, &light)) && !cannot_shadow(a, b, &light)
             };
             let coarse = Coarse::new(&bodies, &receivers, Some(&[light]));
-            let [kept, anew] = [usize::MAX, 5].map(|most| coarse.step_with(&receivers, &light, most));
-            assert!(kept.kept.is_some() && anew.kept.is_none());
+            let [kept, mut anew] = [usize::MAX, 5].map(|most| coarse.step_with(&receivers, &light, most));
+            assert!(kept.kept.is_some() && anew.kept.is_none() && kept.is_whole() && !anew.is_whole());
+            assert!(anew.counts().tested < kept.counts().tested / 2, "{:?}", anew.counts());
+            anew.see(5, ControlFlow::Continue(()));
+            assert!(anew.is_whole() && anew.face_pairs() == kept.face_pairs());
             let mut registered = 0;
             for &receiver in &receivers {
                 let all: Vec<usize> = (0..60).filter(|&occluder| influences(occluder, receiver)).collect();

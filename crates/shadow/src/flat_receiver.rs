@@ -14,6 +14,7 @@ use crate::{
         flat,
         flat::{FLAT, FaceShape, FlatFace, Levels},
         lattice::Lattice,
+        occluders::Among,
         raster::{self, Chain, Plane, Raster},
         tally::{Tally, Units},
     },
@@ -27,7 +28,7 @@ use crate::{
 pub(crate) struct FlatReceiver<'a> {
     all: &'a Receivers<'a>,
     id: FacetId,
-    /// Objects that may shadow this one, found when first asked for: faces that are turned away do not ask.
+    /// Objects that may shadow this one, in a throng this face, found when first asked for: faces that are turned away do not ask.
     objects: OnceLock<Cow<'a, [u32]>>,
     shape: FaceShape,
     corners: [Point<'a>; FLAT],
@@ -73,9 +74,18 @@ impl<'a> FlatReceiver<'a> {
         by_borders.unwrap_or_else(|| self.divide(is_in_crowd))
     }
 
-    /// Objects that may shadow this one.
+    /// Objects that may shadow this one; in a throng this face.
     fn objects(&self) -> &[u32] {
-        self.objects.get_or_init(|| self.all.influences.occluders_of(self.id.object))
+        self.objects.get_or_init(|| match &self.all.throng {
+            Some(throng) => self.all.occluders.candidates(Among::Throng(throng), &self.corners).objects().into(),
+            None => self.all.influences.occluders_of(self.id.object),
+        })
+    }
+
+    /// What is looked through for what may shadow the face.
+    fn among(&self) -> Among<'_> {
+        let objects = self.all.throng.is_none().then(|| self.objects());
+        self.all.among(objects)
     }
 
     /// Whether the face is one for [`raster`], and likely to be done sooner by it.
@@ -96,7 +106,7 @@ impl<'a> FlatReceiver<'a> {
             }
         }
         let occluders = &self.all.occluders;
-        let others = occluders.candidates(&others, &self.corners);
+        let others = occluders.candidates(Among::Objects(&others), &self.corners);
         let meets_others = !others.bodies.is_empty() || others.facets.iter().any(|&id| id != self.id);
         if facets >= raster::MAX_FACETS || meets_others {
             return false;
@@ -123,7 +133,7 @@ impl<'a> FlatReceiver<'a> {
     /// Whether anything blocks the way from a point of the face to the light. Exact.
     fn point_is_blocked(&self, u: f64, v: f64) -> bool {
         let probe = flat::flat_probe(&self.corners, u, v);
-        let candidates = self.all.occluders.candidates(self.objects(), &[probe.bounds]);
+        let candidates = self.all.occluders.candidates(self.among(), &[probe.bounds]);
         let facets = candidates.facets.iter().filter(|&&id| id != self.id);
         let facets = facets.map(|id| (id.object as usize, id.facet as usize));
         let bodies = candidates.bodies.iter().map(|&object| (object as usize, 0));
@@ -136,8 +146,8 @@ impl<'a> FlatReceiver<'a> {
         let (all, object) = (self.all, self.id.object as usize);
         let Body::Flat(facets) = all.bodies.get(object) else { return false };
         // The object first: most are told by the numbers of their faces alone.
-        all.is_in_crowd(object, facets, self.objects())
-            && all.occluders.count(self.objects(), &self.corners, PAIRS + 1) > PAIRS
+        (all.throng.is_some() || all.is_in_crowd(object, facets, self.objects()))
+            && all.occluders.count(self.among(), &self.corners, PAIRS + 1) > PAIRS
     }
 
     /// By a quadtree that passes the blockers in question down.
@@ -170,10 +180,10 @@ impl<'a> FlatReceiver<'a> {
             is_cancelled: self.is_cancelled,
         };
         if is_in_crowd {
-            let crowd = Crowd { own: self.id, receiver: &receiver, occluders, objects: self.objects(), under: &under };
+            let crowd = Crowd { own: self.id, receiver: &receiver, occluders, among: self.among(), under: &under };
             return crowd.run();
         }
-        let mut candidates = occluders.candidates(self.objects(), &corners);
+        let mut candidates = occluders.candidates(self.among(), &corners);
         candidates.facets.retain(|&candidate| candidate != self.id);
         under(occluders.blockers(&candidates, &receiver)).run()
     }

@@ -40,6 +40,7 @@ mod soft;
 mod solids;
 mod spacing;
 mod sums;
+mod throng;
 pub mod tradeoff;
 
 pub use bake::bake;

@@ -63,12 +63,7 @@ pub(crate) fn parts(
 /// A group of receivers, and what may shadow them in lots of `most` faces.
 fn part(bodies: &Bodies, receivers: &[usize], influences: &Influences, (group, most): (Vec<usize>, usize)) -> Part {
     let own: u64 = group.iter().map(|&receiver| bodies.face_count(receivers[receiver]) as u64).sum();
-    let mut is_over = vec![false; bodies.boxes.len()];
-    for &receiver in &group {
-        let occluders = influences.occluders_of(receivers[receiver] as u32);
-        occluders.iter().for_each(|&occluder| is_over[occluder as usize] = true);
-    }
-    let occluders = (0u32..).zip(is_over).filter(|(_, is_over)| *is_over).map(|(object, _)| object);
+    let occluders = influences.occluders_of_all(group.iter().map(|&receiver| receivers[receiver]));
     let mut lots = vec![Lot { faces: own, ..Lot::default() }];
     let mut free = most as u64;
     for object in occluders {

@@ -18,6 +18,7 @@ use crate::{
         Occluders, crowd,
         flat::{FLAT, Levels},
         lattice::{Lattice, Spacing},
+        occluders::{Among, throng::Throng, tickets::halvings},
         patch::Patch,
         tally::{Tally, Units, cell_units},
     },
@@ -77,28 +78,32 @@ pub(crate) struct Receivers<'a> {
     pub(crate) spacing: Option<Spacing>,
     /// Whether each object is in a crowd, once that is asked.
     crowds: Arc<[OnceLock<bool>]>,
+    /// The whole scene, if all of it is one.
+    pub(crate) throng: Option<Arc<Throng>>,
 }
 
 impl<'a> Receivers<'a> {
-    /// Builds nothing yet.
+    /// Builds nothing yet but the trees of a throng, if the scene is one.
     pub(crate) fn new(
         stage: &'a Stage<'a>,
-        light: &'a LightSource,
-        (detail, own): (Detail, Option<Detail>),
+        occluders: Occluders<'a>,
+        own: Option<Detail>,
         influences: &'a Influences<'a>,
+        is_throng: bool,
     ) -> Self {
-        let Stage { bodies, request, spacing, .. } = stage;
-        let occluders = Occluders::new(bodies, light);
+        let Stage { bodies, request, spacing, coarse, .. } = stage;
         let crowds = bodies.boxes.iter().map(|_| OnceLock::new()).collect();
-        Self { bodies, light, request, detail, own, influences, occluders, spacing: *spacing, crowds }
+        let throng = is_throng.then(|| Arc::new(Throng::new(&occluders, coarse.occluders())));
+        let (light, detail) = (occluders.light, request.detail);
+        Self { bodies, light, request, detail, own, influences, occluders, spacing: *spacing, crowds, throng }
     }
 
     /// The same with instances in `bodies`, which are those of a group ([`Bodies::of_group`]).
     pub(crate) fn of_group<'g>(&'g self, bodies: &'g Bodies<'g>) -> Receivers<'g> {
         let Self { light, request, detail, own, influences, spacing, .. } = *self;
         let occluders = Occluders::of_group(bodies, &self.occluders);
-        let crowds = Arc::clone(&self.crowds);
-        Receivers { bodies, light, request, detail, own, influences, occluders, spacing, crowds }
+        let (crowds, throng) = (Arc::clone(&self.crowds), self.throng.clone());
+        Receivers { bodies, light, request, detail, own, influences, occluders, spacing, crowds, throng }
     }
 
     /// All jobs, in the order of receivers and faces.
@@ -158,12 +163,17 @@ impl<'a> Receivers<'a> {
 
     /// Whether there are too many pairs of an object's face and of what is over it, among the facets of `occluders`, to measure them all.
     pub(crate) fn is_in_crowd(&self, object: usize, facets: &Facets, occluders: &[u32]) -> bool {
-        let of_occluders = || occluders.iter().map(|&object| self.bodies.distinct_faces(object as usize)).sum();
-        let tickets = || self.occluders.tickets(object as u32);
         let over = |face: usize, most: usize| {
-            self.occluders.count(occluders, &flat_corners(facets, face, facets.base(face).corner), most)
+            let corners = flat_corners(facets, face, facets.base(face).corner);
+            self.occluders.count(Among::Objects(occluders), &corners, most)
         };
-        *self.crowds[object].get_or_init(|| crowd::is_crowd((facets.len(), of_occluders()), tickets, over))
+        *self.crowds[object].get_or_init(|| {
+            let of_occluders = occluders.iter().map(|&object| self.bodies.distinct_faces(object as usize)).sum();
+            let allowed = crowd::allowed(facets.len(), of_occluders);
+            let tickets = || self.occluders.tickets(object as u32).iter();
+            facets.len().saturating_mul(of_occluders) > allowed
+                && crowd::is_crowd(&tickets().map(|&ticket| halvings(ticket)).collect::<Vec<_>>(), allowed, over)
+        })
     }
 
     fn look_at_patch(
@@ -175,11 +185,12 @@ impl<'a> Receivers<'a> {
     ) -> Tally<Approx> {
         let chart = &body.charts()[face];
         let size = levels::FaceSize::of_patch(chart, body.placement());
-        let objects = &*self.influences.occluders_of(object as u32);
+        let objects = self.throng.is_none().then(|| self.influences.occluders_of(object as u32));
+        let among = self.among(objects.as_deref());
         let is_lit_exactly = |u: f64, v: f64| {
             let probe = patch_probe(body, face, u, v)?;
             let own = turned_to(self.bodies, object, chart.surface, &probe, self.light);
-            Some(own.is_some_and(|own| !self.point_is_blocked(objects, own, &probe)))
+            Some(own.is_some_and(|own| !self.point_is_blocked(among, own, &probe)))
         };
         let exact = chart.plane_points().map(|points| points.map(|local| body.placement().exact(local)));
         let plane = exact.as_ref().map(|points| std::array::from_fn(|k| points[k].bounded()));
@@ -191,7 +202,7 @@ impl<'a> Receivers<'a> {
             plane,
             area: &PatchArea::new(chart, body.placement()),
             occluders: &self.occluders,
-            objects,
+            among,
             levels: self.levels(object, &size, level),
             lattice: self.spacing.map(|spacing| Lattice::new(size.edges, spacing, false)),
             is_lit_exactly: &is_lit_exactly,
@@ -204,9 +215,17 @@ impl<'a> Receivers<'a> {
         tally
     }
 
-    /// Whether anything among `objects` blocks the way from a point to the light. Exact.
-    fn point_is_blocked(&self, objects: &[u32], own: Own, probe: &Probe<Surd>) -> bool {
-        let candidates = self.occluders.candidates(objects, &[probe.bounds]);
+    /// What is looked through for what may shadow a receiver: these objects, unless the scene is a throng.
+    pub(crate) fn among<'s>(&'s self, objects: Option<&'s [u32]>) -> Among<'s> {
+        match &self.throng {
+            Some(throng) => Among::Throng(throng),
+            None => Among::Objects(objects.unwrap_or_default()),
+        }
+    }
+
+    /// Whether anything of these blocks the way from a point to the light. Exact.
+    fn point_is_blocked(&self, among: Among, own: Own, probe: &Probe<Surd>) -> bool {
+        let candidates = self.occluders.candidates(among, &[probe.bounds]);
         let facets = candidates.facets.iter().map(|id| (id.object as usize, id.facet as usize));
         let bodies = candidates.bodies.iter().map(|&object| (object as usize, 0));
         facets.chain(bodies).any(|face| face_blocks(self.bodies, face, probe, own, self.light))

@@ -164,7 +164,8 @@ pub struct LightReport {
 /// What was done; the names are those of the JSON contract.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Pairs of boxes tested for influence; of equal objects (same shape, same place) one is looked at.
+    /// Pairs of boxes tested for influence; of equal objects (same shape, same place) one is looked at. Where too much lies over everything to go through
+    /// all pairs of objects, this and the next two are those that were looked at.
     pub pairs_tested: u64,
     /// Pairs of objects that may shadow one another; equal ones count each.
     pub pairs_registered: u64,

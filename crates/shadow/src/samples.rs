@@ -48,13 +48,12 @@ impl<'a> Samples<'a> {
     ) -> Self {
         let bodies = &stage.bodies;
         let is_flat = |object: usize| !bodies.is_analytic(object) && !bodies.has_holes(object);
-        let taken = stage.request.receivers.iter().enumerate().map(|(receiver, &object)| {
-            if !asked(receiver) {
-                return false;
-            }
-            let occluders = influences.occluders_of(object as u32);
-            is_flat(object) && occluders.iter().all(|&occluder| is_flat(occluder as usize))
-        });
+        let all_are_flat = (0..bodies.boxes.len()).all(is_flat);
+        let is_under_flat = |object: usize| {
+            all_are_flat || influences.occluders_of(object as u32).iter().all(|&occluder| is_flat(occluder as usize))
+        };
+        let taken = stage.request.receivers.iter().enumerate();
+        let taken = taken.map(|(receiver, &object)| asked(receiver) && is_flat(object) && is_under_flat(object));
         Self { stage, light, influences, taken: taken.collect() }
     }
 

@@ -7,7 +7,8 @@
 //! what [`Session::lights`] answers is what a [`bake`](crate::bake) of the scene as it stands answers, bit for bit.
 //!
 //! Cost of an update: the coarse step, and the receivers whose answer may differ. Details that spread over all receivers
-//! ([`Detail::MaxUndecided`], [`Detail::Time`], [`Detail::Memory`]) have all of them redone; samples by their count look at every area anew.
+//! ([`Detail::MaxUndecided`], [`Detail::Time`], [`Detail::Memory`]) have all of them redone, and so has a scene in which too much lies over everything
+//! ([`throng`](crate::throng)); samples by their count look at every area anew.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +19,7 @@ use umbriel_visibility::portals::reach_of_light;
 use crate::{
     bake::Stage,
     coarse::Influences,
-    fine::lattice::Spacing,
+    fine::{Occluders, lattice::Spacing},
     progress::{Cancelled, Progress},
     report::{LightReport, ObjectReport, Time, Work},
     request::{Detail, Request},
@@ -81,6 +82,9 @@ type Involved = Vec<u64>;
 
 /// The name of nobody, in the place of occluders: no light reaches the receiver.
 const DARK: u64 = u64::MAX;
+
+/// In a throng whoever changes changes the answer: who is involved is not kept.
+const ALL: [u64; 0] = [];
 
 /// A light's answers, one a receiver.
 #[derive(Debug, Default)]
@@ -235,18 +239,25 @@ impl Session {
             let source = &self.scene.lights[light].source;
             let reached = self.reached(source);
             let within = reached.as_ref().map(|reached| self.stage(&everything, source, Some(reached.clone())));
-            let influences = within.as_ref().unwrap_or(&stage).coarse.step(&everything.receivers, source);
+            let whole = within.as_ref().unwrap_or(&stage);
+            let mut influences = whole.influences(source);
+            let is_throng = whole.is_throng(&influences, &Occluders::new(&whole.bodies, source));
+            if !is_throng {
+                influences.see_all();
+            }
             let is_dark = |object: usize| reached.as_ref().is_some_and(|reached| !reached[object]);
-            let involved: Vec<Involved> = (0..self.names.len())
-                .map(|object| self.involved(object, is_dark(object), &influences, &stage))
-                .collect();
-            let is_new = |&object: &usize| answers.involved.get(object) != Some(&involved[object]);
+            let involved_in = |object: usize| match is_throng {
+                true => ALL.to_vec(),
+                false => self.involved(object, is_dark(object), &influences, &stage),
+            };
+            let involved: Vec<Involved> = (0..self.names.len()).map(involved_in).collect();
+            let is_new = |&object: &usize| is_throng || answers.involved.get(object) != Some(&involved[object]);
             let touched: Vec<usize> = (0..involved.len()).filter(is_new).collect();
             update.redone += touched.len() as u64;
             update.kept += (involved.len() - touched.len()) as u64;
             let request = Request { lights: vec![light], receivers: touched.clone(), ..self.request.clone() };
             let mut part = self.stage(&request, source, reached);
-            part.spacing = self.spacing;
+            (part.spacing, part.may_be_throng) = (self.spacing, is_throng);
             let mut effort = part.effort();
             let reports = part.bake(source, request.own.lights.get(&light).copied(), progress, &mut effort)?;
             update.work.add(&effort.work);

@@ -2,21 +2,27 @@
 //!
 //! One test, in a program of its own, because decisions are counted for all of a program.
 
+#![allow(clippy::print_stdout, reason = "figures are part of what these tests tell")]
+
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 use umbriel_geometry::{LightSource, Mesh, Placement, decisions::Decisions};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{Detail, ObjectReport, Place, Queries, Report, Request, Silent, Verdict, bake};
 
-/// Triangles from one corner to places all over a cube.
-fn fan(count: u32) -> Mesh {
+/// Numbers between 0 and 1: the top bits of a linear congruential generator, with Knuth's constants.
+fn dice() -> impl FnMut() -> f64 {
     let mut state = 1u64;
-    // The top bits of a linear congruential generator, with Knuth's constants.
-    let mut dice = || {
+    move || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 40) as f64 / f64::from(1u32 << 24)
-    };
+    }
+}
+
+/// Triangles from one corner to places all over a cube.
+fn fan(count: u32) -> Mesh {
+    let mut dice = dice();
     let positions = (0..count + 2).map(|_| [dice(), dice(), dice()]).collect();
     let triangles = (1..=count).map(|k| [0, k, k + 1]).collect();
     Mesh::new(positions, triangles).expect("a fan")
@@ -31,6 +37,26 @@ fn fans(times: u32, count: u32, light: LightSource) -> Scene {
         Object::new(format!("fan {k}"), shape, placement.expect("regular"), Sides::Two).expect("an object")
     };
     Scene { objects: (0..times).map(object).collect(), lights: vec![Light::new("light", light)], ..Scene::default() }
+}
+
+/// Objects of one triangle all over a cube: each a mesh of its own, or all of them one mesh, turned and moved.
+fn triangles(count: u32, is_one_mesh: bool, light: LightSource) -> Scene {
+    let mut dice = dice();
+    let mut corners = || [[(); 3]; 3].map(|corner| corner.map(|()| dice()));
+    let mesh = |corners: [[f64; 3]; 3]| Arc::new(Mesh::new(corners.to_vec(), vec![[0, 1, 2]]).expect("a triangle"));
+    let one = mesh(corners());
+    let object = |k: u32| {
+        let (mesh, map) = if is_one_mesh {
+            let [axis, angles, place] = corners().map(DVec3::from_array);
+            let axis = (axis - DVec3::splat(0.5)).normalize_or(DVec3::X);
+            (Arc::clone(&one), DAffine3::from_rotation_translation(DQuat::from_axis_angle(axis, 6.0 * angles.x), place))
+        } else {
+            (mesh(corners()), DAffine3::IDENTITY)
+        };
+        let placement = Placement::new(map).expect("regular");
+        Object::new(format!("{k}"), Shape::Mesh(mesh), placement, Sides::Two).expect("an object")
+    };
+    Scene { objects: (0..count).map(object).collect(), lights: vec![Light::new("light", light)], ..Scene::default() }
 }
 
 /// Exact answers at some points of every 251st stored cell, which must be what is proved of it; how many cells have each verdict.
@@ -73,6 +99,19 @@ fn a_second_instance_far_aside_changes_nothing(scene: &Scene, before: &Report) {
     assert!(before[..] == after[..before.len()]);
 }
 
+/// Beside eighty thousand triangles that nothing shadows all pairs are few; the crowd is one by itself then, and the same is proved of it.
+fn a_sheet_far_aside_changes_nothing(scene: &Scene, before: &Report) {
+    let corner = |k: u32| [64.0 + f64::from(k % 201) / 1024.0, 0.0, 64.0 + f64::from(k / 201) / 1024.0];
+    let squares = (0..40_000).map(|k| k / 200 * 201 + k % 200);
+    let triangles = squares.flat_map(|k| [[k, k + 201, k + 1], [k + 1, k + 201, k + 202]]).collect();
+    let sheet = Mesh::new((0..201 * 201).map(corner).collect(), triangles).expect("a sheet");
+    let mut more = scene.clone();
+    let shape = Shape::Mesh(Arc::new(sheet));
+    more.objects.push(Object::new("sheet".to_owned(), shape, Placement::IDENTITY, Sides::Two).expect("an object"));
+    let (before, after) = (&before.lights[0].objects, &answers(&more).lights[0].objects);
+    assert!(before[..] == after[..before.len()]);
+}
+
 /// Triangles from the last to the first, each begun with its second corner; `map` after the placement.
 fn turned(object: &Object, map: DAffine3) -> Object {
     let Shape::Mesh(mesh) = &object.shape else { panic!("fans are meshes") };
@@ -111,22 +150,25 @@ fn no_order_and_no_scale_changes_an_answer(scene: &Scene, before: &Report) {
 fn the_square_of_the_input_is_not_measured_and_proofs_are_right() {
     let sun = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
     let lamp = LightSource::point([0.5, 4.0, 0.25]).expect("a lamp");
-    for (times, count, light) in [(1, 4000, sun), (2, 2500, lamp)] {
-        let scene = fans(times, count, light);
+    let [whole, twice] = [(1, 4000, sun), (2, 2500, lamp)].map(|(times, count, light)| fans(times, count, light));
+    let [own, shared] = [(false, sun), (true, lamp)].map(|(is_one_mesh, light)| triangles(6000, is_one_mesh, light));
+    for scene in [whole, twice, own, shared] {
         let before = Decisions::of_process().all();
         let report = answers(&scene);
         let decisions = Decisions::of_process().all() - before;
-        let faces = u64::from(times * count);
+        let faces: u64 = scene.objects.iter().map(|object| object.face_count() as u64).sum();
         // Each face measured against what is over it would take seven decisions a pair.
         assert!(decisions < faces * faces, "{decisions} decisions for {faces} faces");
         let area: f64 = report.lights[0].objects.iter().map(|receiver| receiver.area).sum();
         let undecided: f64 = report.lights[0].objects.iter().map(|receiver| receiver.undecided()).sum();
+        println!("{faces} faces, {decisions} decisions, {:.2} undecided", undecided / area);
         assert!(undecided < 0.5 * area, "{undecided} m² of {area} m²");
         let [_, shadowed, _] = judged(&scene, &report);
         assert!(shadowed > 100, "{shadowed} cells looked at");
         no_order_and_no_scale_changes_an_answer(&scene, &report);
-        if times == 1 {
+        if scene.objects.len() == 1 {
             a_second_instance_far_aside_changes_nothing(&scene, &report);
+            a_sheet_far_aside_changes_nothing(&scene, &report);
         }
     }
 }

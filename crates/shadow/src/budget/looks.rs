@@ -125,7 +125,8 @@ impl Looks<'_> {
 
     /// The level of a first look: where measuring what may shadow the face costs much, cells may.
     fn first_level(&self, id: FaceId) -> u8 {
-        if self.is_sparing {
+        // In a throng nothing is measured beyond some facets, and counting all would cost more.
+        if self.is_sparing || self.all.throng.is_some() {
             return FIRST_LEVEL;
         }
         let object = self.object(id);

@@ -6,8 +6,8 @@
 //! facets together would prove shadowed (a sheet of small triangles). Guarantee: [`PAIRS`] facets are measured for a face, [`PARTS`] for each of at most 64 cells, and
 //! those picked are looked at for each of at most 85, whatever the detail; which they are goes by the light, the face and what may shadow it, not by their
 //! order. Estimates of undecided cells ask the few parts alone, so they lean to lit. Cost: half a millisecond a face, some where very many facets are beside a
-//! cell though their boxes hold it. Not bounded: all objects that may shadow the receiver are asked for each cell, and samples are looked up one by one. The limit
-//! is one of each receiver by itself, so thousands of small objects over each other are the square of the input still.
+//! cell though their boxes hold it. Not bounded: samples are looked up one by one. The limit is one of each receiver by itself, whose occluders are asked object by
+//! object; thousands of objects over each other are a [`throng`](crate::throng).
 
 use umbriel_geometry::{Point, blocking::Probe};
 use umbriel_octree::Quadrant;
@@ -15,7 +15,7 @@ use umbriel_octree::Quadrant;
 use super::{
     classify::Blockers,
     flat::{self, FLAT, FlatFace, count, count_samples},
-    occluders::{Candidates, Occluders, few::Picked, tickets::halvings},
+    occluders::{Among, Candidates, Occluders, few::Picked},
     polygon_blocker::FacetId,
     receiver::Receiver,
     tally::{Tally, Units},
@@ -38,21 +38,18 @@ const PAIRS_EACH: usize = 256;
 /// How many faces of a receiver tell at least whether it is in a crowd.
 const ASKED: usize = 64;
 
-/// Whether a receiver of so many faces, under objects of so many facets, has too many pairs to measure them all. Expected from its faces halved as often as leaves
-/// enough of them, by their [`tickets`](super::occluders::tickets); `count` tells how many facets are over a face, up to a limit.
-pub(crate) fn is_crowd<'a>(
-    (faces, facets): (usize, usize),
-    tickets: impl FnOnce() -> &'a [u64],
-    count: impl Fn(usize, usize) -> usize,
-) -> bool {
-    let allowed = FREE_PAIRS.saturating_add(faces.saturating_add(facets).saturating_mul(PAIRS_EACH));
-    if faces.saturating_mul(facets) <= allowed {
-        return false;
-    }
-    let halvings: Vec<u8> = tickets().iter().map(|&ticket| halvings(ticket)).collect();
+/// Pairs that so many faces may have with so many facets over them.
+pub(crate) fn allowed(faces: usize, facets: usize) -> usize {
+    FREE_PAIRS.saturating_add(faces.saturating_add(facets).saturating_mul(PAIRS_EACH))
+}
+
+/// Whether faces, those of a receiver or of all, have more pairs with the facets over them than are allowed. Expected from the faces halved as often as leaves
+/// enough of them, by how often each can be halved ([`halvings`](super::occluders::tickets::halvings)); `count` tells how many facets are over a face, up to a limit.
+pub(crate) fn is_crowd(halvings: &[u8], allowed: usize, count: impl Fn(usize, usize) -> usize) -> bool {
+    let faces = halvings.len();
     let left_after = |times: u8| halvings.iter().filter(|&&own| own >= times).count();
     let times = (0..u8::MAX).take_while(|&times| times == 0 || left_after(times) >= ASKED).last().unwrap_or(0);
-    let most = allowed.saturating_mul(left_after(times)) / faces;
+    let most = allowed.saturating_mul(left_after(times)) / faces.max(1);
     let mut asked = (0..faces).filter(|&face| halvings[face] >= times);
     // Ends where it is known to be too many.
     let left = asked.try_fold(most, |left, face| left.checked_sub(count(face, left + 1)));
@@ -65,7 +62,7 @@ pub(crate) struct Crowd<'a> {
     pub(crate) receiver: &'a Receiver<'a, FLAT>,
     pub(crate) occluders: &'a Occluders<'a>,
     /// What may shadow the face.
-    pub(crate) objects: &'a [u32],
+    pub(crate) among: Among<'a>,
     /// The face under these blockers alone.
     pub(crate) under: &'a dyn Fn(Blockers<'a, FLAT>) -> FlatFace<'a>,
 }
@@ -74,7 +71,7 @@ impl<'a> Crowd<'a> {
     /// Classifies the whole face, level by level: so which cells have all that is over them measured does not go by their order.
     pub(crate) fn run(&self) -> Tally<Units> {
         let bare = (self.under)(Blockers::none());
-        let picked = self.occluders.pick(self.objects, &self.receiver.points);
+        let picked = self.occluders.pick(self.among, &self.receiver.points);
         let (mut done, mut level, mut left) = (Vec::new(), vec![Quadrant::ROOT], PAIRS);
         while !level.is_empty() && !(bare.is_cancelled)() {
             let many = self.take_affordable(&mut level, &bare, &mut left);
@@ -96,7 +93,7 @@ impl<'a> Crowd<'a> {
     /// Leaves the cells with the fewest facets over them, as long as so many pairs are left, and returns the others. Of cells with equally many all or none.
     fn take_affordable(&self, cells: &mut Vec<Quadrant>, bare: &FlatFace, left: &mut usize) -> Vec<Quadrant> {
         let over =
-            |place: Quadrant| self.occluders.count(self.objects, &bounds_of(&self.corners(bare, place)), *left + 1);
+            |place: Quadrant| self.occluders.count(self.among, &bounds_of(&self.corners(bare, place)), *left + 1);
         let mut counted: Vec<(usize, Quadrant)> = cells.iter().map(|&place| (over(place), place)).collect();
         counted.sort_unstable();
         let mut taken = 0;
@@ -112,7 +109,7 @@ impl<'a> Crowd<'a> {
     fn under_all(&self, bare: &FlatFace, place: Quadrant) -> Tally<Units> {
         let mut tally = Tally::new();
         let points = bounds_of(&self.corners(bare, place));
-        let face = self.under_these(self.occluders.candidates(self.objects, &points));
+        let face = self.under_these(self.occluders.candidates(self.among, &points));
         face.divide(place, &face.blockers.entries(), &mut tally);
         tally
     }

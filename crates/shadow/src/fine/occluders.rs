@@ -5,6 +5,7 @@
 //! out, since boxes are rounded outward.
 
 pub(crate) mod few;
+pub(crate) mod throng;
 pub(crate) mod tickets;
 
 use std::{
@@ -27,6 +28,7 @@ use super::{
     receiver::Receiver,
 };
 use crate::bodies::{Bodies, Body};
+use throng::Throng;
 
 /// Shares of a body's facets are counted in parts of this size: whole numbers have the same sum in any order.
 const SHARES: f64 = 1024.0;
@@ -41,6 +43,25 @@ pub(crate) struct Candidates {
     pub(crate) facets: Vec<FacetId>,
     /// Objects that are analytic bodies.
     pub(crate) bodies: Vec<u32>,
+}
+
+impl Candidates {
+    /// The objects that these are, or are of, ascending.
+    pub(crate) fn objects(&self) -> Vec<u32> {
+        let mut objects: Vec<u32> = self.facets.iter().map(|id| id.object).chain(self.bodies.iter().copied()).collect();
+        objects.sort_unstable();
+        objects.dedup();
+        objects
+    }
+}
+
+/// What is looked through for what may block.
+#[derive(Clone, Copy)]
+pub(crate) enum Among<'a> {
+    /// These objects, one after the other.
+    Objects(&'a [u32]),
+    /// All of the scene, by trees over all facets.
+    Throng(&'a Throng),
 }
 
 /// All occluders of one light.
@@ -113,7 +134,7 @@ impl<'a> Occluders<'a> {
 
     /// For a group of receivers, to be forgotten with `bodies` ([`Bodies::of_group`]).
     pub(crate) fn of_group(bodies: &'a Bodies<'a>, all: &'a Self) -> Self {
-        Self { of_all: Some(all), ..Self::new(bodies, all.light) }
+        Self { of_all: Some(all), deadline: all.deadline.clone(), ..Self::new(bodies, all.light) }
     }
 
     fn seen(&self, object: u32) -> &Seen {
@@ -220,22 +241,19 @@ impl<'a> Occluders<'a> {
         views[frame].as_ref()
     }
 
-    /// What among `objects` may block some point of the hull of `points`.
-    pub(crate) fn candidates(&self, objects: &[u32], points: &[Point]) -> Candidates {
+    /// What of these may block some point of the hull of `points`.
+    pub(crate) fn candidates(&self, among: Among, points: &[Point]) -> Candidates {
         let mut found = Candidates::default();
         for (frame, view) in self.frames.iter().enumerate() {
             let Some(query) = view.bounds(points).map(over) else { continue };
-            for &object in objects {
-                let is_analytic = self.bodies.is_analytic(object as usize);
-                let _ = self.for_each_meeting(object, frame, &query, |facet| {
-                    if is_analytic {
-                        found.bodies.push(object);
-                    } else {
-                        found.facets.push(FacetId { object, facet });
-                    }
-                    ControlFlow::Continue(())
-                });
-            }
+            let _ = self.for_each_among(among, frame, &query, |id| {
+                if self.bodies.is_analytic(id.object as usize) {
+                    found.bodies.push(id.object);
+                } else {
+                    found.facets.push(id);
+                }
+                ControlFlow::Continue(())
+            });
         }
         found.facets.sort_unstable();
         found.facets.dedup();
@@ -245,6 +263,22 @@ impl<'a> Occluders<'a> {
         found.facets.retain(|&id| self.is_over_in(&ties, id));
         found.bodies.retain(|&object| self.is_over_in(&ties, FacetId { object, facet: 0 }));
         found
+    }
+
+    /// Visits the facets whose boxes in a frame meet `query` (of an analytic body the first), until `visit` breaks.
+    fn for_each_among(
+        &self,
+        among: Among,
+        frame: usize,
+        query: &Aabb,
+        mut visit: impl FnMut(FacetId) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        match among {
+            Among::Objects(objects) => objects.iter().try_for_each(|&object| {
+                self.for_each_meeting(object, frame, query, |facet| visit(FacetId { object, facet }))
+            }),
+            Among::Throng(throng) => throng.for_each_meeting(frame, query, visit),
+        }
     }
 
     /// Visits the facets of an object whose boxes in a frame meet `query` (an analytic body is one), until `visit` breaks. The same for an instance as for

@@ -18,6 +18,7 @@ use super::{
     field::Weights,
     flat::{Levels, PixelStop},
     lattice::Lattice,
+    occluders::Among,
     pattern,
     tally::{Measure, Tally},
 };
@@ -33,8 +34,8 @@ pub(crate) struct Patch<'a> {
     pub(crate) plane: Option<[Point<'a>; 3]>,
     pub(crate) area: &'a PatchArea<'a>,
     pub(crate) occluders: &'a Occluders<'a>,
-    /// Objects that may shadow this one.
-    pub(crate) objects: &'a [u32],
+    /// What may shadow it.
+    pub(crate) among: Among<'a>,
     pub(crate) levels: Levels,
     pub(crate) lattice: Option<Lattice>,
     /// The exact answer for a point (u, v) of the patch; `None` where there is no surface.
@@ -58,7 +59,7 @@ impl Patch<'_> {
     pub(crate) fn run(&self) -> Tally<Approx> {
         let mut tally = Tally::new();
         let hull = self.hull(Quadrant::ROOT).placed(self.body.placement());
-        let mut candidates = self.occluders.candidates(self.objects, &hull);
+        let mut candidates = self.occluders.candidates(self.among, &hull);
         candidates.bodies.retain(|&object| object != self.object);
         self.divide(Quadrant::ROOT, None, &candidates, &mut tally);
         tally

@@ -10,7 +10,7 @@ use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Point, blocking::Probe};
 
 use super::{
-    LightFrame, Occluders, Trees, over,
+    Among, LightFrame, Occluders, Trees, over,
     tickets::{self, halvings},
 };
 use crate::{
@@ -25,52 +25,79 @@ const PICKED: usize = 1024;
 /// Some of the facets over a face: in each frame that sees the face those that are over it there, with their boxes.
 pub(crate) struct Picked<'a>(Vec<(&'a LightFrame, Vec<(Aabb, FacetId)>)>);
 
+/// What the items of a tree stand for.
+enum Items<'a> {
+    /// Facets of an object.
+    Of(u32, &'a [u32]),
+    /// Facets of all objects.
+    All(&'a [FacetId]),
+}
+
+impl Items<'_> {
+    fn facet(&self, item: u32) -> FacetId {
+        match self {
+            Self::Of(object, facets) => FacetId { object: *object, facet: facets[item as usize] },
+            Self::All(facets) => facets[item as usize],
+        }
+    }
+}
+
 impl Occluders<'_> {
-    /// How many of `objects`' facets and bodies have boxes over the hull of `points`, each for every frame that sees it, so no fewer than
+    /// How many of these facets and bodies have boxes over the hull of `points`, each for every frame that sees it, so no fewer than
     /// [`Occluders::candidates`] finds; counting ends at `most`.
-    pub(crate) fn count(&self, objects: &[u32], points: &[Point], most: usize) -> usize {
+    pub(crate) fn count(&self, among: Among, points: &[Point], most: usize) -> usize {
         let (mut count, ties) = (0, self.ties_over(points));
         for (frame, view) in self.frames.iter().enumerate() {
             let Some(query) = view.bounds(points).map(over) else { continue };
-            for &object in objects {
-                let ended = self.for_each_meeting(object, frame, &query, |facet| {
-                    count += usize::from(self.is_over_in(&ties, FacetId { object, facet }));
-                    if count < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-                });
-                if ended.is_break() {
-                    return count;
-                }
+            let ended = self.for_each_among(among, frame, &query, |id| {
+                count += usize::from(self.is_over_in(&ties, id));
+                if count < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            });
+            if ended.is_break() {
+                return count;
             }
         }
         count
     }
 
-    /// Facets of `objects` over the hull of `points`: halved as often as leaves no more than [`PICKED`], once at least.
-    pub(crate) fn pick(&self, objects: &[u32], points: &[Point]) -> Picked<'_> {
+    /// Those of these facets over the hull of `points`: halved as often as leaves no more than [`PICKED`], once at least.
+    pub(crate) fn pick(&self, among: Among, points: &[Point]) -> Picked<'_> {
+        let objects = match among {
+            Among::Objects(objects) => self.seen_over(objects, points),
+            Among::Throng(_) => Vec::new(),
+        };
+        let (among, most) = match among {
+            Among::Objects(_) => {
+                let most = objects.iter().map(|&object| self.thinned(object).len()).max().unwrap_or(0);
+                (Among::Objects(&objects), most)
+            }
+            Among::Throng(throng) => (among, throng.halvings()),
+        };
+        let picks = (1..=most).rev().map_while(|times| self.all_over(among, times, points));
+        picks.last().unwrap_or(Picked(Vec::new()))
+    }
+
+    /// Those objects whose boxes are over the hull of `points`.
+    fn seen_over(&self, objects: &[u32], points: &[Point]) -> Vec<u32> {
         let over = |object: &u32| {
             let views = self.frames.iter().enumerate();
             let mut views = views.filter_map(|(number, view)| Some((number, view.bounds(points).map(over)?)));
             views.any(|(number, query)| self.view_of_body(*object, number).is_some_and(|body| body.meets(&query)))
         };
-        let objects: Vec<u32> = objects.iter().copied().filter(over).collect();
-        let most = objects.iter().map(|&object| self.thinned(object).len()).max().unwrap_or(0);
-        let picks = (0..most).rev().map_while(|times| self.all_over(&objects, times, points));
-        picks.last().unwrap_or(Picked(Vec::new()))
+        objects.iter().copied().filter(over).collect()
     }
 
-    /// What is over a hull of the facets halved once more than so often; `None` if it is more than [`PICKED`].
-    fn all_over(&self, objects: &[u32], times: usize, points: &[Point]) -> Option<Picked<'_>> {
+    /// What is over a hull of the facets halved so often; `None` if it is more than [`PICKED`].
+    fn all_over(&self, among: Among, times: usize, points: &[Point]) -> Option<Picked<'_>> {
         let (mut left, ties) = (PICKED, self.ties_over(points));
         let mut picked = Picked(Vec::new());
         for (number, frame) in self.frames.iter().enumerate() {
             let Some(query) = frame.bounds(points).map(over) else { continue };
             let mut found = Vec::new();
-            for (&object, thinned) in objects.iter().map(|object| (object, self.thinned(*object))) {
-                let Some(trees) = thinned.get(times) else { continue };
-                let (tree, items): &(BoxTree, Vec<u32>) = &trees[number];
+            for (tree, items) in self.halved(among, times, number) {
                 let enter = |bounds: &Aabb| bounds.meets(&query).then_some((0.0, *bounds));
                 tree.for_each_entered(enter, 0.0, |item, (_, bounds), _| {
-                    let id = FacetId { object, facet: items[item as usize] };
+                    let id = items.facet(item);
                     if self.is_over_in(&ties, id) {
                         found.push((bounds, id));
                     }
@@ -85,6 +112,21 @@ impl Occluders<'_> {
             picked.0.push((frame, found));
         }
         Some(picked)
+    }
+
+    /// The trees of these facets halved so often, once at least, in a frame.
+    fn halved<'s>(&'s self, among: Among<'s>, times: usize, frame: usize) -> Vec<(&'s BoxTree, Items<'s>)> {
+        let of_object = |&object: &u32| {
+            let (tree, items) = &self.thinned(object).get(times - 1)?[frame];
+            Some((tree, Items::Of(object, items)))
+        };
+        match among {
+            Among::Objects(objects) => objects.iter().filter_map(of_object).collect(),
+            Among::Throng(throng) => {
+                let (tree, items) = throng.halved(times, frame);
+                vec![(tree, Items::All(items))]
+            }
+        }
     }
 
     /// Looks among the facets picked for a face for one that covers a cell of it, given by the cell's corners and its middle. `None` if one does; else those

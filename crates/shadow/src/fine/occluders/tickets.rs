@@ -14,7 +14,7 @@ pub(crate) fn halvings(ticket: u64) -> u8 {
 }
 
 /// The tickets of an object's facets. A mesh counts by its own coordinates, so that these do not go by how they are rounded where it stands.
-pub(super) fn tickets(object: &Object, facets: &Facets) -> Vec<u64> {
+pub(crate) fn tickets(object: &Object, facets: &Facets) -> Vec<u64> {
     let positions = match &object.shape {
         Shape::Mesh(mesh) => mesh.positions(),
         _ => facets.positions(),
