@@ -35,8 +35,8 @@ impl Aabb {
     /// The box grown outward by at least `slack` on every side of every axis, rounded outward.
     #[must_use]
     pub fn widened(self, slack: DVec3) -> Self {
-        let down = |v: f64, s: f64| if s == 0.0 { v } else { (v - s).next_down() };
-        let up = |v: f64, s: f64| if s == 0.0 { v } else { (v + s).next_up() };
+        let down = |v: f64, s: f64| if s == 0.0 { v } else { below(v - s) };
+        let up = |v: f64, s: f64| if s == 0.0 { v } else { above(v + s) };
         let (min, max) = (self.min, self.max);
         Self {
             min: DVec3::new(down(min.x, slack.x), down(min.y, slack.y), down(min.z, slack.z)),
@@ -74,4 +74,14 @@ impl Aabb {
         let size = self.size();
         size.x * size.y + size.y * size.z + size.z * size.x
     }
+}
+
+/// The next float below a rounded sum; of zero zero, since a sum that rounds to zero is zero. So no size enters that does not grow with the scene.
+pub(crate) fn below(sum: f64) -> f64 {
+    if sum == 0.0 { sum } else { sum.next_down() }
+}
+
+/// The next float above a rounded sum; as [`below`].
+pub(crate) fn above(sum: f64) -> f64 {
+    if sum == 0.0 { sum } else { sum.next_up() }
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use super::{Analytic, layout::Layout};
 use crate::{
-    aabb::Aabb,
+    aabb::{Aabb, above, below},
     approx::Approx,
     decide::Decide,
     dyadic::Dyadic,
@@ -39,8 +39,8 @@ fn by_support(body: &Analytic, placement: &Placement) -> Aabb {
     for axis in 0..3 {
         let row = map.matrix3.row(axis);
         let reach = row.abs().dot(extent) * PADDING;
-        bounds.max[axis] = (map.translation[axis] + (support(body, row) + reach)).next_up();
-        bounds.min[axis] = (map.translation[axis] - (support(body, -row) + reach)).next_down();
+        bounds.max[axis] = above(map.translation[axis] + (support(body, row) + reach));
+        bounds.min[axis] = below(map.translation[axis] - (support(body, -row) + reach));
     }
     bounds
 }

@@ -50,22 +50,23 @@ fn the_acceleration_changes_no_answer_and_is_told() {
     }
 }
 
-/// Both ends of the accepted range in one scene, as text: a floor of 2^200 m, and a box of 2^-200 m two of its heights above the middle.
+/// Both ends of the accepted range in one scene, as text: a floor of 2^200 m, and a box of 2^-199 m, whose corners lie 2^-200 m beside its middle, two
+/// of its heights above that of the floor.
 #[test]
 fn both_ends_of_the_range_as_text() {
     let (most, least) = ("1.6069380442589903e60", "6.223015277861142e-61");
-    let twice = "1.2446030555722283e-60";
+    let (twice, fourfold) = ("1.2446030555722283e-60", "2.4892061111444567e-60");
     let scene = format!(
         "[[object]]\nname = \"floor\"\nrectangle = {{ size = [{most}, {most}] }}\n
-[[object]]\nname = \"speck\"\nbox = {{ size = [{least}, {least}, {least}] }}\ntranslation = [0.0, {twice}, 0.0]\n
+[[object]]\nname = \"speck\"\nbox = {{ size = [{twice}, {twice}, {twice}] }}\ntranslation = [0.0, {fourfold}, 0.0]\n
 [[light]]\nname = \"noon\"\nsun = {{ direction = [0.0, -{most}, 0.0] }}\n"
     );
     // Points, whether noon reaches them, and whether a lamp as high as it goes does.
     let rows = [
         ("0,0,0".to_owned(), "0,0"),
-        (format!("{least},0,0"), "1,1"),
+        (format!("{twice},0,0"), "1,1"),
         (format!("0,{least},0"), "0,0"),
-        (format!("0,{twice},0"), "0,0"),
+        (format!("0,{fourfold},0"), "0,0"),
         (format!("0,{most},0"), "1,1"),
         (format!("{most},-{least},{least}"), "1,1"),
         (format!("{least},-{least},0"), "0,0"),

@@ -72,7 +72,7 @@ fn proofs_in_crowds_are_true() {
 
 #[test]
 fn proofs_in_throngs_are_true() {
-    proofs_are_true("throngs", 2, throng);
+    proofs_are_true("throngs", 4, throng);
 }
 
 fn proofs_are_true(name: &str, cases: u64, make: fn(&mut Dice) -> Scene) {

@@ -7,7 +7,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use crate::chance::{any_light, any_scene};
 use crate::oracle::{
-    cases,
+    case_numbers,
     dice::Dice,
     fixtures::{elsewhere, scene, with_sides},
 };
@@ -37,8 +37,9 @@ fn light_from(light: &LightSource, change: impl Fn(DVec3) -> DVec3) -> LightSour
 
 /// Bakes random scenes as they are and changed; `compare` says what differs.
 fn judge(title: &str, compare: impl Fn(&Scene, LightSource, &mut Dice) -> Option<String>) {
-    let count = cases(200);
-    let wrong: Vec<String> = (0..count)
+    let numbers = case_numbers(200);
+    let count = numbers.end - numbers.start;
+    let wrong: Vec<String> = numbers
         .filter_map(|number| {
             let mut dice = Dice::new(title, number);
             let scene = any_scene(&mut dice);
