@@ -41,12 +41,10 @@ pub(crate) fn is_throng(stage: &Stage, influences: &Influences, occluders: &Occl
         return false;
     }
     let faces = Faces::of(&stage.bodies, &receivers);
-    // Instances are placed for this alone.
-    let bodies = Bodies::of_group(&stage.bodies);
-    let occluders = Occluders::of_group(&bodies, occluders);
     crowd::is_crowd(&faces.halvings, allowed, |place, most| {
-        let (object, face) = faces.at(place);
-        facets_over(&bodies, (object, face), (influences, &occluders), most)
+        // Instances are placed for this one face, and forgotten.
+        let bodies = Bodies::of_group(&stage.bodies);
+        facets_over(&bodies, faces.at(place), (influences, &Occluders::of_group(&bodies, occluders)), most)
     })
 }
 
