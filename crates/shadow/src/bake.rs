@@ -166,9 +166,11 @@ impl<'a> Stage<'a> {
         influences
     }
 
-    /// Whether too much lies over everything to go through all pairs. Samples without cells do, unless even the objects are too many.
+    /// Whether too much lies over everything to go through all pairs. Samples without cells, and faces as a clock lets them, do, unless even the objects are too
+    /// many.
     pub(crate) fn is_throng(&self, influences: &Influences, occluders: &Occluders) -> bool {
-        let is_asked = !self.is_of_samples() || !influences.is_whole();
+        let is_clocked = matches!(self.request.detail, Detail::Time { .. });
+        let is_asked = !(self.is_of_samples() || is_clocked) || !influences.is_whole();
         self.may_be_throng && is_asked && throng::is_throng(self, influences, occluders)
     }
 

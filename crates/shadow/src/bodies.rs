@@ -7,7 +7,7 @@ use std::{
 
 use rayon::prelude::*;
 use umbriel_bvh::BoxTree;
-use umbriel_geometry::{Aabb, Approx, Facets, Mesh, PlacedAnalytic, analytic::PatchArea};
+use umbriel_geometry::{Aabb, Approx, Facets, Mesh, MeshArea, PlacedAnalytic, analytic::PatchArea};
 use umbriel_scene::{Object, Scene, Shape};
 
 use crate::fine::{EdgeTable, tree_of};
@@ -44,6 +44,7 @@ pub(crate) struct Bodies<'a> {
 struct OfMesh {
     edges: OnceLock<Arc<EdgeTable>>,
     tree: OnceLock<Arc<BoxTree>>,
+    area: OnceLock<MeshArea>,
 }
 
 /// What is built of an object.
@@ -53,6 +54,8 @@ struct Built {
     edges: OnceLock<Arc<EdgeTable>>,
     /// Of the patches of a curved body.
     rough_areas: OnceLock<Vec<OnceLock<Approx>>>,
+    /// Of a mesh without other instances.
+    area: OnceLock<MeshArea>,
 }
 
 impl<'a> Bodies<'a> {
@@ -205,6 +208,17 @@ impl<'a> Bodies<'a> {
         let areas =
             self.built(object).rough_areas.get_or_init(|| body.charts().iter().map(|_| OnceLock::new()).collect());
         *areas[patch].get_or_init(|| PatchArea::new(&body.charts()[patch], body.placement()).of_whole_roughly())
+    }
+
+    /// The area of all faces of a mesh within bounds ([`MeshArea`]), without placing it; `None` of what is no mesh.
+    pub(crate) fn rough_mesh_area(&self, object: usize) -> Option<Approx> {
+        let mesh = mesh_of(&self.scene.objects[object])?;
+        let area = match self.of_meshes.get(&address(mesh)) {
+            Some(of_mesh) => &of_mesh.area,
+            None => &self.built(object).area,
+        };
+        let placement = &self.scene.objects[object].placement;
+        Some(area.get_or_init(|| MeshArea::of(mesh)).placed(placement, &self.boxes[object]))
     }
 
     /// The mesh of an object that is one of several instances, and the tree that all of these share.

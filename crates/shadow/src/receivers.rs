@@ -106,11 +106,6 @@ impl<'a> Receivers<'a> {
         Receivers { bodies, light, request, detail, own, influences, occluders, spacing, crowds, throng }
     }
 
-    /// All jobs, in the order of receivers and faces.
-    pub(crate) fn jobs(&self) -> Vec<Job> {
-        (0..self.request.receivers.len()).flat_map(|receiver| self.jobs_of(receiver)).collect()
-    }
-
     /// The jobs of a receiver, in the order of its faces; the patches of a curved body one by one.
     pub(crate) fn jobs_of(&self, receiver: usize) -> impl ExactSizeIterator<Item = Job> + use<> {
         let object = self.request.receivers[receiver];

@@ -7,7 +7,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DQuat, DVec3};
 use umbriel_geometry::{Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{Cell, Detail, Report, Request, Silent, bake};
@@ -94,6 +94,58 @@ fn more_of_anything_never_gives_wider_bounds() {
         }
     }
     assert!(undecided(&sizes[3]) < 0.5 * undecided(&sizes[1]));
+}
+
+/// Folded sheets over a floor, instances of one mesh, leaning and of all sizes.
+fn sheets(count: u32) -> Scene {
+    let point = |k: u32| {
+        let (x, z) = (f64::from(k % 21), f64::from(k / 21));
+        [0.1 * x, 0.05 * (x * z).sin(), 0.1 * z]
+    };
+    let square = |k: u32| {
+        let corner = k / 20 * 21 + k % 20;
+        [[corner, corner + 21, corner + 1], [corner + 1, corner + 21, corner + 22]]
+    };
+    let mesh = Mesh::new((0..441).map(point).collect(), (0..400).flat_map(square).collect()).expect("a mesh");
+    let shape = Shape::Mesh(Arc::new(mesh));
+    let sheet = |k: u32| {
+        let part = |step: f64| (f64::from(k) * step).fract();
+        let at = DVec3::new(30.0 * part(0.755), 1.0 + 5.0 * part(0.303), 30.0 * part(0.57));
+        let scale = DVec3::new(0.5 + part(0.19), 0.6, 0.5 + part(0.73));
+        let map = DAffine3::from_scale_rotation_translation(scale, DQuat::from_rotation_x(3.0 * part(0.41)), at);
+        let placement = Placement::new(map).expect("regular");
+        Object::new(format!("sheet {k}"), shape.clone(), placement, Sides::Two).expect("an object")
+    };
+    let floor = placed("floor".into(), Shape::Rectangle(Rectangle { size: [60.0; 2] }), DVec3::ZERO);
+    let sun = LightSource::sun([0.45, -1.0, 0.3]).expect("a sun");
+    Scene {
+        objects: (0..count).map(sheet).chain([floor]).collect(),
+        lights: vec![Light::new("sun", sun)],
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn meshes_whose_faces_are_not_listed_yet_are_known_by_bounds() {
+    let scene = sheets(200);
+    let fine = run(&scene, Detail::Depth { interior: 1, boundary: 2 });
+    let times = [0, 2, 20, 100, 400]
+        .map(|milliseconds| run(&scene, Detail::Time { limit: Duration::from_millis(milliseconds) }));
+    for report in &times {
+        for (rough, fine) in report.lights[0].objects.iter().zip(&fine.lights[0].objects) {
+            assert!((rough.area - fine.area).abs() <= rough.area_error + fine.area_error);
+            assert!(rough.lit.lower <= fine.lit.upper && fine.lit.lower <= rough.lit.upper);
+        }
+    }
+    for pair in times.windows(2) {
+        let is_later = undecided(&pair[1]) <= undecided(&pair[0]);
+        let [before, after] = if is_later { [&pair[0], &pair[1]] } else { [&pair[1], &pair[0]] };
+        assert!(is_within(after, before));
+    }
+    let whole: f64 = fine.lights[0].objects.iter().map(|object| object.area).sum();
+    let [least, .., most] = times.each_ref().map(|report| undecided(report) / whole);
+    println!("undecided with no time {least:.3}, with the most {most:.3}");
+    assert!(least > 0.9 && most < 0.5, "{least} {most}");
 }
 
 #[test]

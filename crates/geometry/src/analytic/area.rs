@@ -15,6 +15,7 @@ use super::{
 use crate::{
     approx::{Approx, sorted},
     placement::Placement,
+    stretch::{between, cofactors, common_stretch, stretches},
 };
 
 /// Relative width at which a bound is good enough.
@@ -69,8 +70,7 @@ pub struct PatchArea<'a> {
 impl<'a> PatchArea<'a> {
     /// Prepares a patch.
     pub fn new(chart: &'a Chart, placement: &Placement) -> Self {
-        let adjugate = placement.adjugate();
-        let cofactors = std::array::from_fn(|i| std::array::from_fn(|j| adjugate[j][i]));
+        let cofactors = cofactors(placement);
         Self { chart, cofactors, stretch: common_stretch(&cofactors) }
     }
 
@@ -271,38 +271,6 @@ fn solid_angle(origin: &[f64; 3], along: &[[f64; 3]; 2], at: [f64; 2], edge: f64
 /// By how much radii stretch areas across an axis.
 fn across(radii: &[f64; 3], axis: usize) -> Approx {
     Approx::exact(radii[(axis + 1) % 3]) * Approx::exact(radii[(axis + 2) % 3])
-}
-
-/// The factor by which all areas grow, when the cofactors are those of a similarity up to rounding.
-fn common_stretch(cofactors: &[[Approx; 3]; 3]) -> Option<Approx> {
-    let [least, most] = stretches(cofactors);
-    let stretch = between(least, most);
-    (most - least <= stretch.value * 1e3 * f64::EPSILON).then_some(stretch)
-}
-
-/// Something from `least` to `most`, which are not negative.
-fn between(least: f64, most: f64) -> Approx {
-    let value = 0.5 * (least + most);
-    Approx { value, error: (most - least) * (0.5 + 4.0 * f64::EPSILON) + value * f64::EPSILON }
-}
-
-/// Factors that areas grow by at least and at most: by Gershgorin's circles on the Gram matrix of the cofactors, whose eigenvalues are the squares of the
-/// stretches.
-fn stretches(cofactors: &[[Approx; 3]; 3]) -> [f64; 2] {
-    // Smallest product first, so that the world's axes may change places.
-    let product = |k: usize, l: usize| {
-        let [least, middle, greatest] = sorted([0, 1, 2].map(|row| cofactors[row][k].value * cofactors[row][l].value));
-        least + middle + greatest
-    };
-    let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
-    for k in 0..3 {
-        let off: f64 = [1, 2].map(|step| product(k, (k + step) % 3).abs()).iter().sum();
-        least = least.min(product(k, k) - off);
-        most = most.max(product(k, k) + off);
-    }
-    // Products, sums and cancellation in the cofactors: below 32 roundings of the largest entries.
-    let rounding = 64.0 * f64::EPSILON * most;
-    [(least - rounding).max(0.0).sqrt(), (most + rounding).sqrt()]
 }
 
 #[cfg(test)]

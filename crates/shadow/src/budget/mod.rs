@@ -1,7 +1,7 @@
 //! Limits as detail: a share that may stay undecided, a time, or the memory of the answers.
 //!
 //! One engine for all of them, a best-first search over faces. At first only the area of each face is known, and whether it is turned to the light; what
-//! is turned away is in shadow, all else is undecided. Then, step by step, the faces with the most undecided area for the cells that a closer look is
+//! is turned away is in shadow, all else is undecided; where a clock runs, of meshes only bounds on the area, until it is their turn to have their faces listed. Then, step by step, the faces with the most undecided area for the cells that a closer look is
 //! expected to cost are looked at: a face for the first time as deep as pays beside the cost of looking at it at all, later two levels deeper each
 //! time. What a look finds only ever narrows what is known: bounds are the tighter ones of two proofs. So the result is valid whenever it stops, and
 //! more time never gives wider bounds.
@@ -13,6 +13,7 @@
 
 mod looks;
 mod open;
+mod unlisted;
 
 use std::{
     collections::{BTreeMap, BinaryHeap},
@@ -22,15 +23,17 @@ use std::{
 use rayon::prelude::*;
 
 use crate::{
+    bodies::Bodies,
     levels::MAX_DEPTH,
     progress::{Cancelled, Progress},
-    receivers::{FaceSums, Found, Receivers},
+    receivers::{FaceSums, Found, Job, Receivers},
     report::Cell,
     request::Detail,
-    sums::{AreaSums, ExactSum},
+    sums::{AreaSums, ExactSum, FaceArea},
 };
 use looks::{First, Looks};
 use open::{Known, Open};
+use unlisted::{Unlisted, Waiting};
 
 /// Steps take faces together until about so many cells are expected, so that threads have something to do.
 const CELLS_A_STEP: u64 = 1 << 12;
@@ -61,8 +64,14 @@ pub(crate) fn refine(
     // The first looks are taken whatever the clock says; of all others those that it caught are given up.
     limit.deadline.iter().for_each(|&deadline| refined.looks.all.occluders.stop_at(deadline));
     while !refined.is_enough(limit.share) && !refined.is_full(limit) {
-        let step = refined.next_step();
-        if step.is_empty() || !refined.take_step(step, limit, &until) {
+        let unlisted = refined.waiting.next_step(refined.open.peek().map(|open| open.worth));
+        let goes_on = if unlisted.is_empty() {
+            let step = refined.next_step();
+            !step.is_empty() && refined.take_step(step, limit, &until)
+        } else {
+            refined.list_step(unlisted, &until)
+        };
+        if !goes_on {
             break;
         }
         progress.advance("shadows", refined.decided(), 1000);
@@ -73,6 +82,8 @@ pub(crate) fn refine(
 /// All that is known so far.
 struct Refined<'a> {
     looks: Looks<'a>,
+    /// Receivers whose faces are not listed yet.
+    waiting: Waiting,
     open: BinaryHeap<Open>,
     /// One a receiver, without cells.
     totals: Vec<FaceSums>,
@@ -89,12 +100,19 @@ struct Refined<'a> {
 impl<'a> Refined<'a> {
     /// The areas; where samples are asked for, a look at each face that decides them.
     fn new(receivers: &'a Receivers<'a>, limit: &Limit, progress: &dyn Progress) -> Result<Self, Cancelled> {
-        let jobs = receivers.jobs();
+        // Of cells that are kept each face has one at least.
+        let is_each_face_told = receivers.spacing.is_some() || receivers.request.keep_cells;
+        let may_wait = limit.deadline.is_some() && !is_each_face_told;
+        let waiting = if may_wait { Waiting::of(receivers) } else { Waiting::default() };
+        let count = receivers.request.receivers.len();
+        let mut waits = vec![false; count];
+        waiting.iter().for_each(|unlisted| waits[unlisted.receiver] = true);
+        let jobs: Vec<Job> = (0..count).filter(|&k| !waits[k]).flat_map(|k| receivers.jobs_of(k)).collect();
         let looks = Looks { all: receivers, is_sparing: limit.bytes.is_some() };
         let firsts: Vec<First> = jobs.par_iter().map(|job| looks.first(job, progress)).collect();
-        let count = receivers.request.receivers.len();
         let mut all = Self {
             looks,
+            waiting: Waiting::default(),
             open: BinaryHeap::new(),
             totals: (0..count).map(|_| FaceSums::default()).collect(),
             cells: vec![BTreeMap::new(); count],
@@ -102,18 +120,46 @@ impl<'a> Refined<'a> {
             stored: 0,
             closed: ExactSum::default(),
         };
-        let mut open = Vec::new();
-        for (job, mut first) in jobs.iter().zip(firsts) {
-            open.append(&mut first.open);
-            all.stored += first.stored;
-            for cell in std::mem::take(&mut first.sums.cells) {
-                all.cells[job.receiver].entry(cell.face).or_default().push(cell);
-            }
-            all.areas.append(first.sums.areas.clone());
-            all.totals[job.receiver].append(first.sums);
+        for unlisted in waiting.iter() {
+            let area = FaceArea::unknown(unlisted.area);
+            all.totals[unlisted.receiver].areas.add(&area);
+            all.areas.add(&area);
         }
+        all.waiting = waiting;
+        let mut open = Vec::new();
+        jobs.iter().zip(firsts).for_each(|(job, first)| open.append(&mut all.take_first(job.receiver, first)));
         all.open = open.into();
         if progress.is_cancelled() { Err(Cancelled) } else { Ok(all) }
+    }
+
+    /// Takes what is known of some faces at first; answers those that may be looked at.
+    fn take_first(&mut self, receiver: usize, mut first: First) -> Vec<Open> {
+        self.stored += first.stored;
+        for cell in std::mem::take(&mut first.sums.cells) {
+            self.cells[receiver].entry(cell.face).or_default().push(cell);
+        }
+        self.areas.append(first.sums.areas.clone());
+        self.totals[receiver].append(first.sums);
+        first.open
+    }
+
+    /// Lists the faces of receivers, as far as the clock lets it; `false` if it caught one.
+    fn list_step(&mut self, step: Vec<Unlisted>, until: &Until) -> bool {
+        // Instances are placed for this alone.
+        let bodies = Bodies::of_group(self.looks.all.bodies);
+        let looks = Looks { all: &self.looks.all.of_group(&bodies), is_sparing: self.looks.is_sparing };
+        let listed = in_order(&step, |unlisted| unlisted.list(&looks, until));
+        for (unlisted, firsts) in step.iter().zip(listed) {
+            let Some(firsts) = firsts else { return false };
+            let before = FaceArea::unknown(unlisted.area);
+            self.totals[unlisted.receiver].areas.remove(&before);
+            self.areas.remove(&before);
+            for first in firsts {
+                let open = self.take_first(unlisted.receiver, first);
+                self.open.extend(open);
+            }
+        }
+        true
     }
 
     /// Whether little enough is undecided of what may still be divided.
@@ -150,11 +196,8 @@ impl<'a> Refined<'a> {
     /// Looks at the faces of a step and takes what was found, in the order of the step and up to the first that the clock caught; `false` if it
     /// caught one.
     fn take_step(&mut self, step: Vec<Open>, limit: &Limit, until: &Until) -> bool {
-        // One after the other, so that what is done when the time is over is the beginning of the step but for what each thread has at hand.
-        let looks = step.iter().enumerate().par_bridge();
-        let mut looks: Vec<_> = looks.map(|(place, open)| (place, self.looks.look(open, until))).collect();
-        looks.sort_unstable_by_key(|(place, _)| *place);
-        for (open, (_, look)) in step.into_iter().zip(looks) {
+        let looks = in_order(&step, |open| self.looks.look(open, until));
+        for (open, look) in step.into_iter().zip(looks) {
             let Some((level, found)) = look else { return false };
             self.take(open, level, found, limit);
         }
@@ -198,6 +241,15 @@ impl<'a> Refined<'a> {
         let cells = self.cells.into_iter().map(|faces| faces.into_values().flatten().collect());
         self.totals.into_iter().zip(cells).map(|(total, cells)| FaceSums { cells, ..total }).collect()
     }
+}
+
+/// What is found for each of some things. They are begun one after the other, so that what is done when the time is over is the beginning but for what
+/// each thread has at hand.
+fn in_order<T: Sync, F: Send>(all: &[T], find: impl Fn(&T) -> F + Sync) -> Vec<F> {
+    let found = all.iter().enumerate().par_bridge();
+    let mut found: Vec<(usize, F)> = found.map(|(place, one)| (place, find(one))).collect();
+    found.sort_unstable_by_key(|(place, _)| *place);
+    found.into_iter().map(|(_, found)| found).collect()
 }
 
 /// Cancels when the time is over, too.
