@@ -40,7 +40,7 @@ struct Judge {
     round: u64,
 }
 
-const JUDGES: [Judge; 21] = [
+const JUDGES: [Judge; 22] = [
     Judge {
         file: "watertight",
         test: "no_segment_leaves_a_closed_mesh",
@@ -99,6 +99,7 @@ const JUDGES: [Judge; 21] = [
     },
     Judge { file: "adversarial", test: "a_session_follows_its_history", unit: "histories", cases: 10_000, round: 300 },
     Judge { file: "crowds", test: "proofs_in_crowds_are_true", unit: "soups", cases: 1_000, round: 20 },
+    Judge { file: "crowds", test: "proofs_in_throngs_are_true", unit: "scenes", cases: 1_000, round: 20 },
     Judge { file: "metamorphic", test: "objects_in_another_order", unit: "scenes", cases: 10_000, round: 200 },
     Judge { file: "metamorphic", test: "any_simd_level", unit: "scenes", cases: 10_000, round: 200 },
     Judge { file: "metamorphic", test: "one_thread_or_many", unit: "scenes", cases: 10_000, round: 200 },

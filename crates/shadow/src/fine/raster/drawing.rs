@@ -2,7 +2,7 @@
 //!
 //! Few borders wait until all are there; then each tile is needed for a moment only. Many are drawn in parts: the tiles that they meet are kept, with the
 //! crossings in their cells for the estimate, and the list begins again. Both add up whole numbers, segment by segment, so the result is the same. Memory: some
-//! 70 bytes a waiting border, looked at after each body, and of what is drawn 34 KiB a tile and 200 bytes a cell that a border touches; so besides
+//! 70 bytes a waiting border, looked at after each body, and of what is drawn 34 KiB a tile and 64 bytes a cell that a border touches; so besides
 //! the borders of one body it goes with the cells of the face, however many borders there are.
 
 use rayon::prelude::*;

@@ -15,13 +15,19 @@ use crate::fine::pattern;
 /// Points a cell.
 const POINTS: usize = 16;
 
-/// An undecided cell, or one that may become so.
-#[derive(Clone)]
-struct OpenCell {
-    /// From the cell's middle, in cells.
+/// The points of a cell, from its middle, in cells.
+struct CellPoints {
     x: [f32; POINTS],
     y: [f32; POINTS],
-    winding: [i32; POINTS],
+}
+
+/// The windings at the points of a cell.
+type Windings = [i32; POINTS];
+
+/// An undecided cell.
+struct OpenCell {
+    points: CellPoints,
+    windings: Windings,
 }
 
 /// The undecided cells of a tile, in the order of rows and columns.
@@ -35,8 +41,8 @@ pub(crate) struct Estimate {
 pub(crate) struct Crossings {
     /// Which of `cells` each cell is, row by row; [`NONE`] where no segment touches it.
     places: Vec<u16>,
-    /// Windings are changes from that of the middle.
-    cells: Vec<OpenCell>,
+    /// Changes from the winding of the middle. Points are found anew for each segment: they would take twice as much memory.
+    cells: Vec<Windings>,
 }
 
 /// No cell of a tile has this number.
@@ -52,17 +58,18 @@ impl Crossings {
     pub(crate) fn add(&mut self, raster: &Raster, tile: &Tile, segment: &Segment) {
         let net = segment.net;
         tile.for_each_touched(segment, &[u64::MAX; TILE], |[row, column], middle, is_left| {
+            let Some(points) = CellPoints::new(raster, tile, [row, column]) else { return };
             let place = &mut self.places[row * TILE + column];
             if *place == NONE {
-                let Some(cell) = OpenCell::new(raster, tile, [row, column]) else { return };
                 *place = self.cells.len() as u16;
-                self.cells.push(cell);
+                self.cells.push([0; POINTS]);
             }
-            self.cells[usize::from(*place)].cross_about(middle, segment, if is_left { -net } else { net });
+            let windings = &mut self.cells[usize::from(*place)];
+            points.cross_about(middle, segment, if is_left { -net } else { net }, windings);
         });
     }
 
-    fn of(&self, row: usize, column: usize) -> Option<&OpenCell> {
+    fn of(&self, row: usize, column: usize) -> Option<&Windings> {
         self.cells.get(usize::from(self.places[row * TILE + column]))
     }
 }
@@ -85,11 +92,10 @@ impl Estimate {
             }
             let windings = tile.windings(row, carry[row]);
             for column in (0..TILE).filter(|column| bits >> column & 1 == 1) {
-                let known = crossings.and_then(|crossings| crossings.of(row, column)).cloned();
-                if let Some(mut cell) = known.or_else(|| OpenCell::new(raster, tile, [row, column])) {
-                    cell.winding.iter_mut().for_each(|winding| *winding += windings[column]);
-                    estimate.cells.push(cell);
-                }
+                let Some(points) = CellPoints::new(raster, tile, [row, column]) else { continue };
+                let known = crossings.and_then(|crossings| crossings.of(row, column));
+                let changes = known.unwrap_or(&[0; POINTS]);
+                estimate.cells.push(OpenCell { points, windings: changes.map(|change| windings[column] + change) });
             }
         }
         estimate
@@ -100,18 +106,19 @@ impl Estimate {
         let net = segment.net;
         tile.for_each_touched(segment, open, |[row, column], middle, is_left| {
             let place = self.before[row] + (open[row] & ((1u64 << column) - 1)).count_ones() as usize;
-            self.cells[place].cross_about(middle, segment, if is_left { -net } else { net });
+            let OpenCell { points, windings } = &mut self.cells[place];
+            points.cross_about(middle, segment, if is_left { -net } else { net }, windings);
         });
     }
 
     /// How many of the points of each cell are lit, in the order of rows and columns.
     pub(crate) fn lit_points(&self) -> impl Iterator<Item = u64> + '_ {
-        self.cells.iter().map(|cell| cell.winding.iter().filter(|&&winding| winding <= 0).count() as u64)
+        self.cells.iter().map(|cell| cell.windings.iter().filter(|&&winding| winding <= 0).count() as u64)
     }
 }
 
-impl OpenCell {
-    /// At a row and a column of a tile, without crossings; `None` off the face.
+impl CellPoints {
+    /// Of the cell at a row and a column of a tile; `None` off the face.
     fn new(raster: &Raster, tile: &Tile, [row, column]: [usize; 2]) -> Option<Self> {
         let place = [tile.place.column + column as i64, tile.place.row + row as i64];
         let beyond = place[0] + place[1] - (raster.cells() - 1);
@@ -120,24 +127,24 @@ impl OpenCell {
         }
         let is_half = raster.is_triangle() && beyond == 0;
         let cell = Quadrant::at(raster.levels.finest, place.map(|k| k as u32))?;
-        let mut open = Self { x: [0.0; POINTS], y: [0.0; POINTS], winding: [0; POINTS] };
+        let mut points = Self { x: [0.0; POINTS], y: [0.0; POINTS] };
         for (k, point) in pattern::points(cell).enumerate() {
             // On a half cell, points beyond the long side are turned back into it.
             let [s, t] = if is_half && point[0] + point[1] > 1.0 { point.map(|c| 1.0 - c) } else { point };
-            (open.x[k], open.y[k]) = ((s - 0.5) as f32, (t - 0.5) as f32);
+            (points.x[k], points.y[k]) = ((s - 0.5) as f32, (t - 0.5) as f32);
         }
-        Some(open)
+        Some(points)
     }
 
-    /// As [`OpenCell::cross`], by a segment of a face with the cell's middle on it.
-    fn cross_about(&mut self, middle: [f64; 2], segment: &Segment, change: i32) {
+    /// As [`CellPoints::cross`], by a segment of a face with the cell's middle on it.
+    fn cross_about(&self, middle: [f64; 2], segment: &Segment, change: i32, windings: &mut Windings) {
         let local = |point: [f64; 2]| [0, 1].map(|k| (point[k] - middle[k]) as f32);
-        self.cross(local(segment.from), local(segment.to), change);
+        self.cross(local(segment.from), local(segment.to), change, windings);
     }
 
     /// Changes the windings where the segment from a to b comes between the middle and the point. The change is negative
     /// where the middle is on its left.
-    fn cross(&mut self, a: [f32; 2], b: [f32; 2], change: i32) {
+    fn cross(&self, a: [f32; 2], b: [f32; 2], change: i32, windings: &mut Windings) {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let left = dy * a[0] - dx * a[1];
         let is_left = change < 0;
@@ -145,7 +152,7 @@ impl OpenCell {
             let (x, y) = (self.x[k], self.y[k]);
             let is_other_side = is_left != (left + dx * y - dy * x > 0.0);
             let is_between = (x * a[1] - y * a[0] > 0.0) != (x * b[1] - y * b[0] > 0.0);
-            self.winding[k] += if is_other_side & is_between { change } else { 0 };
+            windings[k] += if is_other_side & is_between { change } else { 0 };
         }
     }
 }
