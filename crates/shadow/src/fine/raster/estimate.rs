@@ -148,11 +148,10 @@ impl CellPoints {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let left = dy * a[0] - dx * a[1];
         let is_left = change < 0;
-        for k in 0..POINTS {
-            let (x, y) = (self.x[k], self.y[k]);
+        for (winding, (&x, &y)) in windings.iter_mut().zip(self.x.iter().zip(&self.y)) {
             let is_other_side = is_left != (left + dx * y - dy * x > 0.0);
             let is_between = (x * a[1] - y * a[0] > 0.0) != (x * b[1] - y * b[0] > 0.0);
-            windings[k] += if is_other_side & is_between { change } else { 0 };
+            *winding += if is_other_side & is_between { change } else { 0 };
         }
     }
 }
