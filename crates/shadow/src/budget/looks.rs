@@ -26,6 +26,9 @@ const DEEPEST_FIRST: u8 = 8;
 /// Candidates whose measuring costs about as much as the cells of [`FIRST_LEVEL`].
 const CANDIDATES: f64 = 16.0;
 
+/// Facets that are placed and asked for their borders in about the time of a cell.
+const FACETS_A_CELL: f64 = 4.0;
+
 /// What is known of a job's faces before anything else is looked at.
 #[derive(Default)]
 pub(super) struct First {
@@ -125,16 +128,29 @@ impl Looks<'_> {
 
     /// The level of a first look: where measuring what may shadow the face costs much, cells may.
     fn first_level(&self, id: FaceId) -> u8 {
-        // In a throng nothing is measured beyond some facets, and counting all would cost more.
-        if self.is_sparing || self.all.throng.is_some() {
+        if self.is_sparing {
             return FIRST_LEVEL;
         }
-        let object = self.object(id);
-        let Body::Flat(facets) = self.all.bodies.get(object) else { return FIRST_LEVEL };
-        let corners = flat_corners(facets, id.face as usize, 0);
-        let expected = self.all.occluders.expected_facets(&self.all.influences.occluders_of(object as u32), &corners);
-        let deeper = (1.0 + expected / CANDIDATES).log2();
+        let deeper = (1.0 + self.expected_over(id) / CANDIDATES).log2();
         FIRST_LEVEL + (deeper as u8).min(DEEPEST_FIRST - FIRST_LEVEL)
+    }
+
+    /// What the next look at a face is expected to cost, in cells: a first one asks each facet over the face.
+    pub(super) fn cost(&self, open: &Open) -> u64 {
+        let facets = if open.known.is_none() { self.expected_over(open.id) } else { 0.0 };
+        open.expected().saturating_add((facets / FACETS_A_CELL) as u64)
+    }
+
+    /// How many facets are expected over a face. In a throng none: nothing is measured there beyond some of them, and counting all would cost more.
+    fn expected_over(&self, id: FaceId) -> f64 {
+        let object = self.object(id);
+        match self.all.bodies.get(object) {
+            Body::Flat(facets) if self.all.throng.is_none() => {
+                let objects = self.all.influences.occluders_of(object as u32);
+                self.all.occluders.expected_facets(&objects, &flat_corners(facets, id.face as usize, 0))
+            }
+            _ => 0.0,
+        }
     }
 
     /// The finest level that an octree has for a face.

@@ -1,10 +1,13 @@
 //! Limits as detail: a share that may stay undecided, a time, or the memory of the answers.
 //!
 //! One engine for all of them, a best-first search over faces. At first only the area of each face is known, and whether it is turned to the light; what
-//! is turned away is in shadow, all else is undecided; where a clock runs, of meshes only bounds on the area, until it is their turn to have their faces listed. Then, step by step, the faces with the most undecided area for the cells that a closer look is
+//! is turned away is in shadow, all else is undecided. Then, step by step, the faces with the most undecided area for the cells that a closer look is
 //! expected to cost are looked at: a face for the first time as deep as pays beside the cost of looking at it at all, later two levels deeper each
 //! time. What a look finds only ever narrows what is known: bounds are the tighter ones of two proofs. So the result is valid whenever it stops, and
 //! more time never gives wider bounds.
+//!
+//! Where a clock runs, nothing may cost more than its turn: of meshes only bounds on the area are known until their faces are listed ([`unlisted`]), and a look
+//! waits until as much has been spent on others, since one that the clock catches is lost.
 //!
 //! The sequence of looks depends on counts alone, not on clocks or threads; a time limit decides only how many of them are done. The looks that the clock
 //! catches are given up, with those after them that other threads had done. Equal worth goes into one step, so that the order of objects and faces does not
@@ -32,7 +35,7 @@ use crate::{
     sums::{AreaSums, ExactSum, FaceArea},
 };
 use looks::{First, Looks};
-use open::{Known, Open};
+use open::{FaceId, Known, Open};
 use unlisted::{Unlisted, Waiting};
 
 /// Steps take faces together until about so many cells are expected, so that threads have something to do.
@@ -64,6 +67,7 @@ pub(crate) fn refine(
     // The first looks are taken whatever the clock says; of all others those that it caught are given up.
     limit.deadline.iter().for_each(|&deadline| refined.looks.all.occluders.stop_at(deadline));
     while !refined.is_enough(limit.share) && !refined.is_full(limit) {
+        refined.take_back();
         let unlisted = refined.waiting.next_step(refined.open.peek().map(|open| open.worth));
         let goes_on = if unlisted.is_empty() {
             let step = refined.next_step();
@@ -85,6 +89,12 @@ struct Refined<'a> {
     /// Receivers whose faces are not listed yet.
     waiting: Waiting,
     open: BinaryHeap<Open>,
+    /// Faces whose next look costs more than all before it, by its cost; where a clock runs, such a look might be all that it gets.
+    dear: BTreeMap<(u64, FaceId), Open>,
+    /// What all looks were expected to cost, in cells.
+    spent: u64,
+    /// Whether a clock runs.
+    is_clocked: bool,
     /// One a receiver, without cells.
     totals: Vec<FaceSums>,
     /// The cells of each receiver's faces, if they are kept.
@@ -114,6 +124,9 @@ impl<'a> Refined<'a> {
             looks,
             waiting: Waiting::default(),
             open: BinaryHeap::new(),
+            dear: BTreeMap::new(),
+            spent: 0,
+            is_clocked: limit.deadline.is_some(),
             totals: (0..count).map(|_| FaceSums::default()).collect(),
             cells: vec![BTreeMap::new(); count],
             areas: AreaSums::default(),
@@ -149,6 +162,7 @@ impl<'a> Refined<'a> {
         let bodies = Bodies::of_group(self.looks.all.bodies);
         let looks = Looks { all: &self.looks.all.of_group(&bodies), is_sparing: self.looks.is_sparing };
         let listed = in_order(&step, |unlisted| unlisted.list(&looks, until));
+        self.spent += step.iter().map(Unlisted::cost).sum::<u64>();
         for (unlisted, firsts) in step.iter().zip(listed) {
             let Some(firsts) = firsts else { return false };
             let before = FaceArea::unknown(unlisted.area);
@@ -179,8 +193,36 @@ impl<'a> Refined<'a> {
         (1000.0 * (1.0 - undecided / self.areas.area.nearest())) as u64
     }
 
-    /// The faces that are looked at next, in their order.
+    /// What the looks of a step may cost where a clock runs: no more than all before it.
+    fn affordable(&self) -> u64 {
+        self.spent.max(CELLS_A_STEP)
+    }
+
+    /// Takes those back that are no longer too dear.
+    fn take_back(&mut self) {
+        let affordable = self.affordable();
+        while self.dear.first_key_value().is_some_and(|((cost, _), _)| *cost <= affordable) {
+            self.open.extend(self.dear.pop_first().map(|(_, open)| open));
+        }
+    }
+
+    /// The faces that are looked at next, in their order; of those that are too dear the cheapest where there are no others.
     fn next_step(&mut self) -> Vec<Open> {
+        let mut step = Vec::new();
+        while step.is_empty() && !self.open.is_empty() {
+            let next = self.of_most_worth();
+            step = if self.is_clocked { self.affordable_of(next) } else { next };
+        }
+        if step.is_empty() {
+            let cheapest = self.dear.pop_first();
+            self.spent += cheapest.as_ref().map_or(0, |((cost, _), _)| *cost);
+            step.extend(cheapest.map(|(_, open)| open));
+        }
+        step
+    }
+
+    /// Faces of most worth, as many as cost what a step does, or more where they are worth the same.
+    fn of_most_worth(&mut self) -> Vec<Open> {
         let (mut step, mut expected): (Vec<Open>, u64) = (Vec::new(), 0);
         while let Some(next) = self.open.peek() {
             let is_tie = step.last().is_some_and(|last| last.worth == next.worth);
@@ -190,6 +232,24 @@ impl<'a> Refined<'a> {
             expected += next.expected();
             step.extend(self.open.pop());
         }
+        step
+    }
+
+    /// The first of these that together cost no more than is affordable; those that alone do are put aside, the others back.
+    fn affordable_of(&mut self, all: Vec<Open>) -> Vec<Open> {
+        let costs = in_order(&all, |open| self.looks.cost(open));
+        let (affordable, mut sum, mut step) = (self.affordable(), 0, Vec::new());
+        for (open, cost) in all.into_iter().zip(costs) {
+            if cost > affordable {
+                self.dear.insert((cost, open.id), open);
+            } else if sum + cost > affordable {
+                self.open.push(open);
+            } else {
+                sum += cost;
+                step.push(open);
+            }
+        }
+        self.spent += sum;
         step
     }
 

@@ -42,7 +42,9 @@ impl Waiting {
             .filter_map(|(receiver, &object)| {
                 let area = receivers.bodies.rough_mesh_area(object).filter(|area| area.error.is_finite())?;
                 let faces = receivers.bodies.face_count(object);
-                Some(Unlisted { receiver, area, faces, worth: area.value / (CELLS_A_MESH + faces) as f64 })
+                let mut unlisted = Unlisted { receiver, area, faces, worth: area.value };
+                unlisted.worth /= unlisted.cost() as f64;
+                Some(unlisted)
             })
             .collect();
         Self(unlisted.into())
@@ -69,6 +71,11 @@ impl Waiting {
 }
 
 impl Unlisted {
+    /// What listing the faces is expected to cost, in cells.
+    pub(super) fn cost(&self) -> u64 {
+        (CELLS_A_MESH + self.faces) as u64
+    }
+
     /// The faces, by jobs; `None` if the clock caught it.
     pub(super) fn list(&self, looks: &Looks, until: &Until) -> Option<Vec<First>> {
         let jobs = looks.all.jobs_of(self.receiver);
