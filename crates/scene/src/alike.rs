@@ -2,7 +2,6 @@
 
 use std::{
     collections::HashMap,
-    fmt::{self, Write},
     hash::{Hash, Hasher},
     mem::discriminant,
     sync::Arc,
@@ -19,10 +18,11 @@ use crate::object::{Object, Shape};
 ///
 /// Cost: some 100 ns an object, and a look at those meshes that have as many vertices and triangles as another one.
 #[allow(clippy::mutable_key_type, reason = "what a mesh finds out later about itself is no part of its numbers")]
-pub fn first_alike(objects: &[Object]) -> Vec<usize> {
-    let firsts = first_meshes(objects);
+pub fn first_alike<'a>(objects: impl IntoIterator<Item = &'a Object>) -> Vec<usize> {
+    let objects: Vec<&Object> = objects.into_iter().collect();
+    let firsts = first_meshes(&objects);
     let mut known: HashMap<Body, usize> = HashMap::with_capacity(objects.len());
-    let bodies = objects.iter().map(|object| {
+    let bodies = objects.into_iter().map(|object| {
         let mesh = mesh_of(object).map(Arc::as_ptr);
         Body { object, mesh: mesh.map(|mesh| firsts.get(&mesh).copied().unwrap_or(mesh)) }
     });
@@ -35,10 +35,10 @@ fn mesh_of(object: &Object) -> Option<&Arc<Mesh>> {
 
 /// For each mesh that has the same numbers as one before it, the first of these.
 #[allow(clippy::mutable_key_type, reason = "what a mesh finds out later about itself is no part of its numbers")]
-fn first_meshes(objects: &[Object]) -> HashMap<*const Mesh, *const Mesh> {
+fn first_meshes(objects: &[&Object]) -> HashMap<*const Mesh, *const Mesh> {
     let mut known: HashMap<(usize, usize), Vec<&Mesh>> = HashMap::new();
     let mut last = None;
-    for mesh in objects.iter().filter_map(mesh_of) {
+    for mesh in objects.iter().filter_map(|object| mesh_of(object)) {
         // Instances mostly follow each other.
         if last != Some(Arc::as_ptr(mesh)) {
             known.entry((mesh.positions().len(), mesh.triangles().len())).or_default().push(mesh);
@@ -106,8 +106,10 @@ impl Hash for Body<'_> {
             Shape::Rectangle(rectangle) => hash_numbers(rectangle.size, state),
             Shape::Cuboid(cuboid) => hash_numbers(cuboid.size, state),
             Shape::Convex(body) => hash_points(body.points(), state),
-            // The text without signs: −0 and 0 are equal, and have different texts. Writing to a hash cannot fail.
-            Shape::Analytic(body) => drop(write!(Unsigned(state), "{body:?}")),
+            Shape::Analytic(body) => {
+                discriminant(body).hash(state);
+                hash_numbers(body.numbers(), state);
+            }
         }
     }
 }
@@ -119,16 +121,6 @@ fn hash_numbers<H: Hasher>(numbers: impl IntoIterator<Item = f64>, state: &mut H
 
 fn hash_points<H: Hasher>(points: &[DVec3], state: &mut H) {
     points.iter().for_each(|point| hash_numbers(point.to_array(), state));
-}
-
-/// A hash that takes text but for its minus signs.
-struct Unsigned<'a, H>(&'a mut H);
-
-impl<H: Hasher> Write for Unsigned<'_, H> {
-    fn write_str(&mut self, text: &str) -> fmt::Result {
-        text.bytes().filter(|&byte| byte != b'-').for_each(|byte| self.0.write_u8(byte));
-        Ok(())
-    }
 }
 
 #[cfg(test)]

@@ -175,9 +175,7 @@ impl Object {
             let placed = object.placement.round(local).to_array();
             accept_point(placed).map_err(|(axis, defect)| ObjectDefect::Placed { vertex, axis, defect })?;
         }
-        if !matches!(object.shape, Shape::Analytic(_)) {
-            object.bounds();
-        }
+        object.bounds();
         Ok(object)
     }
 

@@ -9,7 +9,7 @@ use std::{borrow::Cow, ops::ControlFlow};
 
 use umbriel_bvh::{Families, Member, ObjectTree, PairCounts, Shaft, for_each_influence, occluders_of};
 use umbriel_geometry::{Aabb, LightSource};
-use umbriel_scene::{FamilyTree, Object, Shape, first_alike};
+use umbriel_scene::{FamilyTree, Object, Scene, Shape, first_alike};
 
 use crate::bodies::Bodies;
 
@@ -58,18 +58,20 @@ pub(crate) struct Influences<'a> {
 impl Coarse {
     /// What no light reaches is left out, and so is what may shadow none of the receivers under `lights`, if these are known.
     pub(crate) fn new(bodies: &Bodies, receivers: &[usize], lights: Option<&[LightSource]>) -> Self {
-        let alike = Alike::of(bodies);
-        let lit = |(object, bounds): (usize, &Aabb)| {
-            if bodies.is_dark(object) || alike.counts[object] == 0 { Aabb::EMPTY } else { *bounds }
-        };
+        let lit = |(object, bounds): (usize, &Aabb)| if bodies.is_dark(object) { Aabb::EMPTY } else { *bounds };
         let mut boxes: Vec<Aabb> = bodies.boxes.iter().enumerate().map(lit).collect();
         if let Some(lights) = lights.filter(|_| receivers.len() < boxes.len()) {
-            let receivers: Vec<usize> = receivers.iter().map(|&receiver| alike.first_of(receiver)).collect();
-            leave_out_idle(&mut boxes, &receivers, lights);
+            leave_out_idle(&mut boxes, receivers, lights);
+        }
+        let Scene { objects, families, .. } = bodies.scene;
+        let face_count = |(object, bounds)| if Aabb::is_empty(bounds) { 0 } else { most_faces(object) as u32 };
+        let faces = objects.iter().zip(&boxes).map(face_count).collect();
+        let alike = Alike::of(objects, &boxes);
+        for (bounds, _) in boxes.iter_mut().zip(&alike.counts).filter(|(_, count)| **count == 0) {
+            *bounds = Aabb::EMPTY;
         }
         let is_left_out = boxes.iter().map(Aabb::is_empty).collect();
-        let faces = bodies.scene.objects.iter().map(|object| most_faces(object) as u32).collect();
-        Self { tree: object_tree(&boxes, &bodies.scene.families), alike, is_left_out, faces }
+        Self { tree: object_tree(&boxes, families), alike, is_left_out, faces }
     }
 
     /// Which objects are one.
@@ -99,12 +101,12 @@ impl Coarse {
 }
 
 impl Alike {
-    /// Objects of which light reaches one and not the other are two.
-    fn of(bodies: &Bodies) -> Self {
-        let is_one = |object: usize, first: usize| bodies.is_dark(object) == bodies.is_dark(first);
-        let firsts = first_alike(&bodies.scene.objects).into_iter().enumerate();
-        let firsts: Vec<u32> =
-            firsts.map(|(object, first)| if is_one(object, first) { first as u32 } else { object as u32 }).collect();
+    /// An object without a box is like none.
+    fn of(objects: &[Object], boxes: &[Aabb]) -> Self {
+        let mut firsts: Vec<u32> = (0..objects.len() as u32).collect();
+        let present: Vec<usize> = (0..objects.len()).filter(|&object| !boxes[object].is_empty()).collect();
+        let alike = first_alike(present.iter().map(|&object| &objects[object]));
+        present.iter().zip(alike).for_each(|(&object, first)| firsts[object] = present[first] as u32);
         let mut counts = vec![0; firsts.len()];
         firsts.iter().for_each(|&first| counts[first as usize] += 1);
         Self { firsts, counts }
@@ -212,13 +214,11 @@ impl Influences<'_> {
 
     /// Counts the pairs of first objects, and gives each to `take` until that breaks.
     fn count(&mut self, mut take: impl FnMut(u32, u32) -> ControlFlow<()>) {
-        let (Coarse { tree, alike, is_left_out, faces }, asked) = (self.coarse, &self.asked);
+        let (Coarse { tree, alike, faces, .. }, asked) = (self.coarse, &self.asked);
         let (mut registered, mut face_pairs, mut is_whole) = (0, 0u64, true);
         let register = |receiver: u32, occluder: u32| {
-            // Of a class that is its own occluder, each but itself; without a box it is paired with nothing.
-            let is_own = occluder == receiver;
-            let equal = if is_own && is_left_out[receiver as usize] { 1 } else { alike.counts[occluder as usize] };
-            let others = equal - u32::from(is_own);
+            // Of a class that is its own occluder, each but itself.
+            let others = alike.counts[occluder as usize] - u32::from(occluder == receiver);
             registered += u64::from(asked[receiver as usize]) * u64::from(others);
             let [of_receiver, of_occluder] = [receiver, occluder].map(|object| u64::from(faces[object as usize]));
             face_pairs = face_pairs.saturating_add(of_receiver * of_occluder);

@@ -205,6 +205,14 @@ impl Analytic {
         }
     }
 
+    /// The numbers that it is given by, in the order of its fields.
+    pub fn numbers(&self) -> Vec<f64> {
+        match self {
+            Self::Quadric { matrix, within } => [matrix.as_flattened(), within.as_flattened()].concat(),
+            _ => self.sizes().into_iter().map(|(_, size)| size).collect(),
+        }
+    }
+
     /// Half the extent along x, y, z of a box about the origin (a quadric: about its box's middle) that holds the body.
     pub fn half_extent(&self) -> [f64; 3] {
         match *self {

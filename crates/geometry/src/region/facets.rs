@@ -31,18 +31,27 @@ impl Region for Facets {
         }
     }
 
-    /// O(facets): most are rejected by their coordinates.
     fn encloses(&self, point: DVec3) -> bool {
-        let crossings = (0..self.len()).filter(|&facet| self.is_closed(facet)).map(|facet| match self.facet(facet) {
-            Facet::Triangle(corners) => self.crossing(corners, point),
-            Facet::Parallelogram([a, b, c, d]) => self.crossing([a, b, c], point) + self.crossing([a, c, d], point),
-        });
-        let winding = crossings.sum::<i64>();
-        if self.is_mirrored() { winding < 0 } else { winding > 0 }
+        self.windings(point).into_iter().sum::<i64>() > 0
     }
 }
 
 impl Facets {
+    /// How often each component goes round a point that is on no surface; of the open ones 0. Exact. Positive where the surface looks away from the point.
+    /// O(facets): most are rejected by their coordinates.
+    pub fn windings(&self, point: DVec3) -> Vec<i64> {
+        let topology = self.topology();
+        let mut windings = vec![0; topology.components.len()];
+        for facet in (0..self.len()).filter(|&facet| self.is_closed(facet)) {
+            let crossings = match self.facet(facet) {
+                Facet::Triangle(corners) => self.crossing(corners, point),
+                Facet::Parallelogram([a, b, c, d]) => self.crossing([a, b, c], point) + self.crossing([a, c, d], point),
+            };
+            windings[topology.component_of[facet] as usize] += if self.is_mirrored() { -crossings } else { crossings };
+        }
+        windings
+    }
+
     fn crossing(&self, corners: [u32; 3], point: DVec3) -> i64 {
         i64::from(winding::crossing(&corners.map(|corner| self.point(corner)), point))
     }

@@ -1,11 +1,7 @@
 //! Lights: lamps inside closed bodies or on faces, faces that a light sees edge-on, suns below the horizon, lights that
 //! no surface is turned to.
 //!
-//! Sides and contact are exact. Whether a lamp is inside is told by the solid angles under which it sees the faces
-//! (Van Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Transactions on Biomedical Engineering 30(2),
-//! 1983): a whole sphere inside, nothing outside, so rounding has half a sphere to spare. O(faces) a light.
-
-use std::f64::consts::PI;
+//! All of it is exact: sides, contact, and how often a body goes round a lamp ([`umbriel_geometry::Facets::windings`]). O(faces) a light.
 
 use glam::DVec3;
 use umbriel_geometry::{LightSource, Point, Sign, predicates::side};
@@ -104,31 +100,13 @@ fn touches(surface: &Surface, face: usize, point: DVec3) -> bool {
 
 /// The closed one-sided components that look away from a point inside them; none where they and cavities cancel.
 fn around(surface: &Surface, point: DVec3) -> Faces {
-    let mut angles = vec![0.0; surface.facets.topology().components.len()];
-    for face in (0..surface.facets.len()).filter(|&face| surface.facets.is_closed(face)) {
-        if surface.object.is_one_sided(|| true) {
-            angles[surface.component(face)] += solid_angle(surface, face, point);
-        }
-    }
-    let half = 2.0 * PI;
-    if angles.iter().sum::<f64>() < half {
-        return Faces::default();
-    }
     let mut around = Faces::default();
-    let areas = surface.component_areas();
-    angles.iter().zip(areas).filter(|(angle, _)| **angle > half).for_each(|(_, area)| around.add(area));
+    let windings = surface.facets.windings(point);
+    if windings.iter().sum::<i64>() > 0 && surface.object.is_one_sided(|| true) {
+        let areas = surface.component_areas();
+        windings.iter().zip(areas).filter(|(winding, _)| **winding > 0).for_each(|(_, area)| around.add(area));
+    }
     around
-}
-
-/// The solid angle of a face, positive where it looks away from the point.
-fn solid_angle(surface: &Surface, face: usize, point: DVec3) -> f64 {
-    let corners: Vec<DVec3> = surface.corners(face).map(|corner| (corner - point).normalize_or_zero()).collect();
-    let fan = corners.windows(2).skip(1).map(|pair| {
-        let (a, b, c) = (corners[0], pair[0], pair[1]);
-        2.0 * libm::atan2(a.dot(b.cross(c)), 1.0 + a.dot(b) + b.dot(c) + c.dot(a))
-    });
-    let angle: f64 = fan.sum();
-    if surface.facets.is_mirrored() { -angle } else { angle }
 }
 
 fn defects_of(place: Place, light: &LightSource, index: usize, examined: &[Examined]) -> Vec<Defect> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3};
 use proptest::prelude::*;
-use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle, Sign};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 
 use crate::progress::Silent;
@@ -222,6 +222,35 @@ fn lamps_in_bodies_on_faces_and_suns_that_light_nothing() {
     assert_eq!(found(cube(), &[sun(0.5, 1.0, 0.25)]), row(DefectKind::SunBelowHorizon, 1, 24.0));
     let ball = vec![object("ball", Shape::Analytic(Analytic::Sphere { radius: 1.0 }))];
     assert_eq!(found(ball, &[sun(0.0, -1.0, 0.0)]), []);
+}
+
+#[test]
+fn lamps_an_ulp_beside_a_turned_face_are_on_the_side_where_they_are() {
+    let turn = DQuat::from_xyzw(0.3, -0.5, 0.2, 0.8).normalize();
+    let map = DAffine3::from_rotation_translation(turn, DVec3::new(0.3, -0.7, 1.9));
+    let cube = || placed("cube", unit_box(), map);
+    let facets = cube().facets().expect("faces");
+    let mut inside = 0;
+    for number in 0..1200u32 {
+        let face = number as usize % facets.len();
+        let corners = facets.facet(face).corners().to_vec();
+        let [a, b, c] = [0, 1, 2].map(|k| facets.positions()[corners[k] as usize]);
+        // Well within the triangle, so that no other face is near.
+        let share = |step: f64| 0.15 + 0.3 * (f64::from(number) * step).fract();
+        let mut at = (a + (b - a) * share(0.618_034) + (c - a) * share(0.414_214)).to_array();
+        for (axis, x) in at.iter_mut().enumerate() {
+            *x = f64::from_bits(x.to_bits() + u64::from(number >> axis & 3)).next_down().next_down();
+        }
+        let lamp = LightSource::point(at).expect("a lamp");
+        let is_behind = match facets.light_side(face, &lamp) {
+            Sign::Zero => continue,
+            side => side == Sign::Negative,
+        };
+        let told = found(vec![cube()], &[lamp]).iter().any(|row| row.0 == DefectKind::LampInsideBody);
+        assert_eq!(told, is_behind, "lamp {number} at {at:?}");
+        inside += u32::from(is_behind);
+    }
+    assert!((300..900).contains(&inside), "{inside} inside");
 }
 
 #[test]

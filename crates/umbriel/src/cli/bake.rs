@@ -4,10 +4,10 @@ use std::{io::Write, path::Path, time::Instant};
 
 use umbriel_geometry::decisions::Decisions;
 use umbriel_io::{
-    LoadedScene, surface_findings,
+    LoadedScene,
     write::{Staged, WriteError, write_glb, write_gray_png, write_vtu},
 };
-use umbriel_scene::{Finding, Scene};
+use umbriel_scene::Scene;
 use umbriel_shadow::{CellMethod, Report, Request, Sampling};
 
 use crate::{
@@ -36,6 +36,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     let mut outputs = Outputs::new(args, &[&args.scene.scene])?;
     let layouts = outputs.has(Format::Png).then_some(args.forms.lightmap_texcoord);
     let mut loaded = plan::load_with_layouts(&args.scene, layouts)?;
+    let findings = if outputs.has(Format::Json) { loaded.all_findings() } else { Vec::new() };
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     outputs.check_lights(lights.len())?;
     let scene = &loaded.file.scene;
@@ -63,19 +64,11 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     let maps = outputs.make_lightmaps(&loaded.file, &report, &bar, args.scene.quiet)?;
     drop(bar);
     outputs.tell_misfits(scene, &report, &maps, args.scene.quiet);
-    let findings = if outputs.has(Format::Json) { all_findings(scene) } else { Vec::new() };
     let clock = Clock { begun, load: loaded.seconds };
     let json = Document::new(scene, &request, &report, &findings, clock).to_text();
     outputs.write(&Results { scene, report: &report, json: &json, maps: &maps }, interrupt)?;
     let table = || table::text(scene, &report) + &table::decisions_text(Decisions::of_process());
     output::print(&if outputs.json_to_stdout { json } else { table() })
-}
-
-/// What was found while reading, and on the surfaces themselves.
-pub(super) fn all_findings(scene: &Scene) -> Vec<Finding> {
-    let mut findings = scene.findings.clone();
-    findings.extend(surface_findings(scene));
-    findings
 }
 
 /// All that files are made from.

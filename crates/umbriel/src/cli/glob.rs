@@ -3,6 +3,9 @@
 /// Whether `name` matches `pattern`. At a mismatch only the latest `*` is widened, which suffices: what an earlier one
 /// could take more of, the later one can take as well. O(pattern · name) at worst.
 pub(crate) fn matches(pattern: &str, name: &str) -> bool {
+    if !pattern.contains(['*', '?']) {
+        return pattern == name;
+    }
     let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
     let (mut p, mut n) = (0, 0);
     let mut star = None;

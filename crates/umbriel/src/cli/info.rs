@@ -4,7 +4,6 @@ use std::{collections::HashSet, fmt::Write, sync::Arc};
 
 use glam::DVec3;
 use umbriel_geometry::Aabb;
-use umbriel_io::surface_findings;
 use umbriel_scene::{Finding, FindingKind, Object, Projection, Scene, Shape};
 
 use crate::{
@@ -13,21 +12,20 @@ use crate::{
 };
 
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
-    let loaded = plan::load(&args.scene)?;
-    output::print(&text(&loaded.file.scene, loaded.file.north_degrees))
+    let mut loaded = plan::load(&args.scene)?;
+    let findings = loaded.all_findings();
+    output::print(&text(&loaded.file.scene, loaded.file.north_degrees, &findings))
 }
 
-fn text(scene: &Scene, north_degrees: f64) -> String {
-    let mut all = scene.findings.clone();
-    all.extend(surface_findings(scene));
+fn text(scene: &Scene, north_degrees: f64, all: &[Finding]) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = counts(&mut text, scene);
     let _ = extents(&mut text, scene, north_degrees);
     let _ = lights(&mut text, scene);
-    let _ = objects(&mut text, scene, &all);
+    let _ = objects(&mut text, scene, all);
     let _ = reach::graph_text(&mut text, &scene.cells);
-    let _ = told(&mut text, &all);
+    let _ = told(&mut text, all);
     text
 }
 

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, path::Path, time::Instant};
 
 use umbriel_geometry::{LightDefect, LightSource, cut_out::Opacity};
-use umbriel_io::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis};
+use umbriel_io::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis, surface_findings};
 use umbriel_scene::{Finding, FindingKind, Light, Scene, Shape, Sides};
 use umbriel_shadow::{Detail, OwnDetails, Request, most_samples};
 
@@ -25,6 +25,17 @@ const INTERIOR_DEPTH: u8 = 4;
 pub(crate) struct Loaded {
     pub(crate) file: LoadedScene,
     pub(crate) seconds: f64,
+}
+
+impl Loaded {
+    /// What was found while reading, and on the surfaces themselves: looking at these is part of loading.
+    pub(crate) fn all_findings(&mut self) -> Vec<Finding> {
+        let begun = Instant::now();
+        let scene = &self.file.scene;
+        let findings = [&scene.findings[..], &surface_findings(scene)].concat();
+        self.seconds += begun.elapsed().as_secs_f64();
+        findings
+    }
 }
 
 /// Sets up the threads and reads the scene.

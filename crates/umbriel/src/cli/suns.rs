@@ -14,7 +14,7 @@ use crate::{
     cli::{
         Failure,
         args::{BakeArgs, SunsArgs},
-        bake::{Outputs, all_findings},
+        bake::Outputs,
         plan::{self, CellUse},
     },
     output::{
@@ -36,6 +36,7 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
     }
     let rows = read(path, &args.suns)?;
     let mut loaded = plan::load(&args.scene)?;
+    let findings = if outputs.has(Format::Json) { loaded.all_findings() } else { Vec::new() };
     outputs.check_unread(&loaded.file)?;
     let lights = place(&rows, &mut loaded.file, path)?;
     let cells = outputs.cell_use();
@@ -57,7 +58,6 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
     let report = bake_hours(scene, &request, &shining, &bar).map_err(|error| failure(error, path))?;
     drop(bar);
     let day = Day { scene, report: &report, rows: days_rows(&rows, &lights) };
-    let findings = if outputs.has(Format::Json) { all_findings(scene) } else { Vec::new() };
     let clock = Clock { begun, load: loaded.seconds };
     let json = Document::of_day(&day, request.detail, &findings, clock).to_text();
     let stage = |file: &output::Target| -> Result<Staged, WriteError> {

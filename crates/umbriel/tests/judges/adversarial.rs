@@ -1,7 +1,7 @@
 //! Segments and cells on the borders of every decision: the fast ways and the oracle agree on each of them.
 //!
-//! `umbriel::adversarial` makes the questions. Segments are answered by `Queries`, and by the triangle tree where all
-//! surfaces are meshes; cells by both methods; samples by the tiles. `UMBRIEL_CASES` sets how many, `UMBRIEL_FIRST` the first.
+//! `umbriel::adversarial` makes the questions. Segments are answered by `Queries`, alone, in lists and now and then by octrees and projections, and by the
+//! triangle tree where all surfaces are meshes, ray by ray and in packets; cells by both methods; samples by the tiles. `UMBRIEL_CASES` sets how many, `UMBRIEL_FIRST` the first.
 
 use std::sync::Arc;
 
@@ -15,9 +15,10 @@ use umbriel_bvh::{Segment, TriangleBvh};
 use umbriel_geometry::{LightSource, Mesh, Placement};
 use umbriel_scene::{Light, Object, Scene, Shape};
 use umbriel_shadow::{
-    Cell, CellMethod, Change, Detail, Place, Queries, Request, Sampling, Session, Silent, Verdict, bake,
-    for_each_sample,
+    Cell, CellMethod, Change, Detail, Expected, FacePoint, Place, Points, Queries, Request, Sampling, SearchCosts,
+    Session, Silent, Verdict, bake, for_each_sample,
 };
+use umbriel_visibility::Acceleration;
 
 /// Shows the first complaints, if there are any.
 fn none_wrong(wrong: &[String], count: u64) {
@@ -33,29 +34,60 @@ fn truth(oracle: &Oracle, place: &Place, light: &LightSource) -> bool {
     }
 }
 
-/// What the triangle trees say about a place in space, if all objects are meshes that stand where they are.
-fn by_trees(trial: &SegmentTrial) -> Option<bool> {
-    let Place::Free { position } = trial.place else { return None };
+/// What the triangle trees say about a place in space, one ray and packets of equal ones, if all objects are meshes that stand where they are.
+fn by_trees(trial: &SegmentTrial) -> Vec<(&'static str, bool)> {
+    let Place::Free { position } = trial.place else { return Vec::new() };
     let meshes = trial.scene.objects.iter().map(|object| match &object.shape {
         Shape::Mesh(mesh) => Some(Arc::clone(mesh)),
         _ => None,
     });
-    let meshes = meshes.collect::<Option<Vec<_>>>()?;
-    let way = Segment::new(DVec3::from_array(position), trial.light);
-    Some(meshes.into_iter().all(|mesh| !TriangleBvh::build(mesh).any_hit(&way)))
+    let Some(meshes) = meshes.collect::<Option<Vec<_>>>() else { return Vec::new() };
+    let trees: Vec<TriangleBvh> = meshes.into_iter().map(TriangleBvh::build).collect();
+    let (origin, light) = (DVec3::from_array(position), trial.light);
+    let is_lit = |is_hit: &dyn Fn(&TriangleBvh) -> bool| !trees.iter().any(is_hit);
+    let packet = [origin; 9];
+    vec![
+        ("the tree", is_lit(&|tree| tree.any_hit(&Segment::new(origin, light)))),
+        ("a packet", is_lit(&|tree| tree.towards(light).any_hits(&packet).contains(&true))),
+        ("a stream", is_lit(&|tree| tree.towards(light).any_hits_unordered(&packet).contains(&true))),
+    ]
 }
 
+/// The place as one of many points, some of them the same.
+fn among_many(queries: &Queries, place: &Place, light: &LightSource) -> Vec<bool> {
+    const TIMES: usize = 3;
+    let lit = match *place {
+        Place::Surface { object, face, u, v } => {
+            queries.lit_many(Points::OnFaces(&[FacePoint { object, face, u, v }; TIMES]), light, &Silent)
+        }
+        Place::Free { position } => queries.lit_many(Points::FreeDouble(&[position; TIMES]), light, &Silent),
+        Place::Oriented { .. } => return Vec::new(),
+    };
+    lit.expect("accepted points")
+}
+
+/// How many trials are answered by octrees and projections, too: one of so many.
+const LOOKED_UP: u64 = 16;
+
 /// Whether the place is lit, or what is wrong about an answer.
-fn judge_segment(trial: &SegmentTrial) -> Result<bool, String> {
+fn judge_segment(trial: &SegmentTrial, is_looked_up: bool) -> Result<bool, String> {
     let SegmentTrial { scene, place, light } = trial;
     let expected = truth(&Oracle::new(scene), place, light);
-    let answer = Queries::new(scene).lit(place, light).map_err(|defect| format!("{defect}: {trial:?}"))?;
-    if answer.lit != expected {
-        return Err(format!("by definition {expected}: {trial:?}"));
+    let mut queries = Queries::new(scene);
+    let answer = queries.lit(place, light).map_err(|defect| format!("{defect}: {trial:?}"))?;
+    let mut answers = vec![("a query", answer.lit)];
+    answers.extend(by_trees(trial));
+    answers.extend(among_many(&queries, place, light).into_iter().map(|lit| ("a list of points", lit)));
+    if is_looked_up {
+        for way in [Acceleration::Octree, Acceleration::Projection] {
+            queries.prepare(light, Expected::Places(1), way, &SearchCosts::MEASURED);
+            let answer = queries.lit(place, light).map_err(|defect| format!("{defect}: {trial:?}"))?;
+            answers.push((if way == Acceleration::Octree { "an octree" } else { "a projection" }, answer.lit));
+        }
     }
-    match by_trees(trial) {
-        Some(lit) if lit != expected => Err(format!("by definition {expected}, the tree says {lit}: {trial:?}")),
-        _ => Ok(expected),
+    match answers.iter().find(|(_, lit)| *lit != expected) {
+        Some((who, lit)) => Err(format!("by definition {expected}, {who} says {lit}: {trial:?}")),
+        None => Ok(expected),
     }
 }
 
@@ -67,7 +99,8 @@ fn segments_that_graze_agree_with_the_definition() {
         let (mut lit, mut wrong) = (0, Vec::new());
         let own = numbers.clone().filter(|number| number % Aim::ALL.len() as u64 == kind as u64);
         for number in own {
-            match judge_segment(&segment(aim, &mut Random::new(number))) {
+            let is_looked_up = number / Aim::ALL.len() as u64 % LOOKED_UP == 0;
+            match judge_segment(&segment(aim, &mut Random::new(number)), is_looked_up) {
                 Ok(open) => lit += u64::from(open),
                 Err(complaint) => wrong.push(format!("case {number}, {aim:?}: {complaint}")),
             }

@@ -12,7 +12,7 @@
 //!
 //! `UMBRIEL_CASES` sets the number of scenes.
 
-use std::f64::consts::PI;
+use std::{f64::consts::PI, ops::Range};
 
 use crate::floor::{Case, NEAR_AND_FAR, Site, judge_all};
 use crate::forms::{
@@ -23,7 +23,7 @@ use crate::forms::{
     shadow::Shadow,
 };
 use crate::oracle::{
-    Oracle, cases,
+    Oracle, case_numbers,
     dice::Dice,
     fixtures::{cuboid, sphere},
 };
@@ -198,28 +198,28 @@ fn caster_shape(caster: Caster) -> (Shape, DMat3) {
     }
 }
 
-fn judge(title: &str, is_sphere: bool, is_sun: bool) {
-    judge_all(title, cases(1_000).div_ceil(4), |dice| any_case(dice, &NEAR_AND_FAR, is_sphere, is_sun));
+fn judge(title: &str, numbers: Range<u64>, is_sphere: bool, is_sun: bool) {
+    judge_all(title, numbers, |dice| any_case(dice, &NEAR_AND_FAR, is_sphere, is_sun));
 }
 
 #[test]
 fn sphere_under_a_sun() {
-    judge("sphere, sun", true, true);
+    judge("sphere, sun", case_numbers(250), true, true);
 }
 
 #[test]
 fn sphere_under_a_point_light() {
-    judge("sphere, point", true, false);
+    judge("sphere, point", case_numbers(250), true, false);
 }
 
 #[test]
 fn box_under_a_sun() {
-    judge("box, sun", false, true);
+    judge("box, sun", case_numbers(250), false, true);
 }
 
 #[test]
 fn box_under_a_point_light() {
-    judge("box, point", false, false);
+    judge("box, point", case_numbers(250), false, false);
 }
 
 #[test]

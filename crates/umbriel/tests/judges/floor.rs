@@ -1,5 +1,7 @@
 //! A floor with one body over it under one light, baked and held against the truth.
 
+use std::ops::Range;
+
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Scene, Shape};
@@ -236,11 +238,11 @@ fn floor_size(dice: &mut Dice, spin: DMat3, shadow: &Shadow) -> DVec2 {
     half * 2.0 * DVec2::new(dice.float(1.02, 2.0), dice.float(1.02, 2.0))
 }
 
-/// Judges `count` cases of `make`, which may leave some out; at least half must remain.
-pub(crate) fn judge_all(title: &str, count: u64, make: impl Fn(&mut Dice) -> Option<Case>) {
+/// Judges the cases of `make` with these numbers; it may leave some out, and at least half must remain.
+pub(crate) fn judge_all(title: &str, numbers: Range<u64>, make: impl Fn(&mut Dice) -> Option<Case>) {
     let mut wrong = Vec::new();
-    let mut judged = 0;
-    for number in 0..count {
+    let (mut judged, count) = (0, numbers.end - numbers.start);
+    for number in numbers {
         let Some(case) = make(&mut Dice::new(title, number)) else { continue };
         judged += 1;
         if let Err(complaint) = case.judge(number) {
