@@ -175,7 +175,10 @@ impl Object {
             let placed = object.placement.round(local).to_array();
             accept_point(placed).map_err(|(axis, defect)| ObjectDefect::Placed { vertex, axis, defect })?;
         }
-        object.bounds();
+        // Those of a quadric take milliseconds.
+        if !matches!(object.shape, Shape::Analytic(Analytic::Quadric { .. })) {
+            object.bounds();
+        }
         Ok(object)
     }
 

@@ -199,9 +199,10 @@ impl SlackBox {
         body: &PlacedAnalytic,
         is_meant: impl Fn(&SurfacePoint) -> bool,
     ) -> Option<(SurfacePoint, bool)> {
-        count(Level::Exact, 1);
+        let near: Vec<&Part> = body.parts().iter().filter(|part| self.may_meet(body, part.surface)).collect();
+        count(if near.is_empty() { Level::Double } else { Level::Exact }, 1);
         let mut other = None;
-        for part in body.parts().iter().filter(|part| self.may_meet(body, part.surface)) {
+        for part in near {
             let lines = self.lines(body, part);
             let points = lines.iter().flat_map(|(line, surface)| points_on_line(body, *surface, line));
             for exact in points.filter(|x| self.holds(x) == Some(true) && body.part_holds(part, x)) {

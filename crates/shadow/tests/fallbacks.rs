@@ -6,7 +6,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use umbriel_geometry::{Analytic, LightSource, Mesh, Placement, Rectangle, decisions::Decisions};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{
-    CellMethod, Detail, Points, Queries, Request, Sampling, Silent, bake,
+    CellMethod, Detail, Place, Points, Queries, Request, Sampling, Silent, bake,
     doctor::{DefectKind, examine},
 };
 
@@ -157,4 +157,18 @@ fn volumes_that_cancel_are_told_exactly() {
         diagnosis.totals().iter().all(|total| total.kind != DefectKind::InsideOut),
         "no volume is not a negative one"
     );
+}
+
+#[test]
+fn a_place_beyond_the_diagonal_by_less_than_an_ulp_is_refused() {
+    let half = mesh(vec![[0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]], vec![[0, 1, 2]]);
+    let scene = scene(vec![object("half", half, DAffine3::IDENTITY)]);
+    let (queries, light) = (Queries::new(&scene), scene.lights[0].source);
+    let ask = |v: f64| counted(|| queries.lit(&Place::Surface { object: 0, face: 0, u: 0.5, v }, &light).is_ok());
+    let (is_taken, decisions) = ask(0.5);
+    assert!(is_taken && decisions.exact > 0, "on the side: {decisions:?}");
+    // The sum of both is 1 + 2^-53, and rounds to 1.
+    let (is_taken, decisions) = ask(0.5f64.next_up());
+    assert!(!is_taken && decisions.exact > 0, "beyond it: {decisions:?}");
+    assert!(ask(0.5f64.next_down()).0);
 }

@@ -10,7 +10,7 @@ use std::{
 use glam::DVec3;
 use umbriel_geometry::{LightSource, accept_point, decisions::Decisions};
 use umbriel_io::{LoadOptions, load};
-use umbriel_scene::{Light, Object, Scene, Shape};
+use umbriel_scene::{Light, Object, Scene};
 use umbriel_shadow::{Detail, Place, Points, Queries, Request, Sampling, Silent, bake, for_each_sample};
 
 /// The scenes of the repository and, where they are at hand, of public collections.
@@ -22,7 +22,8 @@ fn scenes() -> Vec<PathBuf> {
         path.extension().is_some_and(|extension| ["toml", "obj", "gltf", "glb"].iter().any(|known| extension == *known))
     };
     let mut scenes: Vec<PathBuf> = fixtures.filter(is_scene).collect();
-    assert!(scenes.len() >= 15, "the fixtures are there");
+    scenes.push(root.join("fixtures/office/office.toml"));
+    assert!(scenes.len() >= 16, "the fixtures are there");
     for name in ["delft-city/delft.obj", "spot/spot.obj", "bunny/stanford-bunny.obj", "cornell/cornell_box.obj"] {
         let path = root.join("../shared/data").join(name);
         if path.exists() {
@@ -65,16 +66,17 @@ fn places(scene: &Scene) -> (Vec<Place>, Vec<[f64; 3]>) {
     (places, loose)
 }
 
-/// Points of the meshes as files have them: rounded, with a normal. Not on edges, where the neighbour is as near as the face, and off the lattice of
-/// samples, through which borders of shadows pass in round scenes.
+/// Points of flat faces as files have them: rounded, with a normal. Not on edges, where the neighbour is as near as the face, and off the lattice of
+/// samples, through which borders of shadows pass in round scenes. Of curved bodies, whether one passes a point's box is asked exactly (NUMERICS.md, section 4).
 fn oriented(scene: &Scene, places: &[Place]) -> Vec<[f64; 6]> {
+    let facets: Vec<_> = scene.objects.iter().map(Object::facets).collect();
     let row = |place: &Place| {
         let &Place::Surface { object, face, u, v } = place else { return None };
         let [u, v] = [0.96 * u + 0.013, 0.94 * v + 0.017];
-        let owner = &scene.objects[object];
-        let Shape::Mesh(mesh) = &owner.shape else { return None };
-        let corner = |&index: &u32| owner.placement.map().transform_point3(mesh.positions()[index as usize]);
-        let [a, b, c] = mesh.triangles()[face].each_ref().map(corner);
+        let facets = facets[object].as_ref()?;
+        let facet = facets.facet(face);
+        let corners = facet.corners();
+        let [a, b, c] = [0, 1, corners.len() - 1].map(|k| facets.positions()[corners[k] as usize]);
         let (position, normal) = (a + (b - a) * u + (c - a) * v, (b - a).cross(c - a).try_normalize()?);
         let [[x, y, z], [nx, ny, nz]] = [position, normal].map(|vector| vector.to_array());
         accept_point([x, y, z]).is_ok().then_some([x, y, z, nx, ny, nz])

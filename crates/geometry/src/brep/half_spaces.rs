@@ -292,4 +292,25 @@ mod tests {
         let tie = Dyadic::new(1.0) + Dyadic::new(1.5 * f64::EPSILON);
         assert_eq!(nearest_quotient(&tie, &Dyadic::new(1.0)), 1.0 + 2.0 * f64::EPSILON);
     }
+
+    /// The prism z in 0..=1 over a triangle of the lines x = 0, y = 0 and slope·x + y = 1.
+    fn wedge(slope: f64, last: HalfSpace) -> Result<Brep, HalfSpaceDefect> {
+        let space = |normal: [f64; 3], offset: f64| HalfSpace { normal, offset };
+        let sides = [space([-1.0, 0.0, 0.0], 0.0), space([0.0, -1.0, 0.0], 0.0), space([slope, 1.0, 0.0], 1.0)];
+        Brep::of_half_spaces(&[&sides[..], &[space([0.0, 0.0, -1.0], 0.0), last]].concat())
+    }
+
+    #[test]
+    fn the_least_slope_bounds_a_body_and_the_least_distance_leaves_an_interior() {
+        let lid = |offset: f64| HalfSpace { normal: [0.0, 0.0, 1.0], offset };
+        let least = 0.5f64.powi(100);
+        assert!(wedge(least, lid(1.0)).is_ok());
+        for slope in [0.0, -least] {
+            assert_eq!(wedge(slope, lid(1.0)).unwrap_err(), HalfSpaceDefect::Unbounded { toward: "+x" });
+        }
+        assert!(wedge(1.0, lid(least)).is_ok());
+        for offset in [0.0, -least] {
+            assert_eq!(wedge(1.0, lid(offset)).unwrap_err(), HalfSpaceDefect::Empty { half_space: 4 });
+        }
+    }
 }
