@@ -83,6 +83,8 @@ struct Account {
     bytes: u64,
     elements: u64,
     texels: u64,
+    /// Those of pictures without alpha.
+    opaque_texels: u64,
 }
 
 impl Ledger {
@@ -147,6 +149,16 @@ impl Ledger {
         self.check(Quantity::Texels, all)?;
         self.account.borrow_mut().texels = all;
         Ok(())
+    }
+
+    /// Adds to the texels that are decoded and not kept, if so many more may be.
+    pub(crate) fn may_look_at(&self, texels: u64) -> bool {
+        let all = self.account.borrow().opaque_texels.saturating_add(texels);
+        let is_little = self.check(Quantity::Texels, all).is_ok();
+        if is_little {
+            self.account.borrow_mut().opaque_texels = all;
+        }
+        is_little
     }
 
     /// All files that were read.

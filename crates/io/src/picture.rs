@@ -1,7 +1,7 @@
 //! Pictures in: the alpha of a PNG, and nothing else of it.
 //!
-//! Dimensions are read first and entered into the account of the scene; a picture without alpha is not decoded. Time is linear in its
-//! texels, memory some ten bytes each while it is decoded, and four after.
+//! Dimensions are read first and entered into the account of the scene; a picture without alpha is decoded only to see whether
+//! it is whole, and not where that is too much. Time is linear in its texels, memory some ten bytes each while it is decoded, and four after.
 
 use std::io::Cursor;
 
@@ -54,13 +54,17 @@ fn png_alpha(bytes: &[u8], ledger: &Ledger) -> Result<Option<AlphaMap>, String> 
     let unread = |fault: image::ImageError| format!("its PNG is not read: {}", excerpt(&fault.to_string()));
     let decoder = PngDecoder::new(Cursor::new(bytes)).map_err(unread)?;
     let (size, color) = (<[u32; 2]>::from(decoder.dimensions()), decoder.color_type());
+    let texels = u64::from(size[0]) * u64::from(size[1]);
+    if color.has_alpha() {
+        ledger.picture(texels).map_err(|problem| problem.to_string())?;
+    } else if !ledger.may_look_at(texels) {
+        return Ok(None);
+    }
+    let mut content = vec![0; usize::try_from(decoder.total_bytes()).map_err(|_| "it is too large".to_owned())?];
+    decoder.read_image(&mut content).map_err(unread)?;
     if !color.has_alpha() {
         return Ok(None);
     }
-    let texels = u64::from(size[0]) * u64::from(size[1]);
-    ledger.picture(texels).map_err(|problem| problem.to_string())?;
-    let mut content = vec![0; usize::try_from(decoder.total_bytes()).map_err(|_| "it is too large".to_owned())?];
-    decoder.read_image(&mut content).map_err(unread)?;
     let texels = match color {
         ColorType::La8 | ColorType::Rgba8 => {
             let last = usize::from(color.bytes_per_pixel());
@@ -126,5 +130,57 @@ mod tests {
         huge[16..24].copy_from_slice(&[0x40, 0, 0, 0, 0x40, 0, 0, 0]);
         assert!(read(&huge).is_err());
         assert_eq!(read(b"RIFF....WEBP"), Err("it is neither PNG nor JPEG".to_owned()));
+    }
+
+    #[test]
+    fn broken_pictures_without_alpha_are_told() {
+        for (color, channels) in [(ExtendedColorType::L8, 1), (ExtendedColorType::Rgb8, 3)] {
+            let whole = png(&vec![7; 100 * channels], [10, 10], color);
+            assert_eq!(read(&whole), Ok(None));
+            assert!((0..whole.len() - 20).all(|length| read(&whole[..length]).is_err()), "{color:?}");
+            let mut spoiled = whole;
+            let at = spoiled.windows(4).position(|name| name == b"IDAT").expect("a chunk");
+            spoiled[at + 6] ^= 0xff;
+            assert!(read(&spoiled).is_err(), "{color:?}");
+        }
+    }
+
+    /// A picture of one colour in a palette, or without one.
+    fn indexed(palette: Option<Vec<u8>>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_palette(palette.clone().unwrap_or_else(|| vec![9; 3]));
+        let mut writer = encoder.write_header().expect("a header");
+        writer.write_image_data(&[0, 0]).expect("a picture");
+        writer.finish().expect("an end");
+        if palette.is_none() {
+            let at = bytes.windows(4).position(|name| name == b"PLTE").expect("a chunk");
+            // Length, name, colour and checksum.
+            bytes.drain(at - 4..at + 11);
+        }
+        bytes
+    }
+
+    #[test]
+    fn a_palette_that_is_missing_is_told() {
+        assert_eq!(read(&indexed(Some(vec![9; 3]))), Ok(None));
+        assert!(read(&indexed(None)).is_err());
+    }
+
+    #[test]
+    fn pictures_without_alpha_may_be_too_large_to_look_at() {
+        let mut huge = png(&[7; 300], [10, 10], ExtendedColorType::Rgb8);
+        // 2^13 by 2^13 texels; the checksum of the header with them.
+        huge[16..24].copy_from_slice(&[0, 0, 32, 0, 0, 0, 32, 0]);
+        let sum = checksum(&huge[12..29]);
+        huge[29..33].copy_from_slice(&sum.to_be_bytes());
+        assert_eq!(read(&huge), Ok(None));
+    }
+
+    /// That of PNG's chunks.
+    fn checksum(bytes: &[u8]) -> u32 {
+        let step = |sum: u32| if sum & 1 == 1 { 0xedb8_8320 ^ (sum >> 1) } else { sum >> 1 };
+        !bytes.iter().fold(!0, |sum, &byte| (0..8).fold(sum ^ u32::from(byte), |sum, _| step(sum)))
     }
 }

@@ -7,12 +7,14 @@
 use glam::DVec3;
 
 use super::{
-    Analytic,
+    Analytic, PlacedAnalytic,
+    forms::LocalPoint,
     graph::{Graph, HomogeneousPoint},
     layout::{Surface, symmetric_form},
     outline::Outline,
 };
 use crate::{
+    approx::Approx,
     decide::Decide,
     decisions::decide_by_pairs,
     dyadic::Dyadic,
@@ -49,13 +51,13 @@ pub(crate) enum Kind {
     Graph(Box<Graph>),
 }
 
-/// Eight points whose convex hull holds a cell, local coordinates; each may be off by `slack` along every axis.
+/// Eight points whose convex hull holds a cell, local coordinates; each may be off by `slack` along each axis.
 #[derive(Clone, Copy, Debug)]
 pub struct CellHull {
     /// The points.
     pub points: [DVec3; HULL],
-    /// How far off they may be.
-    pub slack: f64,
+    /// How far off they may be, along each axis.
+    pub slack: DVec3,
 }
 
 /// How much of a cell of a patch's parameter square is surface.
@@ -175,9 +177,8 @@ impl Chart {
     /// The world point (u, v) by floats that bound it.
     pub fn bounded_point(&self, placement: &Placement, u: f64, v: f64) -> Point<'static> {
         let local = self.point(u, v);
-        let slack = self.size() * PADDING;
-        let vanishes = self.vanishing(local, [u, v]);
-        world(placement, local, DVec3::from_array(vanishes.map(|vanishes| if vanishes { 0.0 } else { slack })))
+        let (slack, vanishes) = (self.extent() * PADDING, self.vanishing(local, [u, v]));
+        world(placement, local, DVec3::from_array([0, 1, 2].map(|k| if vanishes[k] { 0.0 } else { slack[k] })))
     }
 
     /// Which coordinates of the point (u, v), rounded to `local`, are exactly zero. Those that are a product are zero as a
@@ -197,7 +198,7 @@ impl Chart {
 
     /// Eight points whose hull holds a cell's surface.
     pub fn hull(&self, [u, v]: [f64; 2], edge: f64) -> CellHull {
-        let slack = self.size() * PADDING;
+        let slack = self.extent() * PADDING;
         let points = match &self.kind {
             Kind::Radial { center, radii, origin, along } => {
                 let at = |s: f64, t: f64| direction(origin, along, u + s * edge, v + t * edge);
@@ -244,12 +245,15 @@ impl Chart {
         matches!(self.surface, Surface::Plane(_))
     }
 
-    /// Greatest distance of its points from the local origin along any axis, at least.
-    fn size(&self) -> f64 {
+    /// Greatest distance of its points from the local origin along each axis, at least.
+    fn extent(&self) -> DVec3 {
         match &self.kind {
-            Kind::Radial { center, radii, .. } => center.abs() + radii.iter().fold(0.0, |a: f64, &b| a.max(b)),
-            Kind::Turned { outline, .. } => outline.size(),
-            Kind::Graph(graph) => graph.size(),
+            Kind::Radial { center, radii, .. } => DVec3::from_array(*radii) + DVec3::Y * center.abs(),
+            Kind::Turned { outline, .. } => {
+                let (radius, height) = (outline.greatest_radius(), outline.greatest_height());
+                DVec3::new(radius, height, radius)
+            }
+            Kind::Graph(graph) => DVec3::splat(graph.size()),
         }
     }
 
@@ -257,7 +261,7 @@ impl Chart {
     pub fn plane_points(&self) -> Option<[DVec3; 3]> {
         match (&self.surface, &self.kind) {
             (Surface::Plane(_), Kind::Turned { outline, .. }) => {
-                let ([_, y], size) = (outline.at(0.0), self.size());
+                let ([_, y], size) = (outline.at(0.0), self.extent().max_element());
                 Some([DVec3::new(0.0, y, 0.0), DVec3::new(size, y, 0.0), DVec3::new(0.0, y, size)])
             }
             (_, Kind::Graph(graph)) => graph.plane_points(),
@@ -304,7 +308,16 @@ pub(crate) fn world(placement: &Placement, local: DVec3, slack: DVec3) -> Point<
 impl CellHull {
     /// The points in the world.
     pub fn placed(&self, placement: &Placement) -> [Point<'static>; HULL] {
-        self.points.map(|local| world(placement, local, DVec3::splat(self.slack)))
+        self.points.map(|local| world(placement, local, self.slack))
+    }
+
+    /// The points in the local coordinates of a body's forms: there neither its place nor how it is turned and sheared adds to the slack.
+    pub fn local(&self, body: &PlacedAnalytic) -> [LocalPoint<Approx>; HULL] {
+        let unit = Approx::exact(body.unit());
+        self.points.map(|point| {
+            let [x, y, z] = [0, 1, 2].map(|k| Approx { value: point[k], error: self.slack[k] });
+            [x, y, z, unit]
+        })
     }
 }
 

@@ -199,7 +199,7 @@ impl Graph {
         } else {
             self.heights(at, edge, self.range(at, edge).0)
         };
-        CellHull { points: self.corners(at, edge, &heights), slack: self.size() * PADDING }
+        CellHull { points: self.corners(at, edge, &heights), slack: DVec3::splat(self.size() * PADDING) }
     }
 
     /// The corners of a slab over a cell; the lower ones first.

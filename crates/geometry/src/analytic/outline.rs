@@ -142,14 +142,13 @@ impl Outline {
         (0..SLICES).fold(Approx::exact(0.0), |sum, k| sum + of_slice(k)) * Approx::exact(width)
     }
 
-    /// The greatest coordinate on it.
-    pub(crate) fn size(&self) -> f64 {
-        let ([a0, y0], [a1, y1]) = (self.at(0.0), self.at(1.0));
-        a0.max(a1).max(y0.abs()).max(y1.abs())
-    }
-
     pub(crate) fn greatest_radius(&self) -> f64 {
         self.at(0.0)[0].max(self.at(1.0)[0])
+    }
+
+    /// Greatest distance from the plane y = 0.
+    pub(crate) fn greatest_height(&self) -> f64 {
+        self.at(0.0)[1].abs().max(self.at(1.0)[1].abs())
     }
 
     /// How far a step of one along v goes at most: along the radius, and along y.

@@ -98,7 +98,10 @@ fn patches_look_outward_and_hulls_hold_their_cells() {
                     for s in 0..=4 {
                         for t in 0..=4 {
                             let p = chart.point(u + edge * f64::from(s) / 4.0, v + edge * f64::from(t) / 4.0);
-                            assert!(p.dot(direction) <= reach + 4.0 * hull.slack, "{body:?}, face {face}, {direction}");
+                            assert!(
+                                p.dot(direction) <= reach + 4.0 * hull.slack.dot(direction.abs()),
+                                "{body:?}, face {face}, {direction}"
+                            );
                         }
                     }
                 }
@@ -345,7 +348,10 @@ fn patches_of_quadrics_lie_on_the_surface_and_their_hulls_hold_them() {
                         let direction =
                             DVec3::new(angle.cos() * (1.0 - y * y).sqrt(), y, angle.sin() * (1.0 - y * y).sqrt());
                         let reach = hull.points.iter().map(|p| p.dot(direction)).fold(f64::NEG_INFINITY, f64::max);
-                        assert!(point.dot(direction) <= reach + 4.0 * hull.slack, "{body:?}, face {face}, {direction}");
+                        assert!(
+                            point.dot(direction) <= reach + 4.0 * hull.slack.dot(direction.abs()),
+                            "{body:?}, face {face}, {direction}"
+                        );
                     }
                 }
             }

@@ -154,7 +154,7 @@ impl<'a> Accessors<'a> {
         let size = N * component.size();
         let mut elements = match accessor.buffer_view {
             Some(view) => {
-                let strided = self.strided(view, accessor.byte_offset, size, accessor.count);
+                let strided = self.strided(view, accessor.byte_offset(), size, accessor.count);
                 let strided = strided.map_err(|problem| within(problem, &place()))?;
                 self.count(accessor.count)?;
                 strided.iter().map(decode).collect()

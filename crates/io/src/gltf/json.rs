@@ -1,8 +1,10 @@
 //! The parts of a glTF 2.0 document that say where surfaces, lights and eyes are. Everything else is skipped.
 
 mod buffers;
+mod cameras;
 mod extensions;
 mod members;
+mod motion;
 mod shading;
 
 use serde::{Deserialize, de::IgnoredAny};
@@ -10,8 +12,10 @@ use serde_json::value::RawValue;
 
 use crate::error::LoadProblem;
 pub(super) use buffers::{Buffer, BufferView, MeshoptFilter, MeshoptMode, MeshoptView};
+pub(super) use cameras::{Eye, Orthographic, Perspective};
 pub(super) use extensions::ExtensionNames;
 pub(super) use members::Members;
+pub(super) use motion::{Animation, AnimationChannel, AnimationSampler};
 use shading::{MaterialTextures, References, TextureImage, VariantMappings, Variants};
 
 #[derive(Debug, Deserialize)]
@@ -177,6 +181,15 @@ pub(super) struct PunctualLight {
     pub(super) color: Option<Vec<f64>>,
     pub(super) intensity: Option<f64>,
     pub(super) range: Option<f64>,
+    pub(super) spot: Option<SpotCone>,
+}
+
+/// The angles of a spot, which is read as a point.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SpotCone {
+    pub(super) inner_cone_angle: Option<f64>,
+    pub(super) outer_cone_angle: Option<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -384,33 +397,10 @@ pub(super) struct Skin {
 }
 
 #[derive(Debug, Deserialize)]
-pub(super) struct Eye {
-    #[serde(rename = "type")]
-    pub(super) kind: Option<String>,
-    pub(super) perspective: Option<Perspective>,
-    pub(super) orthographic: Option<Orthographic>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct Perspective {
-    pub(super) yfov: f64,
-    pub(super) znear: Option<f64>,
-    pub(super) zfar: Option<f64>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct Orthographic {
-    pub(super) ymag: f64,
-    pub(super) znear: Option<f64>,
-    pub(super) zfar: Option<f64>,
-}
-
-#[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Accessor {
     pub(super) buffer_view: Option<usize>,
-    #[serde(default)]
-    pub(super) byte_offset: usize,
+    byte_offset: Option<usize>,
     pub(super) component_type: u32,
     pub(super) count: usize,
     #[serde(rename = "type")]
@@ -420,6 +410,18 @@ pub(super) struct Accessor {
     pub(super) sparse: Option<Sparse>,
     pub(super) min: Option<Vec<f64>>,
     pub(super) max: Option<Vec<f64>>,
+}
+
+impl Accessor {
+    /// Where it begins in its view.
+    pub(super) fn byte_offset(&self) -> usize {
+        self.byte_offset.unwrap_or(0)
+    }
+
+    /// Whether it says where it begins, and not in which view.
+    pub(super) fn is_offset_without_view(&self) -> bool {
+        self.byte_offset.is_some() && self.buffer_view.is_none()
+    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -444,34 +446,6 @@ pub(super) struct SparseValues {
     pub(super) buffer_view: usize,
     #[serde(default)]
     pub(super) byte_offset: usize,
-}
-
-/// How nodes move, of which only the references are looked at.
-#[derive(Debug, Deserialize)]
-pub(super) struct Animation {
-    #[serde(default)]
-    pub(super) samplers: Vec<AnimationSampler>,
-    #[serde(default)]
-    pub(super) channels: Vec<AnimationChannel>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct AnimationSampler {
-    pub(super) input: usize,
-    pub(super) output: usize,
-    pub(super) interpolation: Option<String>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct AnimationChannel {
-    pub(super) sampler: usize,
-    pub(super) target: AnimationTarget,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct AnimationTarget {
-    pub(super) node: Option<usize>,
-    pub(super) path: Option<String>,
 }
 
 /// An element of the document by its index; a message about it is told of the element.

@@ -135,12 +135,22 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
 /// The document of a text. Some exporters write whole numbers as `3.0`, which is the same number in JSON; a text that is
 /// not glTF is read once more with those as `3`.
 fn parse(text: &[u8]) -> Result<Document, LoadProblem> {
+    check_encoding(text)?;
     let again = |_| serde_json::from_slice(&whole_numbers(text));
     serde_json::from_slice(text).or_else(again).map_err(|fault| LoadProblem::Text {
         line: fault.line(),
         column: Some(fault.column().max(1)),
         message: format!("its JSON is not glTF 2.0: {}", without_place(&fault)),
     })
+}
+
+/// Refuses what is not UTF-8, which members that are not read may hold, too.
+fn check_encoding(text: &[u8]) -> Result<(), LoadProblem> {
+    let Err(fault) = str::from_utf8(text) else { return Ok(()) };
+    let mut lines = text[..fault.valid_up_to()].split(|&byte| byte == b'\n');
+    let last = lines.next_back().map_or(0, <[u8]>::len);
+    let message = "its JSON is not UTF-8".to_owned();
+    Err(LoadProblem::Text { line: lines.count() + 1, column: Some(last + 1), message })
 }
 
 /// The text with floats that are whole numbers as integers, in the same place where there is room.

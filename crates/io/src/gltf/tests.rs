@@ -12,6 +12,8 @@ mod compressed;
 mod lenient;
 mod limits;
 mod masks;
+mod members;
+mod motions;
 mod rooms;
 mod rules;
 mod unread;
@@ -400,7 +402,8 @@ fn lights_shine_along_minus_z() {
             let nodes = document["nodes"].as_array_mut().expect("nodes");
             nodes.push(node);
             nodes[1]["extensions"] = json!({ "KHR_lights_punctual": { "light": 0 } });
-            document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "name": "L", "type": kind }] } });
+            document["extensions"] =
+                json!({ "KHR_lights_punctual": { "lights": [{ "name": "L", "type": kind, "spot": {} }] } });
         })
     };
     let sun = model(with("directional", json!({ "rotation": [-1, 0, 0, 1], "scale": [3, 3, 3] })));

@@ -1,10 +1,10 @@
 //! Elements of accessors that nothing reads: normals, joints, motions.
 //!
 //! They say nothing about surfaces, but a file that is broken there is broken. Only bytes that are at hand are looked at: of buffers
-//! that something else has read, as many elements as the scene has left, each one once. What is wrong with them is told. Of sparse accessors the places and values are
+//! that something else has read, as many elements as the scene has left, each one once, times twice. What is wrong with them is told. Of sparse accessors the places and values are
 //! looked at, too, and whether the weights of joints add up.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use umbriel_scene::FindingKind;
 
@@ -23,7 +23,7 @@ const FLOAT: u32 = 5126;
 
 /// What is wrong with the elements that were not read.
 pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
-    let joints = joints_of(document);
+    let (joints, times) = (joints_of(document), times_of(document));
     let mut of_view: Vec<Vec<usize>> = vec![Vec::new(); document.buffer_views.len()];
     let unread = (0..document.accessors.len()).filter(|&index| !accessors.is_read(index));
     for (index, view) in unread.filter_map(|index| Some((index, document.accessors[index].buffer_view?))) {
@@ -36,7 +36,7 @@ pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
         let bytes = if is_empty { None } else { accessors.views().at_hand(view, &mut left) };
         match bytes {
             Some(Ok(bytes)) => {
-                let elements = Elements { document, joints: &joints, bytes: &bytes };
+                let elements = Elements { document, joints: &joints, times: &times, bytes: &bytes };
                 indices.iter().for_each(|&index| elements.check(index, &mut left, &mut findings));
             }
             Some(Err(problem)) => tell(&mut findings, &problem, 1),
@@ -89,7 +89,7 @@ fn sums(document: &Document, accessors: &Accessors, sets: &[usize], left: &mut u
         let bytes = accessors.views().at_hand(view, left)?.ok()?;
         let stride = document.buffer_views[view].stride(size);
         for (number, sum) in sums.iter_mut().enumerate() {
-            let element = element_at(&bytes, accessor.byte_offset, number.checked_mul(stride)?, size)?;
+            let element = element_at(&bytes, accessor.byte_offset(), number.checked_mul(stride)?, size)?;
             let weights = element.chunks_exact(component.size());
             *sum += weights.map(|bytes| component.decode(bytes, accessor.normalized)).sum::<f64>();
         }
@@ -119,10 +119,17 @@ fn joints_of(document: &Document) -> HashMap<usize, usize> {
     least
 }
 
+/// Accessors of the times of animations.
+fn times_of(document: &Document) -> HashSet<usize> {
+    let samplers = document.animations.iter().flat_map(|animation| &animation.samplers);
+    samplers.map(|sampler| sampler.input).collect()
+}
+
 /// The bytes of a view, decompressed.
 struct Elements<'a> {
     document: &'a Document,
     joints: &'a HashMap<usize, usize>,
+    times: &'a HashSet<usize>,
     bytes: &'a [u8],
 }
 
@@ -136,6 +143,11 @@ impl Elements<'_> {
             *left = rest;
             let wrong = self.count(accessor, component, |value| !value.is_finite());
             tell(findings, &format!("accessor {index}: components that are not finite"), wrong);
+            if self.times.contains(&index) {
+                let mut last = f64::NEG_INFINITY;
+                let wrong = self.count(accessor, component, |time| std::mem::replace(&mut last, time) >= time);
+                tell(findings, &format!("accessor {index}: times that do not ascend"), wrong);
+            }
         } else if let Some(&joints) = joints {
             *left = rest;
             let wrong = self.count(accessor, component, |value| value >= joints as f64);
@@ -144,11 +156,11 @@ impl Elements<'_> {
     }
 
     /// How many components are wrong. What leaves the view was told before.
-    fn count(&self, accessor: &Accessor, component: Component, is_wrong: impl Fn(f64) -> bool) -> usize {
+    fn count(&self, accessor: &Accessor, component: Component, mut is_wrong: impl FnMut(f64) -> bool) -> usize {
         let Some(size) = super::validate::element_size(&accessor.kind, component) else { return 0 };
         let view = accessor.buffer_view.map(|view| &self.document.buffer_views[view]);
         let stride = view.map_or(size, |view| view.stride(size));
-        let element = |number: usize| element_at(self.bytes, accessor.byte_offset, number.checked_mul(stride)?, size);
+        let element = |number: usize| element_at(self.bytes, accessor.byte_offset(), number.checked_mul(stride)?, size);
         let elements = (0..accessor.count).map_while(element);
         let components = elements.flat_map(|element| element.chunks_exact(component.size()));
         components.filter(|bytes| is_wrong(component.decode(bytes, false))).count()

@@ -8,6 +8,7 @@
 
 mod attributes;
 pub(super) mod kinds;
+mod motion;
 mod references;
 mod rules;
 mod uses;
@@ -16,7 +17,7 @@ use umbriel_scene::FindingKind;
 
 use super::{
     accessor::Component,
-    json::{Accessor, BufferView, Document, MeshPrimitives, Primitive, existing},
+    json::{Accessor, BufferView, Document, MeshPrimitives, Primitive, Sparse, existing},
     views::compression,
 };
 use crate::{error::LoadProblem, model::Findings};
@@ -96,7 +97,7 @@ impl Check<'_> {
         let size = element_size(&accessor.kind, component)
             .ok_or_else(|| refused(format!("its type {} is none of glTF's", crate::error::excerpt(&accessor.kind))))?;
         if let Some(view) = accessor.buffer_view {
-            self.elements(view, accessor.byte_offset, (size, component.size()), accessor.count, place)?;
+            self.elements(view, accessor.byte_offset(), (size, component.size()), accessor.count, place)?;
         }
         if accessor.count == 0 {
             self.tell(place, "it has no elements");
@@ -104,9 +105,28 @@ impl Check<'_> {
         if accessor.normalized && matches!(component, Component::U32 | Component::F32) {
             self.tell(place, "its components cannot be normalised");
         }
+        if accessor.is_offset_without_view() {
+            self.tell(place, "it has a byteOffset and no bufferView");
+        }
+        if ![&accessor.min, &accessor.max].into_iter().flatten().all(|bound| components(&accessor.kind) == bound.len())
+        {
+            self.tell(place, "its min or max is not one number for each of its components");
+        }
         let Some(sparse) = &accessor.sparse else { return Ok(()) };
+        self.sparse(sparse, accessor, (size, component), place)
+    }
+
+    /// Elements of an accessor that stand elsewhere.
+    fn sparse(
+        &mut self,
+        sparse: &Sparse,
+        accessor: &Accessor,
+        (size, component): (usize, Component),
+        place: &str,
+    ) -> Result<(), LoadProblem> {
         if sparse.count > accessor.count {
-            return Err(refused(format!("{} of its {} elements are sparse", sparse.count, accessor.count)));
+            let message = format!("{} of its {} elements are sparse", sparse.count, accessor.count);
+            return Err(LoadProblem::element(place, message));
         }
         let place = format!("{place}, sparse");
         if sparse.count == 0 {
@@ -237,24 +257,6 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn animations(&mut self) -> Result<(), LoadProblem> {
-        let document = self.document;
-        for (index, animation) in document.animations.iter().enumerate() {
-            let place = format!("animation {index}");
-            for accessor in animation.samplers.iter().flat_map(|sampler| [sampler.input, sampler.output]) {
-                named(&document.accessors, accessor, "accessor", &place)?;
-            }
-            for channel in &animation.channels {
-                named(&animation.samplers, channel.sampler, "sampler", &place)?;
-                if let Some(node) = channel.target.node {
-                    named(&document.nodes, node, "node", &place)?;
-                }
-            }
-            self.motion(animation, &place);
-        }
-        Ok(())
-    }
-
     /// Only pictures of MASK materials matter to shadows, but the numbers of all do to the file.
     fn textures(&mut self) -> Result<(), LoadProblem> {
         let document = self.document;
@@ -296,6 +298,11 @@ impl Check<'_> {
         self.shading();
         Ok(())
     }
+}
+
+/// The components of an element.
+fn components(kind: &str) -> usize {
+    element_size(kind, Component::F32).map_or(0, |size| size / Component::F32.size())
 }
 
 /// The bytes of an element; columns of matrices begin at multiples of four bytes.

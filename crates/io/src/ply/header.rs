@@ -145,11 +145,12 @@ impl Header {
             return Err(LoadProblem::line(1, "the first line is not \"ply\""));
         }
         let mut rest = &bytes[..bytes.len().min(LONGEST)];
+        let ends_in_cr = has_cr_alone(rest);
         let (mut statements, mut number) = (Statements::default(), 0);
         loop {
             number += 1;
-            let Some((line, behind)) = cut(rest) else {
-                return Err(LoadProblem::line(number, "the file has no line \"end_header\""));
+            let Some((line, behind)) = cut(rest, ends_in_cr) else {
+                return Err(LoadProblem::line(number, endless(bytes.len() > LONGEST)));
             };
             let length = bytes.len().min(LONGEST) - behind.len();
             rest = behind;
@@ -167,11 +168,30 @@ impl Header {
     }
 }
 
+/// Where the first line ends.
+fn line_end(bytes: &[u8]) -> Option<usize> {
+    bytes.iter().position(|&byte| matches!(byte, b'\n' | b'\r'))
+}
+
+/// Whether the first line ends in CR alone. Then all do: an LF behind the last of them is the first byte of the data.
+fn has_cr_alone(bytes: &[u8]) -> bool {
+    line_end(bytes).is_some_and(|end| bytes[end] == b'\r' && bytes.get(end + 1) != Some(&b'\n'))
+}
+
 /// A line and what follows it.
-fn cut(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
-    let end = bytes.iter().position(|&byte| matches!(byte, b'\n' | b'\r'))?;
-    let width = if bytes[end..].starts_with(b"\r\n") { 2 } else { 1 };
+fn cut(bytes: &[u8], ends_in_cr: bool) -> Option<(&[u8], &[u8])> {
+    let end = line_end(bytes)?;
+    let width = if !ends_in_cr && bytes[end..].starts_with(b"\r\n") { 2 } else { 1 };
     Some((&bytes[..end], &bytes[end + width..]))
+}
+
+/// What is wrong with a header without an end.
+fn endless(is_too_long: bool) -> String {
+    if is_too_long {
+        format!("the header is too long: no line \"end_header\" in the first {LONGEST} bytes")
+    } else {
+        "the file has no line \"end_header\"".to_owned()
+    }
 }
 
 fn unknown(line: &str) -> String {

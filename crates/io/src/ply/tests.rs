@@ -58,6 +58,23 @@ fn all_encodings_agree() {
 }
 
 #[test]
+fn data_behind_lines_that_end_in_cr_may_begin_with_lf() {
+    let with = |end: &str| {
+        let whole = binary(false);
+        let length = Header::read(&whole).expect("a header").length;
+        let lines = String::from_utf8_lossy(&whole[..length]).replace('\n', end);
+        let mut bytes = [lines.as_bytes(), &whole[length..]].concat();
+        bytes[lines.len()] = b'\n';
+        bytes
+    };
+    for end in ["\r", "\r\n", "\n"] {
+        let model = parse(&with(end)).unwrap_or_else(|problem| panic!("{end:?}: {problem}"));
+        assert_eq!(mesh(&model).positions()[0].x, f64::from(f32::from_le_bytes([b'\n', 0, 0, 0])), "{end:?}");
+        assert!(model.findings.into_list().iter().all(|finding| finding.kind != FindingKind::BrokenRule), "{end:?}");
+    }
+}
+
+#[test]
 fn every_type_is_decoded() {
     let lines = "element a 1\nproperty char i\nproperty uchar j\nproperty short k\nproperty ushort l\n\
                  property int m\nproperty uint n\nproperty float o\nproperty double p\n";
@@ -163,6 +180,7 @@ fn faults_name_their_place() {
     for (bytes, words) in [
         (b"plyformat".to_vec(), "line 1: the first line"),
         (b"ply\nformat ascii 1.0\n".to_vec(), "line 3: the file has no line \"end_header\""),
+        (["ply\n", &"comment\n".repeat(1 << 17), "end_header\n"].concat().into_bytes(), "the header is too long"),
         (b"ply\nend_header\n".to_vec(), "line 2: there is no line \"format\""),
         (b"ply\nformat ascii 2.0\n".to_vec(), "line 2: version 2.0"),
         (b"ply\nformat utf 1.0\n".to_vec(), "line 2: \"format utf 1.0\" is no line"),

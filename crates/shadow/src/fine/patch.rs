@@ -105,8 +105,9 @@ impl Patch<'_> {
 
     /// What is proved of a cell, and the candidates in question if it is undecided.
     fn judge(&self, place: Quadrant, candidates: &Candidates) -> (Verdict, Candidates) {
-        let points = self.hull(place).placed(self.body.placement());
-        match self.facing(&points) {
+        let hull = self.hull(place);
+        let points = hull.placed(self.body.placement());
+        match self.facing(&hull) {
             Facing::Dark => (Verdict::Shadowed, Candidates::default()),
             Facing::Turned => self.classify(points, candidates),
             Facing::Unknown => match self.classify(points, candidates) {
@@ -116,9 +117,9 @@ impl Patch<'_> {
         }
     }
 
-    fn facing(&self, points: &[Point; HULL]) -> Facing {
+    fn facing(&self, hull: &CellHull) -> Facing {
         let (forms, source) = (self.body.forms(), self.occluders.light);
-        let (light, local) = (forms.pull_back_light(source), points.map(|point| forms.pull_back_point(&point)));
+        let (light, local) = (forms.pull_back_light(source), hull.local(self.body));
         let outward = match (self.chart().surface, &self.plane) {
             // From the tip all of a cone is seen edge-on.
             (Surface::Quadric(quadric), _) if self.occluders.light_is_tip(self.object, self.body, quadric) => {

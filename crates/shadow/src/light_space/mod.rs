@@ -10,4 +10,4 @@ mod footprint;
 mod view;
 
 pub(crate) use footprint::{CornerError, Footprint};
-pub(crate) use view::{Homogeneous, View};
+pub(crate) use view::{Homogeneous, View, power_of_two};

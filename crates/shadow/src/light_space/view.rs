@@ -155,6 +155,6 @@ pub(super) fn lesser(a: f64, b: f64) -> f64 {
 }
 
 /// A power of two of about this size; 1 for what is no positive number.
-fn power_of_two(size: f64) -> f64 {
+pub(crate) fn power_of_two(size: f64) -> f64 {
     if size > 0.0 && size.is_finite() { f64::from_bits(size.to_bits() & (0x7ff << 52)) } else { 1.0 }
 }

@@ -99,7 +99,7 @@ fn segments_that_graze_agree_with_the_definition() {
         let (mut lit, mut wrong) = (0, Vec::new());
         let own = numbers.clone().filter(|number| number % Aim::ALL.len() as u64 == kind as u64);
         for number in own {
-            let is_looked_up = number / Aim::ALL.len() as u64 % LOOKED_UP == 0;
+            let is_looked_up = (number / Aim::ALL.len() as u64).is_multiple_of(LOOKED_UP);
             match judge_segment(&segment(aim, &mut Random::new(number)), is_looked_up) {
                 Ok(open) => lit += u64::from(open),
                 Err(complaint) => wrong.push(format!("case {number}, {aim:?}: {complaint}")),

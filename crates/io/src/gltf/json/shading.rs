@@ -72,7 +72,7 @@ impl<'de, R: Referring> Visitor<'de> for OfExtensions<R> {
     }
 }
 
-/// The textures of a material's extension: its members whose names end in "Texture".
+/// The textures of a material's extension: its members whose names end in "Texture". A member whose name ends in "Strength" is a number.
 #[derive(Debug)]
 pub(in crate::gltf) struct MaterialTextures(pub(in crate::gltf) Vec<TextureIndex>);
 
@@ -100,6 +100,8 @@ impl<'de> Visitor<'de> for OfMaterial {
         while let Some(name) = map.next_key::<String>()? {
             if name.ends_with("Texture") {
                 textures.push(map.next_value()?);
+            } else if name.ends_with("Strength") {
+                map.next_value::<f64>()?;
             } else {
                 map.next_value::<IgnoredAny>()?;
             }
@@ -136,5 +138,10 @@ pub(in crate::gltf) struct VariantMapping {
 #[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Variants {
     #[serde(default)]
-    pub(in crate::gltf) variants: Vec<IgnoredAny>,
+    pub(in crate::gltf) variants: Vec<Variant>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(in crate::gltf) struct Variant {
+    pub(in crate::gltf) name: Option<String>,
 }

@@ -30,7 +30,7 @@ fn elements_that_nothing_reads_are_finite() {
         document["animations"] = json!([{ "samplers": [{ "input": times, "output": times }], "channels": [] }]);
         data.accessors.push(json!({ "componentType": 5126, "type": "SCALAR", "count": usize::MAX }));
     });
-    assert_eq!(motion, ["1 unused: accessor 1: components that are not finite"]);
+    assert!(motion.contains(&"1 unused: accessor 1: components that are not finite".to_owned()), "{motion:?}");
 }
 
 #[test]
@@ -280,6 +280,7 @@ fn values_of_kinds_that_no_member_has_are_told() {
 #[test]
 fn extensions_for_shading_may_hold_anything() {
     for extensions in [
+        json!({ "KHR_materials_sheen": { "emissiveStrength": "much" } }),
         json!(null),
         json!({ "KHR_materials_sheen": { "sheenColorTexture": { "index": -1 } } }),
         json!({ "KHR_materials_unlit": true }),

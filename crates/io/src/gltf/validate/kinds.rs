@@ -1,5 +1,6 @@
 //! Values of a kind that no member of glTF has: null, a list in a list, a list where an object is due. Derived readers take the first for a member that is
-//! absent, and the others for the members of an object in order; so the text is walked once more, without keeping it.
+//! absent, and the others for the members of an object in order; so the text is walked once more, without keeping it. On the way empty lists are told, and
+//! values of members that nothing reads where they are of another kind than theirs.
 //!
 //! What `extras` and the extensions hold may be anything; whether an extension is among those that the document says it uses is looked at on the way. Depth is
 //! limited by the reader of JSON.
@@ -8,7 +9,7 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::{
     Deserializer,
-    de::{DeserializeSeed, IgnoredAny, MapAccess, SeqAccess, Visitor},
+    de::{self, DeserializeSeed, IgnoredAny, MapAccess, SeqAccess, Visitor},
 };
 
 use crate::{error::excerpt, gltf::json::ExtensionNames};
@@ -33,18 +34,96 @@ const OBJECTS: [&str; 16] = [
     "values",
 ];
 
+/// Members that are left out rather than empty. Those whose elements something needs are looked at where they are read.
+const NEVER_EMPTY: [&str; 18] = [
+    "accessors",
+    "animations",
+    "buffers",
+    "bufferViews",
+    "cameras",
+    "children",
+    "extensionsRequired",
+    "extensionsUsed",
+    "images",
+    "materials",
+    "meshes",
+    "nodes",
+    "samplers",
+    "scenes",
+    "skins",
+    "targets",
+    "textures",
+    "weights",
+];
+
 /// What is wrong, by the member's name, and how often; `used` are the extensions that the document uses. Nothing for a text that is no JSON.
 pub(in crate::gltf) fn check(text: &[u8], used: &ExtensionNames) -> BTreeMap<String, usize> {
     let mut told = BTreeMap::new();
-    let member = Member { name: "the document", is_in_list: false, is_open: false, used, told: &mut told };
+    let member =
+        Member { name: "the document", kind: Kind::Any, is_in_list: false, is_open: false, used, told: &mut told };
     // A text that is no JSON was refused before.
     let _ = member.deserialize(&mut serde_json::Deserializer::from_slice(text));
     told
 }
 
+/// What the values of a member are, where nothing else reads them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    /// Not looked at here.
+    Any,
+    Text,
+    Flag,
+    Number,
+    /// A number between 0 and 1.
+    Share,
+    /// A list of three shares.
+    Color,
+    /// A whole number, 0 or more.
+    Index,
+}
+
+impl Kind {
+    /// That of a member, by the name of what it is a member of, and its own.
+    fn of(parent: &str, name: &str) -> Self {
+        match (parent, name) {
+            (_, "name") | ("asset", "generator" | "copyright") => Self::Text,
+            ("materials", "doubleSided") => Self::Flag,
+            ("materials", "emissiveFactor") => Self::Color,
+            ("pbrMetallicRoughness", "metallicFactor" | "roughnessFactor") | ("occlusionTexture", "strength") => {
+                Self::Share
+            }
+            ("normalTexture", "scale") => Self::Number,
+            (_, "texCoord") => Self::Index,
+            _ => Self::Any,
+        }
+    }
+
+    /// What the elements of a list are, if these are in one.
+    fn of_elements(self) -> Option<Self> {
+        match self {
+            Self::Any => Some(Self::Any),
+            Self::Color => Some(Self::Share),
+            _ => None,
+        }
+    }
+
+    fn fault(self) -> &'static str {
+        match self {
+            Self::Any => "of no kind that it may have",
+            Self::Text => "not a text",
+            Self::Flag => "neither true nor false",
+            Self::Number => "not a number",
+            Self::Share => "not a number between 0 and 1",
+            Self::Color => "not three numbers between 0 and 1",
+            Self::Index => "not a whole number, 0 or more",
+        }
+    }
+}
+
 /// The value of a member, or an element of a list that is one.
 struct Member<'a> {
     name: &'a str,
+    kind: Kind,
     is_in_list: bool,
     /// An extension: what it holds is not looked at.
     is_open: bool,
@@ -55,6 +134,19 @@ struct Member<'a> {
 impl Member<'_> {
     fn tell(&mut self, fault: &str) {
         *self.told.entry(format!("{}: {fault}", excerpt(self.name))).or_default() += 1;
+    }
+
+    /// An element of the list that this member is.
+    fn element(&mut self, kind: Kind) -> Member<'_> {
+        Member { name: self.name, kind, is_in_list: true, is_open: false, used: self.used, told: &mut *self.told }
+    }
+
+    /// Tells a value that is none of those that the member may have.
+    fn expect<E>(mut self, is_fitting: bool) -> Result<(), E> {
+        if !is_fitting && self.kind != Kind::Any {
+            self.tell(self.kind.fault());
+        }
+        Ok(())
     }
 }
 
@@ -79,40 +171,57 @@ impl<'de> Visitor<'de> for Member<'_> {
     }
 
     fn visit_bool<E>(self, _: bool) -> Result<(), E> {
-        Ok(())
+        let is_fitting = self.kind == Kind::Flag;
+        self.expect(is_fitting)
     }
 
-    fn visit_i64<E>(self, _: i64) -> Result<(), E> {
-        Ok(())
+    fn visit_i64<E: de::Error>(self, number: i64) -> Result<(), E> {
+        self.visit_f64(number as f64)
     }
 
-    fn visit_u64<E>(self, _: u64) -> Result<(), E> {
-        Ok(())
+    fn visit_u64<E: de::Error>(self, number: u64) -> Result<(), E> {
+        self.visit_f64(number as f64)
     }
 
-    fn visit_f64<E>(self, _: f64) -> Result<(), E> {
-        Ok(())
+    fn visit_f64<E>(self, number: f64) -> Result<(), E> {
+        let is_fitting = match self.kind {
+            Kind::Number => true,
+            Kind::Share => (0.0..=1.0).contains(&number),
+            Kind::Index => number >= 0.0 && number.fract() == 0.0,
+            _ => false,
+        };
+        self.expect(is_fitting)
     }
 
     fn visit_str<E>(self, _: &str) -> Result<(), E> {
-        Ok(())
+        let is_fitting = self.kind == Kind::Text;
+        self.expect(is_fitting)
     }
 
     fn visit_seq<A: SeqAccess<'de>>(mut self, mut list: A) -> Result<(), A::Error> {
-        if self.is_in_list || self.is_open || OBJECTS.contains(&self.name) {
-            self.tell("a list where none is due");
+        let kind = self.kind.of_elements();
+        let is_due = !self.is_in_list && !self.is_open && !OBJECTS.contains(&self.name);
+        let Some(kind) = kind.filter(|_| is_due) else {
+            self.tell(if is_due { self.kind.fault() } else { "a list where none is due" });
             while list.next_element::<IgnoredAny>()?.is_some() {}
             return Ok(());
+        };
+        let mut count = 0;
+        while list.next_element_seed(self.element(kind))?.is_some() {
+            count += 1;
         }
-        let Self { name, used, told, .. } = self;
-        while list
-            .next_element_seed(Member { name, is_in_list: true, is_open: false, used, told: &mut *told })?
-            .is_some()
-        {}
+        if self.kind == Kind::Color && count != 3 {
+            self.tell(self.kind.fault());
+        } else if count == 0 && NEVER_EMPTY.contains(&self.name) {
+            self.tell("an empty list");
+        }
         Ok(())
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+    fn visit_map<A: MapAccess<'de>>(mut self, mut map: A) -> Result<(), A::Error> {
+        if self.kind != Kind::Any {
+            self.tell(self.kind.fault());
+        }
         let Self { name: own, is_open, used, told, .. } = self;
         while let Some(name) = map.next_key::<String>()? {
             if is_open || name == "extras" {
@@ -122,7 +231,8 @@ impl<'de> Visitor<'de> for Member<'_> {
                 if is_open && !used.contains(&name) {
                     told.insert(format!("{}: it is not among the extensionsUsed", excerpt(&name)), 1);
                 }
-                map.next_value_seed(Member { name: &name, is_in_list: false, is_open, used, told: &mut *told })?;
+                let kind = if is_open { Kind::Any } else { Kind::of(own, &name) };
+                map.next_value_seed(Member { name: &name, kind, is_in_list: false, is_open, used, told: &mut *told })?;
             }
         }
         Ok(())

@@ -1,12 +1,12 @@
 //! Rules that a document breaks without leaving a doubt about what it shows: they are told.
 
-use std::collections::HashSet;
+use std::{collections::HashSet, f64::consts::FRAC_PI_4};
 
 use super::Check;
 use crate::{
     gltf::{
         hierarchy,
-        json::{Animation, Eye, Node},
+        json::{Eye, Image, Node, Orthographic, Perspective, PunctualLight, SpotCone},
     },
     transform::{is_affine, is_skewed, is_unit},
 };
@@ -49,62 +49,95 @@ impl Check<'_> {
         }
     }
 
-    /// What an animation moves, and how.
-    pub(super) fn motion(&mut self, animation: &Animation, place: &str) {
-        let is_path = |path: &str| matches!(path, "translation" | "rotation" | "scale" | "weights" | "pointer");
-        let is_way = |way: &str| matches!(way, "LINEAR" | "STEP" | "CUBICSPLINE");
-        let paths_are_sound =
-            animation.channels.iter().all(|channel| channel.target.path.as_deref().is_some_and(is_path));
-        let ways_are_sound =
-            animation.samplers.iter().all(|sampler| sampler.interpolation.as_deref().is_none_or(is_way));
-        if !paths_are_sound || !ways_are_sound {
-            self.tell(place, "a path or an interpolation in it is none of glTF's");
-        }
-    }
-
-    /// Lights, materials, images and cameras that say too much or too little.
+    /// Lights, materials, images, cameras and variants that say too much or too little.
     pub(super) fn looks(&mut self) {
         let document = self.document;
         let lights = document.extensions.lights.iter().flat_map(|lights| &lights.lights);
         for (index, light) in lights.enumerate() {
-            let is_odd = light.intensity.is_some_and(|intensity| intensity < 0.0)
-                || light.range.is_some_and(|range| range <= 0.0)
-                || light.color.as_ref().is_some_and(|color| color.len() != 3);
-            if is_odd {
-                self.tell(&format!("light {index}"), "its colour, intensity or range is none of glTF's");
-            }
+            self.light(light, &format!("light {index}"));
         }
         for (index, material) in document.materials.iter().enumerate() {
+            let place = format!("material {index}");
             if !matches!(material.alpha_mode.as_deref(), None | Some("OPAQUE" | "MASK" | "BLEND")) {
-                self.tell(&format!("material {index}"), "its alphaMode is none of glTF's, taken as OPAQUE");
+                self.tell(&place, "its alphaMode is none of glTF's, taken as OPAQUE");
+            }
+            if material.alpha_cutoff.is_some() && material.alpha_mode.is_none() {
+                self.tell(&place, "it has a cutoff and no alphaMode");
             }
         }
         for (index, image) in document.images.iter().enumerate() {
-            if image.uri.is_some() == image.buffer_view.is_some() {
-                self.tell(&format!("image {index}"), "it has not just one of uri and bufferView");
-            }
-            let view = image.buffer_view.and_then(|view| document.buffer_views.get(view));
-            if view.is_some_and(|view| view.byte_stride.is_some()) {
-                self.tell(&format!("image {index}"), "its buffer view has a stride");
-            }
-            if image.buffer_view.is_some() && image.mime_type.is_none() {
-                self.tell(&format!("image {index}"), "it is in a buffer view and has no mimeType");
-            }
+            self.image(image, &format!("image {index}"));
         }
         // A camera of a node is looked at where it is read.
         let placed: HashSet<usize> = document.nodes.iter().filter_map(|node| node.camera).collect();
         for (index, camera) in document.cameras.iter().enumerate() {
-            if !placed.contains(&index) && camera.perspective.is_some() == camera.orthographic.is_some() {
-                self.tell(&format!("camera {index}"), "it is not either perspective or orthographic");
-            }
-            if !has_sound_planes(camera) {
-                self.tell(
-                    &format!("camera {index}"),
-                    "its type is not its projection's, or its planes are out of order",
-                );
-            }
+            self.camera(camera, placed.contains(&index), &format!("camera {index}"));
+        }
+        let variants = document.extensions.variants.iter().flat_map(|variants| &variants.variants);
+        for (index, _) in variants.enumerate().filter(|(_, variant)| variant.name.is_none()) {
+            self.tell(&format!("variant {index}"), "it has no name");
         }
     }
+
+    fn light(&mut self, light: &PunctualLight, place: &str) {
+        let is_color = |color: &[f64]| color.len() == 3 && color.iter().all(|part| (0.0..=1.0).contains(part));
+        let is_odd = light.intensity.is_some_and(|intensity| intensity < 0.0)
+            || light.range.is_some_and(|range| range <= 0.0)
+            || light.color.as_ref().is_some_and(|color| !is_color(color));
+        if is_odd {
+            self.tell(place, "its colour, intensity or range is none of glTF's");
+        }
+        if light.kind == "spot" && !light.spot.as_ref().is_some_and(is_cone) {
+            self.tell(place, "it has no spot, or the angles of that are out of order");
+        }
+    }
+
+    fn image(&mut self, image: &Image, place: &str) {
+        if image.uri.is_some() == image.buffer_view.is_some() {
+            self.tell(place, "it has not just one of uri and bufferView");
+        }
+        let view = image.buffer_view.and_then(|view| self.document.buffer_views.get(view));
+        if view.is_some_and(|view| view.byte_stride.is_some()) {
+            self.tell(place, "its buffer view has a stride");
+        }
+        match image.mime_type.as_deref() {
+            None if image.buffer_view.is_some() => self.tell(place, "it is in a buffer view and has no mimeType"),
+            None | Some("image/png" | "image/jpeg") => {}
+            // Other kinds come with extensions of textures.
+            Some(_) if self.document.extensions_used.iter().any(|name| is_for_pictures(name)) => {}
+            Some(_) => self.tell(place, "its mimeType is none of glTF's"),
+        }
+    }
+
+    fn camera(&mut self, camera: &Eye, is_placed: bool, place: &str) {
+        if !is_placed && camera.perspective.is_some() == camera.orthographic.is_some() {
+            self.tell(place, "it is not either perspective or orthographic");
+        }
+        if !has_sound_planes(camera) {
+            self.tell(place, "its type is not its projection's, or its planes are out of order");
+        }
+        if !has_sound_width(camera) {
+            self.tell(place, "its aspectRatio, xmag or ymag is none of glTF's");
+        }
+    }
+}
+
+/// Whether the angles of a spot are in order.
+fn is_cone(spot: &SpotCone) -> bool {
+    let (inner, outer) = (spot.inner_cone_angle.unwrap_or(0.0), spot.outer_cone_angle.unwrap_or(FRAC_PI_4));
+    0.0 <= inner && inner <= outer
+}
+
+/// Whether an extension brings pictures of other kinds.
+fn is_for_pictures(extension: &str) -> bool {
+    extension != "KHR_texture_transform" && ["texture", "image"].iter().any(|word| extension.contains(word))
+}
+
+/// Whether a camera says how wide it sees, where it has to, and not nothing.
+fn has_sound_width(camera: &Eye) -> bool {
+    let is_narrow = |eye: &Perspective| eye.aspect_ratio.is_some_and(|ratio| ratio <= 0.0);
+    let is_flat = |eye: &Orthographic| eye.ymag == 0.0 || eye.xmag.is_none_or(|width| width == 0.0);
+    !camera.perspective.as_ref().is_some_and(is_narrow) && !camera.orthographic.as_ref().is_some_and(is_flat)
 }
 
 /// Whether a camera has the projection that its type names, and its planes are in order.

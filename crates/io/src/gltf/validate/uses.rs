@@ -35,10 +35,11 @@ impl Check<'_> {
         }
     }
 
-    /// Views of vertices that several accessors share need a stride.
+    /// Views of vertices that several accessors share need a stride; those of indices hold no vertices.
     pub(super) fn shared_views(&mut self) {
         let primitives = self.document.meshes.iter().flat_map(|mesh| &mesh.primitives);
         let plain = primitives.filter(|primitive| primitive.extensions.draco.is_none());
+        let indices = plain.clone().filter_map(|primitive| self.document.accessors[primitive.indices?].buffer_view);
         let lists = plain.flat_map(|primitive| primitive.targets.iter().chain([&primitive.attributes]));
         let (mut first, mut shared) = (HashMap::new(), BTreeSet::new());
         for &accessor in lists.flat_map(|list| list.values()) {
@@ -47,6 +48,10 @@ impl Check<'_> {
             if *first.entry(view).or_insert(accessor) != accessor && !has_stride {
                 shared.insert(view);
             }
+        }
+        let mixed: BTreeSet<usize> = indices.filter(|view| first.contains_key(view)).collect();
+        for view in mixed {
+            self.tell(&format!("buffer view {view}"), "it holds indices and vertices");
         }
         for view in shared {
             self.tell(&format!("buffer view {view}"), "several accessors of vertices share it, and it has no stride");

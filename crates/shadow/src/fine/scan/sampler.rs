@@ -26,6 +26,7 @@ use crate::{
     bodies::Bodies,
     exact::{Own, face_blocks},
     fine::flat::flat_probe,
+    light_space::power_of_two,
     progress::{Cancelled, Progress},
     receivers::flat_corners,
     solids::Solids,
@@ -64,6 +65,8 @@ pub(super) struct Sampler<'a> {
     pub(super) volumes: Volumes,
     /// The largest coordinate of anything, metres.
     pub(super) size: f64,
+    /// A power of two that makes numbers of about one of lengths of that size: metres may be too large or too small for f32.
+    pub(super) scale: f64,
     /// What corners may be off by, metres.
     pub(super) slack: f64,
     /// Faces whose shadow nothing bounds: asked about every sample.
@@ -113,6 +116,7 @@ pub(crate) fn sample(
             tree,
             volumes,
             size,
+            scale: 1.0 / power_of_two(size),
             slack,
             unbounded,
         };

@@ -45,6 +45,8 @@ pub(super) struct Whole {
     half: [f64; 3],
     /// What distances behind planes may be off by.
     error: f64,
+    /// See [`Sampler`].
+    scale: f64,
 }
 
 impl Whole {
@@ -56,6 +58,7 @@ impl Whole {
             center: bounds.center().to_array(),
             half: (0.5 * bounds.size()).to_array(),
             error: error(sampler, bounds.min.abs().max(bounds.max.abs()).max_element()),
+            scale: sampler.scale,
         }
     }
 }
@@ -250,7 +253,7 @@ impl Shading<'_, '_> {
 #[inline(always)]
 fn planes_over_box<S: Simd>(simd: S, planes: &Planes, whole: &Whole) -> [u32; 2] {
     let (mut most, mut least) = ([0.0; WIDTH], [0.0; WIDTH]);
-    let Whole { center, half, error, .. } = *whole;
+    let Whole { center, half, error, scale, .. } = *whole;
     for lane in 0..WIDTH {
         let (mut middle, mut spread) = (-planes.offset[lane], error);
         for k in 0..3 {
@@ -258,8 +261,8 @@ fn planes_over_box<S: Simd>(simd: S, planes: &Planes, whole: &Whole) -> [u32; 2]
             spread += planes.normal[k][lane].abs() * half[k];
         }
         // Signs outlast rounding.
-        most[lane] = (middle + spread) as f32;
-        least[lane] = (middle - spread) as f32;
+        most[lane] = ((middle + spread) * scale) as f32;
+        least[lane] = ((middle - spread) * scale) as f32;
     }
     let none = simd.splat8(0.0);
     [simd.load(&most).lt(none).bits(), simd.load(&least).gt(none).bits()]
@@ -338,6 +341,8 @@ pub(super) struct World {
     column: [f64; 3],
     /// What distances behind planes may be off by, in units of the planes' normals.
     error: f64,
+    /// See [`Sampler`].
+    scale: f64,
 }
 
 impl World {
@@ -354,6 +359,7 @@ impl World {
             row: (ab / f64::from(rows)).to_array(),
             column: (ad / f64::from(columns)).to_array(),
             error: error(sampler, size),
+            scale: sampler.scale,
         }
     }
 
@@ -367,12 +373,12 @@ impl World {
     }
 }
 
-/// Distances behind planes over the lattice of a patch.
+/// Distances behind planes over the lattice of a patch, scaled.
 #[inline(always)]
 fn heights<S: Simd>(simd: S, planes: &Planes, patch: &Patch, world: &World) -> Linear<F8<S>> {
     let (mut first, mut row, mut column, mut off) = ([0.0; WIDTH], [0.0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
     let (rows, columns) = (f64::from(patch.rows - 1), f64::from(patch.columns - 1));
-    let off_world = world.error;
+    let World { error, scale, .. } = *world;
     for lane in 0..WIDTH {
         let mut values = [-planes.offset[lane], 0.0, 0.0];
         for k in 0..3 {
@@ -382,10 +388,9 @@ fn heights<S: Simd>(simd: S, planes: &Planes, patch: &Patch, world: &World) -> L
             values[2] += normal * world.column[k];
         }
         let most = values[0].abs() + rows * values[1].abs() + columns * values[2].abs();
-        first[lane] = values[0] as f32;
-        row[lane] = values[1] as f32;
-        column[lane] = values[2] as f32;
-        off[lane] = (256.0 * f64::from(ROUNDOFF) * most + off_world) as f32;
+        let [of_first, of_row, of_column] = values.map(|value| (value * scale) as f32);
+        (first[lane], row[lane], column[lane]) = (of_first, of_row, of_column);
+        off[lane] = ((256.0 * f64::from(ROUNDOFF) * most + error) * scale) as f32;
     }
     Linear {
         first: simd.load(&first),
