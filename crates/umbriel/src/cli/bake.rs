@@ -36,7 +36,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     let mut outputs = Outputs::new(args, &[&args.scene.scene])?;
     let layouts = outputs.has(Format::Png).then_some(args.forms.lightmap_texcoord);
     let mut loaded = plan::load_with_layouts(&args.scene, layouts)?;
-    let findings = if outputs.has(Format::Json) { loaded.all_findings() } else { Vec::new() };
+    let on_surfaces = if outputs.has(Format::Json) { loaded.find_on_surfaces() } else { Vec::new() };
     let lights = plan::choose_lights(&mut loaded.file, &args.lights, &args.scene.scene)?;
     outputs.check_lights(lights.len())?;
     let scene = &loaded.file.scene;
@@ -65,6 +65,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     drop(bar);
     outputs.tell_misfits(scene, &report, &maps, args.scene.quiet);
     let clock = Clock { begun, load: loaded.seconds };
+    let findings = plan::all_findings(scene, on_surfaces);
     let json = Document::new(scene, &request, &report, &findings, clock).to_text();
     outputs.write(&Results { scene, report: &report, json: &json, maps: &maps }, interrupt)?;
     let table = || table::text(scene, &report) + &table::decisions_text(Decisions::of_process());

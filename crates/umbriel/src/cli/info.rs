@@ -13,7 +13,8 @@ use crate::{
 
 pub(crate) fn run(args: &InfoArgs) -> Result<(), Failure> {
     let mut loaded = plan::load(&args.scene)?;
-    let findings = loaded.all_findings();
+    let on_surfaces = loaded.find_on_surfaces();
+    let findings = plan::all_findings(&loaded.file.scene, on_surfaces);
     output::print(&text(&loaded.file.scene, loaded.file.north_degrees, &findings))
 }
 

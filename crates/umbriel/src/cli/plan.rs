@@ -28,14 +28,18 @@ pub(crate) struct Loaded {
 }
 
 impl Loaded {
-    /// What was found while reading, and on the surfaces themselves: looking at these is part of loading.
-    pub(crate) fn all_findings(&mut self) -> Vec<Finding> {
+    /// What is found on the surfaces themselves: looking at these is part of loading.
+    pub(crate) fn find_on_surfaces(&mut self) -> Vec<Finding> {
         let begun = Instant::now();
-        let scene = &self.file.scene;
-        let findings = [&scene.findings[..], &surface_findings(scene)].concat();
+        let findings = surface_findings(&self.file.scene);
         self.seconds += begun.elapsed().as_secs_f64();
         findings
     }
+}
+
+/// What was found while reading, and on the surfaces.
+pub(crate) fn all_findings(scene: &Scene, on_surfaces: Vec<Finding>) -> Vec<Finding> {
+    scene.findings.iter().cloned().chain(on_surfaces).collect()
 }
 
 /// Sets up the threads and reads the scene.

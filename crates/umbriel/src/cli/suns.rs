@@ -36,7 +36,7 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
     }
     let rows = read(path, &args.suns)?;
     let mut loaded = plan::load(&args.scene)?;
-    let findings = if outputs.has(Format::Json) { loaded.all_findings() } else { Vec::new() };
+    let on_surfaces = if outputs.has(Format::Json) { loaded.find_on_surfaces() } else { Vec::new() };
     outputs.check_unread(&loaded.file)?;
     let lights = place(&rows, &mut loaded.file, path)?;
     let cells = outputs.cell_use();
@@ -59,6 +59,7 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
     drop(bar);
     let day = Day { scene, report: &report, rows: days_rows(&rows, &lights) };
     let clock = Clock { begun, load: loaded.seconds };
+    let findings = plan::all_findings(scene, on_surfaces);
     let json = Document::of_day(&day, request.detail, &findings, clock).to_text();
     let stage = |file: &output::Target| -> Result<Staged, WriteError> {
         Staged::new(&file.path, |out| match file.format {
