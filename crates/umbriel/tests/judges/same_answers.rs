@@ -84,8 +84,8 @@ fn first_difference(a: &[ObjectReport], b: &[ObjectReport], factor: f64) -> Opti
 #[test]
 fn powers_of_two() {
     judge("scale", |scene, light, dice| {
-        // Far below and above what numbers of 32 bits hold, too.
-        let factor = 2f64.powi(dice.pick(&[-150, -60, 20, 60, 150]));
+        // Beyond what numbers of 32 bits hold, too; much smaller, matrices would have entries that are not accepted.
+        let factor = 2f64.powi(dice.pick(&[-60, 20, 60, 150]));
         let scaled = elsewhere(&scene.objects, factor, DVec3::ZERO);
         let changed = answers(&scaled, light_from(&light, |xyz| xyz * factor));
         first_difference(&answers(scene, light), &changed, factor * factor)
