@@ -18,14 +18,12 @@ pub struct Surd<T = Dyadic> {
     root: Option<(T, T)>,
 }
 
-impl Surd {
+impl<T: Decide> Surd<T> {
     /// The part without the root.
-    pub fn rational(&self) -> &Dyadic {
+    pub fn rational(&self) -> &T {
         &self.rational
     }
-}
 
-impl<T: Decide> Surd<T> {
     /// q·√n; n must be positive.
     pub fn root(factor: T, radicand: T) -> Self {
         debug_assert!(radicand.decide().is_none_or(|sign| sign == Sign::Positive), "the root of a positive number");

@@ -5,7 +5,7 @@ use std::{ops::ControlFlow, sync::OnceLock};
 use glam::DVec3;
 use umbriel_bvh::{BoxTree, Shaft};
 use umbriel_geometry::{
-    Aabb, Dyadic, Facets, LightSource, NumberDefect, PlacedAnalytic, Ring, Sign, Surd, accept_point, analytic::Surface,
+    Aabb, Dyadic, Facets, LightSource, NumberDefect, Ring, Sign, Surd, accept_point, analytic::Surface,
     blocking::Probe, decisions::decide,
 };
 use umbriel_scene::{Scene, Shape};
@@ -17,7 +17,7 @@ use crate::{
     loose::FacePoint,
     receivers::flat_corners,
     search::{Flats, Lookup},
-    slack::{SlackBox, SurfacePoint},
+    slack::{Meaning, SlackBox},
     soft::polyhedra::Polyhedra,
 };
 
@@ -246,27 +246,14 @@ impl<'a> Queries<'a> {
         })
     }
 
-    /// Whether the side of a curved surface that can be lit makes an acute angle with the normal.
-    fn is_meant(
-        &self,
-        object: usize,
-        body: &PlacedAnalytic,
-        found: &SurfacePoint,
-        normal: DVec3,
-        light: &LightSource,
-    ) -> bool {
-        let lit_side = if self.bodies.is_one_sided(object, 0) {
-            Sign::Positive
-        } else {
-            body.facing(found.surface, &found.probe, light)
-        };
-        found.side_of(normal).times(lit_side) == Sign::Positive
-    }
-
     /// Any surface point of the slack box that is turned the right way has a right answer: if all agree it is theirs,
     /// and otherwise either answer is right.
     fn oriented_is_lit(&self, position: DVec3, normal: DVec3, precision: Precision, light: &LightSource) -> Answer {
         let slack = SlackBox::new(position, precision);
+        let meaning = |object, face| {
+            let is_one_sided = self.bodies.is_one_sided(object, face);
+            Meaning { normal, is_one_sided, light }
+        };
         let mut objects = Vec::new();
         self.objects.for_each_meeting(&slack.bounds, |object| objects.push(object as usize));
         objects.sort_unstable();
@@ -280,17 +267,17 @@ impl<'a> Queries<'a> {
                     faces.into_iter().find_map(|face| {
                         let point = slack.point_on_face(facets, face)?;
                         is_on_surface = true;
-                        let is_one_sided = self.bodies.is_one_sided(object, face);
-                        let is_meant = slack.is_meant(facets, face, normal, is_one_sided, light);
+                        let is_meant = meaning(object, face).is_of_face(facets, face);
                         is_meant.then(|| self.flat_point_is_lit(object, face, &point, light))
                     })
                 }
-                Body::Analytic(body) => slack
-                    .point_on_analytic(body, |found| self.is_meant(object, body, found, normal, light))
-                    .and_then(|(found, is_meant)| {
+                Body::Analytic(body) => {
+                    let found = slack.point_on_analytic(body, Some(&meaning(object, 0)));
+                    found.and_then(|(found, is_meant)| {
                         is_on_surface = true;
                         is_meant.then(|| self.curved_point_is_lit(object, found.surface, &found.probe, light))
-                    }),
+                    })
+                }
             };
             if let Some(lit) = found {
                 return Answer { lit, in_space: false };

@@ -8,7 +8,7 @@ use std::{
 };
 
 use glam::DVec3;
-use umbriel_geometry::{LightSource, accept_point, decisions::Decisions};
+use umbriel_geometry::{Facets, LightSource, accept_point, decisions::Decisions};
 use umbriel_io::{LoadOptions, load};
 use umbriel_scene::{Light, Object, Scene};
 use umbriel_shadow::{Detail, Place, Points, Queries, Request, Sampling, Silent, bake, for_each_sample};
@@ -66,22 +66,38 @@ fn places(scene: &Scene) -> (Vec<Place>, Vec<[f64; 3]>) {
     (places, loose)
 }
 
-/// Points of flat faces as files have them: rounded, with a normal. Not on edges, where the neighbour is as near as the face, and off the lattice of
-/// samples, through which borders of shadows pass in round scenes. Of curved bodies, whether one passes a point's box is asked exactly (NUMERICS.md, section 4).
+/// Points of surfaces as files have them: rounded, with a normal. Not on edges, where the neighbour is as near as the face, and off the lattice of
+/// samples, through which borders of shadows pass in round scenes.
 fn oriented(scene: &Scene, places: &[Place]) -> Vec<[f64; 6]> {
     let facets: Vec<_> = scene.objects.iter().map(Object::facets).collect();
     let row = |place: &Place| {
         let &Place::Surface { object, face, u, v } = place else { return None };
         let [u, v] = [0.96 * u + 0.013, 0.94 * v + 0.017];
-        let facets = facets[object].as_ref()?;
-        let facet = facets.facet(face);
-        let corners = facet.corners();
-        let [a, b, c] = [0, 1, corners.len() - 1].map(|k| facets.positions()[corners[k] as usize]);
-        let (position, normal) = (a + (b - a) * u + (c - a) * v, (b - a).cross(c - a).try_normalize()?);
+        let [position, normal] = match &facets[object] {
+            Some(facets) => on_face(facets, face, [u, v])?,
+            None => on_patch(&scene.objects[object], face, [u, v])?,
+        };
         let [[x, y, z], [nx, ny, nz]] = [position, normal].map(|vector| vector.to_array());
         accept_point([x, y, z]).is_ok().then_some([x, y, z, nx, ny, nz])
     };
     places.iter().filter_map(row).collect()
+}
+
+/// A point of a flat face and its normal.
+fn on_face(facets: &Facets, face: usize, [u, v]: [f64; 2]) -> Option<[DVec3; 2]> {
+    let facet = facets.facet(face);
+    let corners = facet.corners();
+    let [a, b, c] = [0, 1, corners.len() - 1].map(|k| facets.positions()[corners[k] as usize]);
+    Some([a + (b - a) * u + (c - a) * v, (b - a).cross(c - a).try_normalize()?])
+}
+
+/// A point of a patch and its outer normal.
+fn on_patch(object: &Object, face: usize, [u, v]: [f64; 2]) -> Option<[DVec3; 2]> {
+    let body = object.analytic().expect("what has no facets is analytic");
+    let chart = &body.charts()[face];
+    let point = chart.has_point(u, v).then(|| chart.bounded_point(body.placement(), u, v))?;
+    let outward = body.outward_in(chart.surface, &point).map(|coordinate| coordinate.value);
+    Some([point.position, DVec3::from_array(outward).try_normalize()?])
 }
 
 /// Fewer than one of 10,000.

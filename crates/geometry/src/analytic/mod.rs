@@ -14,6 +14,7 @@ mod graph;
 mod jet;
 mod layout;
 mod outline;
+mod passage;
 mod placed;
 mod polynomial;
 mod ray;

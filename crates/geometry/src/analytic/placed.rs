@@ -101,7 +101,7 @@ impl PlacedAnalytic {
     }
 
     /// The forms in pairs of floats, in the scale of [`PlacedAnalytic::forms`]; made when first asked for.
-    fn forms_in_pairs(&self) -> &Forms<Surd<Pair>> {
+    pub(super) fn forms_in_pairs(&self) -> &Forms<Surd<Pair>> {
         self.in_pairs.get_or_init(|| {
             let exact = self.exact_forms();
             let number = |number: &Dyadic| Surd::plain(Pair::from(number));
@@ -273,23 +273,31 @@ impl PlacedAnalytic {
     /// A vector along the outer normal at a point of `surface`, world coordinates; zero at a tip.
     pub fn outward<R: Ring>(&self, surface: Surface, x: &ExactPoint<R>) -> [R; 3] {
         let forms = self.exact_forms().lifted::<R>();
-        let local = forms.pull_back(&x.xyz, &x.w);
-        let gradient: [R; 3] = match surface {
-            Surface::Quadric(index) => forms.quadrics[index].half_gradient(&local),
-            Surface::Plane(index) => std::array::from_fn(|k| -forms.planes[index][k].clone()),
-        };
-        std::array::from_fn(|k| {
-            let term = |i: usize| forms.adjugate[i][k].clone() * gradient[i].clone();
-            term(0) + term(1) + term(2)
-        })
+        outward_value(&forms, surface, &forms.pull_back(&x.xyz, &x.w))
     }
 
     /// Whether a point of a part's surface lies in the part. Exact.
     pub fn part_holds<R: Ring>(&self, part: &Part, x: &ExactPoint<R>) -> bool {
         let forms = self.exact_forms().lifted::<R>();
-        let local = forms.pull_back(&x.xyz, &x.w);
-        part.trims.iter().all(|&trim| trim_value(&forms, trim, &local, &local).sign() != Sign::Negative)
+        trims_hold(&forms, part, &forms.pull_back(&x.xyz, &x.w)) == Some(true)
     }
+}
+
+/// See [`PlacedAnalytic::outward`]; of a quadric half the gradient of its form, of a plane minus it.
+pub(super) fn outward_value<T: Decide>(forms: &Forms<T>, surface: Surface, x: &LocalPoint<T>) -> [T; 3] {
+    let gradient: [T; 3] = match surface {
+        Surface::Quadric(index) => forms.quadrics[index].half_gradient(x),
+        Surface::Plane(index) => std::array::from_fn(|k| -forms.planes[index][k].clone()),
+    };
+    std::array::from_fn(|k| {
+        let term = |i: usize| forms.adjugate[i][k].clone() * gradient[i].clone();
+        term(0) + term(1) + term(2)
+    })
+}
+
+/// Whether a point of a part's surface lies in the part.
+pub(super) fn trims_hold<T: Decide>(forms: &Forms<T>, part: &Part, x: &LocalPoint<T>) -> Option<bool> {
+    all_known(part.trims.iter().map(|&trim| trim_value(forms, trim, x, x).decide().map(|sign| sign != Sign::Negative)))
 }
 
 /// Positive where the light lies strictly outside the tangent plane; affine in x.

@@ -55,7 +55,7 @@ impl Queries<'_> {
         self.objects.for_each_meeting(&slack.bounds, |object| {
             let object = object as usize;
             match self.bodies.get(object) {
-                Body::Analytic(body) => is_touched = is_touched || slack.point_on_analytic(body, |_| true).is_some(),
+                Body::Analytic(body) => is_touched = is_touched || slack.point_on_analytic(body, None).is_some(),
                 Body::Flat(facets) => self.face_tree(object, facets).for_each_meeting(&slack.bounds, |face| {
                     let face = face as usize;
                     is_touched = is_touched

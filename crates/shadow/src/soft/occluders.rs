@@ -292,7 +292,7 @@ impl Queries<'_> {
                 }
             }),
             Body::Analytic(body) => {
-                if slack.point_on_analytic(body, |_| true).is_some() {
+                if slack.point_on_analytic(body, None).is_some() {
                     found.bodies.push(object);
                 }
             }
