@@ -37,6 +37,7 @@ mod random_scenes;
 mod rivals;
 mod rooms;
 mod same_answers;
+mod shuffle;
 mod soft_fixtures;
 mod solids_by_hand;
 mod tessellation;

@@ -15,6 +15,7 @@ use crate::oracle::{
     fixtures::{analytic, cuboid, has_triangles, lit_by, mesh, scene, sphere, with_sides},
 };
 use crate::proving::point_of;
+use crate::shuffle::{Shuffled, with_triangles};
 use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{Analytic, LightSource, Mesh, Placement, simd::Level};
 use umbriel_scene::{Object, Scene, Shape, Sides};
@@ -58,11 +59,10 @@ fn same_reports(
     whole: &Scene,
     other: &Scene,
     [light, there]: [LightSource; 2],
-    back: impl Fn(&Object, &mut ObjectReport),
+    back: impl Fn(Vec<ObjectReport>) -> Vec<ObjectReport>,
 ) {
-    for (before, mut after) in everything(whole, light).into_iter().zip(everything(other, there)) {
-        whole.objects.iter().zip(&mut after).for_each(|(object, report)| back(object, report));
-        for (a, b) in before.iter().zip(&after) {
+    for (before, after) in everything(whole, light).into_iter().zip(everything(other, there)) {
+        for (a, b) in before.iter().zip(&back(after)) {
             // Answers that `back` cannot put in order are left out.
             let a = &ObjectReport { answers: a.answers.clone().filter(|_| b.answers.is_some()), ..a.clone() };
             let differs = a.cells.iter().zip(&b.cells).find(|(a, b)| a != b);
@@ -104,21 +104,6 @@ fn any_places(whole: &Scene, dice: &mut Dice) -> Vec<Place> {
     (0..60).map(any).collect()
 }
 
-/// The scene with other triangles; `change` makes them of an object's.
-fn with_triangles(whole: &Scene, change: impl Fn(&[[u32; 3]]) -> Vec<[u32; 3]>) -> Scene {
-    let mut changed = whole.clone();
-    for object in &mut changed.objects {
-        if let Shape::Mesh(mesh) = &object.shape {
-            let positions = mesh.positions().iter().map(DVec3::to_array).collect();
-            let triangles = change(mesh.triangles());
-            let shape = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("the same corners")));
-            let name = object.name.clone();
-            *object = Object::new(name, shape, object.placement, object.sides).expect("the same surface");
-        }
-    }
-    changed
-}
-
 fn is_mesh(object: &Object) -> bool {
     matches!(object.shape, Shape::Mesh(_))
 }
@@ -126,46 +111,30 @@ fn is_mesh(object: &Object) -> bool {
 #[test]
 fn objects_in_another_order() {
     judge(case_numbers(6), "order of objects", |whole, light, dice| {
-        let reversed = scene(whole.objects.iter().rev().cloned().collect());
-        let numbered_back = |mut reports: Vec<ObjectReport>| {
-            reports.reverse();
-            reports.iter_mut().enumerate().for_each(|(number, report)| report.object = number);
-            reports
-        };
-        assert!(everything(whole, light) == everything(&reversed, light).map(numbered_back));
-        let places = any_places(whole, dice);
-        let last = whole.objects.len() - 1;
-        let renumbered = |place: &Place| match *place {
-            Place::Surface { object, face, u, v } => Place::Surface { object: last - object, face, u, v },
-            other => other,
-        };
-        let moved: Vec<Place> = places.iter().map(renumbered).collect();
-        assert_eq!(queried(whole, light, &places), queried(&reversed, light, &moved));
+        let shuffled = Shuffled::objects(whole, dice);
+        same_reports(whole, &shuffled.scene, [light; 2], |reports| shuffled.back(&reports));
+        same_places(whole, &shuffled, light, dice);
     });
 }
 
 #[test]
 fn triangles_in_another_order() {
     judge(case_numbers(20), "order of triangles", |whole, light, dice| {
-        let reversed = with_triangles(whole, |triangles| triangles.iter().rev().copied().collect());
-        same_reports(whole, &reversed, [light; 2], |object, report| {
-            if is_mesh(object) {
-                let last = object.face_count() as u32 - 1;
-                report.cells.iter_mut().for_each(|cell| cell.face = last - cell.face);
-                report.cells.sort_by_key(|cell| cell.face);
-                report.answers = None;
-            }
+        let shuffled = Shuffled::triangles(whole, dice);
+        same_reports(whole, &shuffled.scene, [light; 2], |reports| {
+            let mut first = shuffled.back(&reports);
+            // Samples of faces come in these' order.
+            first.iter_mut().filter(|report| is_mesh(&whole.objects[report.object])).for_each(|r| r.answers = None);
+            first
         });
-        let places = any_places(whole, dice);
-        let renumbered = |place: &Place| match *place {
-            Place::Surface { object, face, u, v } if is_mesh(&whole.objects[object]) => {
-                Place::Surface { object, face: whole.objects[object].face_count() - 1 - face, u, v }
-            }
-            other => other,
-        };
-        let moved: Vec<Place> = places.iter().map(renumbered).collect();
-        assert_eq!(queried(whole, light, &places), queried(&reversed, light, &moved));
+        same_places(whole, &shuffled, light, dice);
     });
+}
+
+fn same_places(whole: &Scene, shuffled: &Shuffled, light: LightSource, dice: &mut Dice) {
+    let places = any_places(whole, dice);
+    let moved: Vec<Place> = places.iter().map(|place| shuffled.place(place)).collect();
+    assert_eq!(queried(whole, light, &places), queried(&shuffled.scene, light, &moved));
 }
 
 #[test]
@@ -173,17 +142,19 @@ fn faces_that_start_at_another_corner() {
     // Some as they are, some begun with their second corner, some with their third.
     let first = |face: usize| (face + 1) % 3;
     judge(case_numbers(20), "first corners", |whole, light, dice| {
-        let turned = with_triangles(whole, |triangles| {
+        let mut turned = whole.clone();
+        for object in &mut turned.objects {
+            let Shape::Mesh(mesh) = &object.shape else { continue };
             let begun = |(face, corners): (usize, &[u32; 3])| [0, 1, 2].map(|k| corners[(first(face) + k) % 3]);
-            triangles.iter().enumerate().map(begun).collect()
-        });
-        same_reports(whole, &turned, [light; 2], |object, report| {
-            if is_mesh(object) {
-                report
-                    .cells
-                    .iter_mut()
-                    .for_each(|cell| cell.corner = (cell.corner + first(cell.face as usize) as u8) % 3);
+            *object = with_triangles(object, mesh, mesh.triangles().iter().enumerate().map(begun).collect());
+        }
+        same_reports(whole, &turned, [light; 2], |mut reports| {
+            for report in reports.iter_mut().filter(|report| is_mesh(&whole.objects[report.object])) {
+                let turn =
+                    |cell: &mut umbriel_shadow::Cell| cell.corner = (cell.corner + first(cell.face as usize) as u8) % 3;
+                report.cells.iter_mut().for_each(turn);
             }
+            reports
         });
         let places = any_places(whole, dice);
         let turned_place = |place: &Place| match *place {
@@ -263,7 +234,7 @@ fn axes_exchanged_and_mirrored() {
     judge(case_numbers(40), "axes", |whole, light, dice| {
         let matrix = dice.pick(&maps);
         let (moved, there) = (mapped(whole, matrix), mapped_light(&light, matrix));
-        same_reports(whole, &moved, [light, there], |_, _| {});
+        same_reports(whole, &moved, [light, there], |reports| reports);
         let places = any_places(whole, dice);
         assert_eq!(queried(whole, light, &places), queried(&moved, there, &places));
     });
@@ -276,10 +247,13 @@ fn powers_of_two() {
         let matrix = DMat3::from_diagonal(DVec3::splat(2f64.powi(exponent)));
         let (scaled, there) = (mapped(whole, matrix), mapped_light(&light, matrix));
         let area = 4f64.powi(-exponent);
-        same_reports(whole, &scaled, [light, there], |_, report| {
-            let LitArea { lower, upper, estimate } = &mut report.lit;
-            let sums = [&mut report.area, &mut report.area_error, lower, upper, estimate];
-            sums.into_iter().for_each(|sum| *sum *= area);
+        same_reports(whole, &scaled, [light, there], |mut reports| {
+            for report in &mut reports {
+                let LitArea { lower, upper, estimate } = &mut report.lit;
+                let sums = [&mut report.area, &mut report.area_error, lower, upper, estimate];
+                sums.into_iter().for_each(|sum| *sum *= area);
+            }
+            reports
         });
         let places = any_places(whole, dice);
         assert_eq!(queried(whole, light, &places), queried(&scaled, there, &places));

@@ -54,6 +54,13 @@ impl Dice {
         choices[self.index(choices.len())]
     }
 
+    /// The numbers below `length` in any order (Fisher and Yates).
+    pub(crate) fn order(&mut self, length: usize) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..length).collect();
+        (1..length).rev().for_each(|last| order.swap(last, self.index(last + 1)));
+        order
+    }
+
     /// True once in `n`.
     pub(crate) fn one_in(&mut self, n: u64) -> bool {
         self.below(n) == 0
