@@ -10,7 +10,7 @@ use crate::{
     exact::{Own, face_blocks, flat_face_is_turned_to},
     fine::{
         Blocker, Blockers, Entry, FacetId, GiveUp, Receiver,
-        crowd::{self, Crowd, PAIRS},
+        crowd::{Crowd, Effort, PAIRS},
         flat,
         flat::{FLAT, FaceShape, FlatFace, Levels},
         lattice::Lattice,
@@ -69,9 +69,9 @@ impl<'a> FlatReceiver<'a> {
         if !flat_face_is_turned_to(self.all.bodies, object as usize, facet as usize, self.all.light) {
             return FlatFace::decided(self.shape, Verdict::Shadowed, self.levels, self.lattice);
         }
-        let is_in_crowd = self.is_in_crowd();
-        let by_borders = if !is_in_crowd && self.suits_borders() { self.rasterise().ok() } else { None };
-        by_borders.unwrap_or_else(|| self.divide(is_in_crowd))
+        let crowded = self.effort_in_crowd();
+        let by_borders = if crowded.is_none() && self.suits_borders() { self.rasterise().ok() } else { None };
+        by_borders.unwrap_or_else(|| self.divide(crowded))
     }
 
     /// Objects that may shadow this one; in a throng this face.
@@ -141,17 +141,19 @@ impl<'a> FlatReceiver<'a> {
         faces.any(|face| face_blocks(self.all.bodies, face, &probe, Own::Nothing, self.all.light))
     }
 
-    /// Whether too much is over this face, and over too many of its object, to measure all.
-    fn is_in_crowd(&self) -> bool {
+    /// What is spent on this face if too much is over it, and over too many of its object, to measure all.
+    fn effort_in_crowd(&self) -> Option<Effort> {
         let (all, object) = (self.all, self.id.object as usize);
-        let Body::Flat(facets) = all.bodies.get(object) else { return false };
+        let Body::Flat(facets) = all.bodies.get(object) else { return None };
         // The object first: most are told by the numbers of their faces alone.
-        (all.throng.is_some() || all.is_in_crowd(object, facets, self.objects()))
-            && all.occluders.count(self.among(), &self.corners, PAIRS + 1) > PAIRS
+        let is_crowded = (all.throng.is_some() || all.is_in_crowd(object, facets, self.objects()))
+            && all.occluders.count(self.among(), &self.corners, PAIRS + 1) > PAIRS;
+        let faces = all.throng.as_ref().map_or(facets.len(), |throng| throng.facets());
+        is_crowded.then(|| Effort::of_each(faces))
     }
 
     /// By a quadtree that passes the blockers in question down.
-    fn divide(&self, is_in_crowd: bool) -> Tally<Units> {
+    fn divide(&self, crowded: Option<Effort>) -> Tally<Units> {
         let (bodies, light, occluders) = (self.all.bodies, self.all.light, &self.all.occluders);
         let corners = self.corners;
         let receiver = Receiver {
@@ -168,7 +170,7 @@ impl<'a> FlatReceiver<'a> {
             face_blocks(bodies, (object as usize, facet as usize), probe, Own::Nothing, light)
         };
         let is_blocked = |u: f64, v: f64| self.point_is_blocked(u, v);
-        let finest = if is_in_crowd { self.levels.finest.min(crowd::FINEST) } else { self.levels.finest };
+        let finest = crowded.map_or(u8::MAX, |effort| effort.finest).min(self.levels.finest);
         let under = |blockers| FlatFace {
             shape: self.shape,
             corners,
@@ -179,8 +181,9 @@ impl<'a> FlatReceiver<'a> {
             is_blocked: &is_blocked,
             is_cancelled: self.is_cancelled,
         };
-        if is_in_crowd {
-            let crowd = Crowd { own: self.id, receiver: &receiver, occluders, among: self.among(), under: &under };
+        if let Some(effort) = crowded {
+            let crowd =
+                Crowd { own: self.id, effort, receiver: &receiver, occluders, among: self.among(), under: &under };
             return crowd.run();
         }
         let mut candidates = occluders.candidates(self.among(), &corners);

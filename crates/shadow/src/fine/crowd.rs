@@ -1,13 +1,15 @@
 //! Faces in a crowd: under so many facets, and so many of them, that measuring all facets against all faces would take the square of the input.
 //!
 //! Such a face is divided without a list of what is over it. Cells with the fewest facets over them go on as any other ([`FlatFace::divide`]); for the rest up
-//! to 1,024 facets over the face, picked evenly, are asked whether one of them covers the cell alone, and some of them together at the last. What some of the
+//! to 1,024 facets over the face, picked evenly (fewer where more than 8,192 faces are crowded), are asked whether one of them covers the cell alone, and some of them together at the last. What some of the
 //! occluders cover is in shadow whatever the others do, so a cell's verdict is a proof here too; but none of these is proved lit, and some stay undecided that all
 //! facets together would prove shadowed (a sheet of small triangles). Guarantee: [`PAIRS`] facets are measured for a face, [`PARTS`] for each of at most 64 cells, and
-//! those picked are looked at for each of at most 85, whatever the detail; which they are goes by the light, the face and what may shadow it, not by their
+//! those picked are looked at for each of at most 85, fewer where there are more than 16,384 faces, whatever the detail; which they are goes by the light, the face and what may shadow it, not by their
 //! order. Estimates of undecided cells ask the few parts alone, so they lean to lit. Cost: half a millisecond a face, some where very many facets are beside a
 //! cell though their boxes hold it. Not bounded: samples are looked up one by one. The limit is one of each receiver by itself, whose occluders are asked object by
 //! object; thousands of objects over each other are a [`throng`](crate::throng).
+
+use std::ops::Range;
 
 use umbriel_geometry::{Point, blocking::Probe};
 use umbriel_octree::Quadrant;
@@ -26,7 +28,14 @@ use crate::report::Verdict;
 pub(crate) const PAIRS: usize = 128;
 
 /// The finest level of cells: finer ones would be as many as the detail says, for each of thousands of faces.
-pub(crate) const FINEST: u8 = 3;
+const FINEST: u8 = 3;
+
+/// Cells of the finest level that the faces of an object have together, at most, unless each has one: some ten microseconds each.
+const CELLS: usize = 1 << 20;
+
+/// Facets picked for a face, at least and at most; and for all of them together, between these.
+const PICKED: Range<usize> = 128..1024;
+const PICKS: usize = 1 << 23;
 
 /// How many facets that do not cover a cell alone are measured together.
 const PARTS: usize = 8;
@@ -37,6 +46,23 @@ const PAIRS_EACH: usize = 256;
 
 /// How many faces of a receiver tell at least whether it is in a crowd.
 const ASKED: usize = 64;
+
+/// What is spent on a face in a crowd: less where very many are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// The finest level of cells.
+    pub(crate) finest: u8,
+    /// Facets that are picked at most.
+    pub(crate) picked: usize,
+}
+
+impl Effort {
+    /// For each of so many faces.
+    pub(crate) fn of_each(faces: usize) -> Self {
+        let finest = (1..=FINEST).rev().find(|&level| faces << (2 * level) <= CELLS).unwrap_or(0);
+        Self { finest, picked: (PICKS / faces.max(1)).clamp(PICKED.start, PICKED.end) }
+    }
+}
 
 /// Pairs that so many faces may have with so many facets over them.
 pub(crate) fn allowed(faces: usize, facets: usize) -> usize {
@@ -59,6 +85,7 @@ pub(crate) fn is_crowd(halvings: &[u8], allowed: usize, count: impl Fn(usize, us
 /// One face in a crowd.
 pub(crate) struct Crowd<'a> {
     pub(crate) own: FacetId,
+    pub(crate) effort: Effort,
     pub(crate) receiver: &'a Receiver<'a, FLAT>,
     pub(crate) occluders: &'a Occluders<'a>,
     /// What may shadow the face.
@@ -71,7 +98,7 @@ impl<'a> Crowd<'a> {
     /// Classifies the whole face, level by level: so which cells have all that is over them measured does not go by their order.
     pub(crate) fn run(&self) -> Tally<Units> {
         let bare = (self.under)(Blockers::none());
-        let picked = self.occluders.pick(self.among, &self.receiver.points);
+        let picked = self.occluders.pick(self.among, &self.receiver.points, self.effort.picked);
         let (mut done, mut level, mut left) = (Vec::new(), vec![Quadrant::ROOT], PAIRS);
         while !level.is_empty() && !(bare.is_cancelled)() {
             let many = self.take_affordable(&mut level, &bare, &mut left);

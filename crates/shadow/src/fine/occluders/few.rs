@@ -19,9 +19,6 @@ use crate::{
     fine::polygon_blocker::FacetId,
 };
 
-/// Facets at most that are picked for a face.
-const PICKED: usize = 1024;
-
 /// Some of the facets over a face: in each frame that sees the face those that are over it there, with their boxes.
 pub(crate) struct Picked<'a>(Vec<(&'a LightFrame, Vec<(Aabb, FacetId)>)>);
 
@@ -60,8 +57,8 @@ impl Occluders<'_> {
         count
     }
 
-    /// Those of these facets over the hull of `points`: halved as often as leaves no more than [`PICKED`], once at least.
-    pub(crate) fn pick(&self, among: Among, points: &[Point]) -> Picked<'_> {
+    /// Those of these facets over the hull of `points`: halved as often as leaves no more than `limit`, once at least.
+    pub(crate) fn pick(&self, among: Among, points: &[Point], limit: usize) -> Picked<'_> {
         let objects = match among {
             Among::Objects(objects) => self.seen_over(objects, points),
             Among::Throng(_) => Vec::new(),
@@ -73,7 +70,7 @@ impl Occluders<'_> {
             }
             Among::Throng(throng) => (among, throng.halvings()),
         };
-        let picks = (1..=most).rev().map_while(|times| self.all_over(among, times, points));
+        let picks = (1..=most).rev().map_while(|times| self.all_over((among, times), points, limit));
         picks.last().unwrap_or(Picked(Vec::new()))
     }
 
@@ -87,9 +84,9 @@ impl Occluders<'_> {
         objects.iter().copied().filter(over).collect()
     }
 
-    /// What is over a hull of the facets halved so often; `None` if it is more than [`PICKED`].
-    fn all_over(&self, among: Among, times: usize, points: &[Point]) -> Option<Picked<'_>> {
-        let (mut left, ties) = (PICKED, self.ties_over(points));
+    /// What is over a hull of the facets halved so often; `None` if it is more than `limit`.
+    fn all_over(&self, (among, times): (Among, usize), points: &[Point], limit: usize) -> Option<Picked<'_>> {
+        let (mut left, ties) = (limit, self.ties_over(points));
         let mut picked = Picked(Vec::new());
         for (number, frame) in self.frames.iter().enumerate() {
             let Some(query) = frame.bounds(points).map(over) else { continue };

@@ -38,6 +38,11 @@ impl Throng {
         Self { halved: (0..=most).map(|times| seen.iter().map(|seen| tree_of(seen, times)).collect()).collect() }
     }
 
+    /// How many facets the light sees; about, where it sees them in several frames.
+    pub(crate) fn facets(&self) -> usize {
+        self.halved[0].iter().map(|(_, items)| items.len()).sum()
+    }
+
     /// How often the facets can be halved.
     pub(super) fn halvings(&self) -> usize {
         self.halved.len() - 1
