@@ -15,7 +15,13 @@ use super::{
     jet::Jet,
     polynomial::all_known,
 };
-use crate::{approx::Approx, decide::Decide, dyadic::Dyadic, ring::Sign, surd::Surd};
+use crate::{
+    approx::Approx,
+    decide::Decide,
+    dyadic::Dyadic,
+    ring::{Ring, Sign},
+    surd::Surd,
+};
 
 /// Homogeneous local coordinates, metres: (x, y, z)/weight, the weight positive.
 pub(crate) type HomogeneousPoint<T> = ([Surd<T>; 3], T);
@@ -214,10 +220,15 @@ impl Graph {
 
     /// Where the surface can lie over a cell, given the range of the root there.
     fn heights(&self, at: [f64; 2], edge: f64, range: Approx) -> Heights {
+        let crude = self.level_heights(range);
+        self.tilted(at, edge, &crude).filter(|tilted| tilted.reach < crude.reach).unwrap_or(crude)
+    }
+
+    /// The same without a slope.
+    fn level_heights(&self, range: Approx) -> Heights {
         let [low, high] = self.within.map(|corner| corner[self.axis]);
         let (low, high) = (range.lower().max(low), range.upper().min(high));
-        let crude = Heights { middle: 0.5 * (low + high), slope: [0.0; 2], reach: 0.5 * (high - low).max(0.0) };
-        self.tilted(at, edge, &crude).filter(|tilted| tilted.reach < crude.reach).unwrap_or(crude)
+        Heights { middle: 0.5 * (low + high), slope: [0.0; 2], reach: 0.5 * (high - low).max(0.0) }
     }
 
     /// The mean value theorem between the cell's middle and any point of the surface in the crude box.
@@ -253,9 +264,12 @@ impl Graph {
 
     /// The range of the discriminant over a cell: a quadratic form stays within its values at pairs of corners.
     fn discriminant_over(&self, at: [f64; 2], edge: f64) -> Approx {
-        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
-        let corners =
-            corners.map(|[s, t]| self.cell_box([at[0] + s * edge, at[1] + t * edge], 0.0, Approx::exact(0.0)));
+        let corner = |[s, t]: [f64; 2]| self.cell_box([at[0] + s * edge, at[1] + t * edge], 0.0, Approx::exact(0.0));
+        if edge == 0.0 {
+            let x = corner([0.0, 0.0]);
+            return self.discriminant.value(&x, &x);
+        }
+        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(corner);
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for (k, x) in corners.iter().enumerate() {
             for y in &corners[k..] {
@@ -321,14 +335,9 @@ impl Graph {
 
     /// How much of a cell is surface.
     pub(crate) fn occupied(&self, at: [f64; 2], edge: f64) -> Occupied {
-        let slack = self.size() * PADDING;
-        let bounded = |point: DVec3| {
-            let [x, y, z] = point.to_array().map(|value| Approx { value, error: slack });
-            [x, y, z, Approx::exact(1.0)]
-        };
         if self.is_side {
             // Its hull has no thickness: each corner is there twice.
-            let points = self.hull(at, edge).points.map(bounded);
+            let points = self.hull(at, edge).points.map(|point| self.bounded(point));
             let values = (0..HULL / 2).flat_map(|k| (k..HULL / 2).map(move |l| (k, l)));
             return occupied_by(values.map(|(k, l)| -self.form.value(&points[k], &points[l])), true);
         }
@@ -337,9 +346,19 @@ impl Graph {
         if range.upper() < low || range.lower() > high {
             return Occupied::Nowhere;
         }
-        let points = self.corners(at, edge, &self.heights(at, edge, range)).map(bounded);
+        // Most cells are told without the slope of the surface.
+        let own = match self.of_sheet(at, edge, &self.level_heights(range)) {
+            Occupied::Partly => self.of_sheet(at, edge, &self.heights(at, edge, range)),
+            known => known,
+        };
         let is_there = is_there && range.lower() >= low && range.upper() <= high;
-        let mut answer = if is_there { Occupied::Whole } else { Occupied::Partly };
+        if is_there || own == Occupied::Nowhere { own } else { Occupied::Partly }
+    }
+
+    /// How much of what lies at these heights over a cell has the gradients of this sheet.
+    fn of_sheet(&self, at: [f64; 2], edge: f64, heights: &Heights) -> Occupied {
+        let points = self.corners(at, edge, heights).map(|point| self.bounded(point));
+        let mut answer = Occupied::Whole;
         for Slope { row, is_strict } in &self.slopes {
             match occupied_by(points.iter().map(|x| linear_value(row, x)), !is_strict) {
                 Occupied::Nowhere => return Occupied::Nowhere,
@@ -348,6 +367,12 @@ impl Graph {
             }
         }
         answer
+    }
+
+    /// A rounded point with its bounds.
+    fn bounded(&self, point: DVec3) -> LocalPoint<Approx> {
+        let [x, y, z] = point.to_array().map(|value| Approx { value, error: self.size() * PADDING });
+        [x, y, z, Approx::exact(1.0)]
     }
 
     /// u and v of a point of the patch; `None` for points of other sheets.
@@ -412,6 +437,8 @@ fn discriminant(form: &QuadricForm<Dyadic>, axis: usize) -> QuadricForm<Dyadic> 
     let own = form.row(axis);
     let entry = |i: usize, j: usize| own[i].clone() * own[j].clone() - own[axis].clone() * form.row(i)[j].clone();
     let mixed = (0..4).flat_map(|i| (i + 1..4).map(move |j| (i, j))).map(|(i, j)| (i, j, entry(i, j)));
+    // All terms with the axis are zero.
+    let mixed = mixed.filter(|(_, _, factor)| factor.sign() != Sign::Zero);
     QuadricForm::new(std::array::from_fn(|k| entry(k, k)), mixed.collect())
 }
 

@@ -54,6 +54,9 @@ enum Facing {
     Unknown,
 }
 
+/// How many cells must say nothing before a patch is not divided further.
+const ENOUGH: usize = 256;
+
 impl Patch<'_> {
     /// Classifies the whole patch.
     pub(crate) fn run(&self) -> Tally<Approx> {
@@ -61,8 +64,26 @@ impl Patch<'_> {
         let hull = self.hull(Quadrant::ROOT).placed(self.body.placement());
         let mut candidates = self.occluders.candidates(self.among, &hull);
         candidates.bodies.retain(|&object| object != self.object);
-        self.divide(Quadrant::ROOT, None, &candidates, &mut tally);
+        let levels = Levels { finest: self.finest_of_use(), ..self.levels };
+        Self { levels, ..*self }.divide(Quadrant::ROOT, None, &candidates, &mut tally);
         tally
+    }
+
+    /// The finest level, or the first one with [`ENOUGH`] cells that are surface of none of which it is known which way it faces: a
+    /// surface (almost) without thickness, such as x² ≤ 0, which finer cells tell no more of.
+    fn finest_of_use(&self) -> u8 {
+        let mut cells = vec![Quadrant::ROOT];
+        for level in 0..self.levels.finest {
+            cells.retain(|place| self.chart().occupied(place.low_corner(), place.edge()) != Occupied::Nowhere);
+            if cells.iter().any(|&place| self.outward(&self.hull(place)).is_some()) {
+                return self.levels.finest;
+            }
+            if cells.len() >= ENOUGH {
+                return level;
+            }
+            cells = cells.iter().flat_map(|place| place.children()).collect();
+        }
+        self.levels.finest
     }
 
     fn chart(&self) -> &Chart {
@@ -120,22 +141,8 @@ impl Patch<'_> {
     fn facing(&self, hull: &CellHull) -> Facing {
         let (forms, source) = (self.body.forms(), self.occluders.light);
         let (light, local) = (forms.pull_back_light(source), hull.local(self.body));
-        let outward = match (self.chart().surface, &self.plane) {
-            // From the tip all of a cone is seen edge-on.
-            (Surface::Quadric(quadric), _) if self.occluders.light_is_tip(self.object, self.body, quadric) => {
-                Some(Sign::Zero)
-            }
-            (Surface::Quadric(quadric), _) => {
-                let polar = local.map(|x| forms.quadric(quadric, &x, &light));
-                common_sign(polar.map(|value| value.sign()))
-            }
-            (Surface::Plane(_), Some([x, ..])) => {
-                Some(self.body.facing(self.chart().surface, &Probe::<Dyadic>::at(x.position), source))
-            }
-            (Surface::Plane(_), None) => None,
-        };
         let is_closed = self.body.body().is_closed();
-        match outward {
+        match self.outward(hull) {
             None => Facing::Unknown,
             Some(Sign::Zero) => Facing::Dark,
             Some(Sign::Positive) => self.own_shadow(&local, &light),
@@ -147,6 +154,25 @@ impl Patch<'_> {
                 Sign::Negative if self.body.body().is_convex() => Facing::Turned,
                 _ => Facing::Unknown,
             },
+        }
+    }
+
+    /// On which side of the surface the light lies, seen from all points of a cell alike.
+    fn outward(&self, hull: &CellHull) -> Option<Sign> {
+        let (forms, source) = (self.body.forms(), self.occluders.light);
+        match (self.chart().surface, &self.plane) {
+            // From the tip all of a cone is seen edge-on.
+            (Surface::Quadric(quadric), _) if self.occluders.light_is_tip(self.object, self.body, quadric) => {
+                Some(Sign::Zero)
+            }
+            (Surface::Quadric(quadric), _) => {
+                let light = forms.pull_back_light(source);
+                common_sign(hull.local(self.body).map(|x| forms.quadric(quadric, &x, &light).sign()))
+            }
+            (Surface::Plane(_), Some([x, ..])) => {
+                Some(self.body.facing(self.chart().surface, &Probe::<Dyadic>::at(x.position), source))
+            }
+            (Surface::Plane(_), None) => None,
         }
     }
 
