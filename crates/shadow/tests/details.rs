@@ -112,3 +112,19 @@ fn cells_follow_the_pixels_to_the_horizon() {
     let parallel = Camera { projection: Projection::Orthographic { height: 10.0 }, ..camera };
     assert_eq!(Detail::of_pixel(&parallel, 100), Detail::Cell { edge: 0.2 });
 }
+
+#[test]
+fn surfaces_without_thickness_are_not_divided_to_the_end() {
+    // x² ≤ 0, and less than a rounding of it: which way such a surface faces cannot be told of any cell.
+    for constant in [0.0, -1e-40] {
+        let mut matrix = [[0.0; 4]; 4];
+        (matrix[0][0], matrix[3][3]) = (1.0, constant);
+        let sheet =
+            placed("sheet", Shape::Analytic(Analytic::Quadric { matrix, within: [[-2.0; 3], [2.0; 3]] }), [0.0; 3]);
+        let lights = vec![Light::new("sun", LightSource::sun([0.3, -1.0, 0.2]).expect("a sun"))];
+        let scene = Scene { objects: vec![sheet], lights, ..Scene::default() };
+        // Finer levels add what lies along its borders, not four times as many.
+        let [coarse, fine] = [8, 9].map(|level| run(&scene, depth(level), &OwnDetails::default())[0][0].cells.len());
+        assert!(fine < 3 * coarse && coarse < 50_000, "{constant}: {coarse}, {fine}");
+    }
+}
