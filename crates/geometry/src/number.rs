@@ -43,6 +43,11 @@ pub fn accept(value: f64) -> Result<f64, NumberDefect> {
     }
 }
 
+/// The greatest power of two that is not above a positive normal number; 0 below these, infinity for what is not finite.
+pub fn power_of_two_below(value: f64) -> f64 {
+    f64::from_bits(value.to_bits() & f64::INFINITY.to_bits())
+}
+
 /// Takes a point or vector whose three coordinates are accepted ([`accept`]).
 ///
 /// # Errors

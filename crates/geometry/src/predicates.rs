@@ -10,6 +10,7 @@ use crate::{
     dyadic::Dyadic,
     expansion::{self, difference},
     light::LightSource,
+    number::power_of_two_below,
     pair::Pair,
     point::{ExactPoint, Point},
     ring::{Sign, determinant},
@@ -84,10 +85,6 @@ pub fn side_value(a: &Point, b: &Point, c: &Point, x: Target) -> Approx {
 /// What pairs tell is rounded to this share of the filter's bound, which no order of the axes changes: some 2^20 times what
 /// pairs may lose.
 const PAIR_GRID: f64 = f64::EPSILON * (1 << 22) as f64;
-
-fn power_of_two_below(x: f64) -> f64 {
-    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits())
-}
 
 /// Whether coordinates alone tell that the four are in one plane: they lie on two lines along the same axis, as the corners of
 /// upright walls do. A sun along the axis is on every such line.

@@ -3,6 +3,7 @@
 use super::{Analytic, forms::QuadricForm};
 use crate::{
     dyadic::Dyadic,
+    number::power_of_two_below,
     ring::{Ring, Sign},
 };
 
@@ -65,7 +66,7 @@ const TOP: usize = 1;
 impl Layout {
     pub(crate) fn of(body: &Analytic) -> Self {
         let extent = body.half_extent().into_iter().fold(0.0, f64::max);
-        let unit = power_of_two(extent);
+        let unit = power_of_two_below(extent);
         // Exact: a power of two, far from the ends of the range.
         let s = |size: f64| Dyadic::new(size / unit);
         let mut layout = match *body {
@@ -239,11 +240,6 @@ impl QuadricForm<Dyadic> {
         let inverse = Dyadic::power_of_two(-largest);
         self.map(|factor| factor.clone() * inverse.clone())
     }
-}
-
-/// The largest power of two that is not above a positive float.
-pub(crate) fn power_of_two(value: f64) -> f64 {
-    f64::from_bits(value.to_bits() & (0x7ff << 52))
 }
 
 fn squared(value: &Dyadic) -> Dyadic {

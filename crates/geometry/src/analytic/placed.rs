@@ -8,7 +8,7 @@ use super::{
     Analytic, AnalyticDefect,
     chart::{Chart, charts},
     forms::{Forms, LocalPoint, linear_value},
-    layout::{Layout, Part, Piece, Surface, Trim, power_of_two},
+    layout::{Layout, Part, Piece, Surface, Trim},
     polynomial::{Polynomial, Way, all_known, any_known, is_met},
 };
 use crate::{
@@ -19,6 +19,7 @@ use crate::{
     decisions::{decide, decide_by_pairs},
     dyadic::Dyadic,
     light::LightSource,
+    number::power_of_two_below,
     pair::Pair,
     placement::Placement,
     point::{ExactPoint, Point},
@@ -398,7 +399,7 @@ fn approx_forms(layout: &Layout, placement: &Placement) -> (Forms<Approx>, f64) 
     let (adjugate, determinant) = (placement.adjugate(), placement.determinant());
     let sign = if placement.is_mirrored() { -1.0 } else { 1.0 };
     let weight = determinant * Approx::exact(sign * layout.unit);
-    let factor = sign / power_of_two(weight.value.abs());
+    let factor = sign / power_of_two_below(weight.value.abs());
     let forms = Forms {
         adjugate: adjugate.map(|row| row.map(|number| scaled(number, factor))),
         translation: placement.map().translation.to_array().map(Approx::exact),

@@ -7,7 +7,7 @@
 //! Cost: some 20 flops a point.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, LightSource};
+use umbriel_geometry::{Aabb, LightSource, power_of_two_below};
 
 /// Unit roundoff of f64.
 const ROUNDOFF: f64 = f64::EPSILON / 2.0;
@@ -156,5 +156,5 @@ pub(super) fn lesser(a: f64, b: f64) -> f64 {
 
 /// A power of two of about this size; 1 for what is no positive number.
 pub(crate) fn power_of_two(size: f64) -> f64 {
-    if size > 0.0 && size.is_finite() { f64::from_bits(size.to_bits() & (0x7ff << 52)) } else { 1.0 }
+    if size > 0.0 && size.is_finite() { power_of_two_below(size) } else { 1.0 }
 }

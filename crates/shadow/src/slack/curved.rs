@@ -267,7 +267,7 @@ mod tests {
         };
         let placements = [DAffine3::IDENTITY, turned].map(|map| Placement::new(map).expect("a matrix"));
         let placed = |shape: &Analytic| {
-            placements.clone().map(|placement| PlacedAnalytic::new(*shape, placement).expect("a body"))
+            placements.map(|placement| PlacedAnalytic::new(*shape, placement).expect("a body"))
         };
         shapes.iter().flat_map(placed).collect()
     }
