@@ -45,7 +45,7 @@ const fn judge(file: &'static str, test: &'static str, unit: &'static str, cases
     Judge { file, test, unit, cases, round }
 }
 
-const JUDGES: [Judge; 42] = [
+const JUDGES: [Judge; 46] = [
     judge("watertight", "no_segment_leaves_a_closed_mesh", "segments", 100_000_000, 2_000_000),
     judge("watertight", "no_packet_and_no_batch_sees_a_lamp_inside", "segments", 100_000_000, 2_000_000),
     judge("watertight", "what_lies_strictly_in_front_is_not_hit", "segments", 100_000_000, 10_000_000),
@@ -62,6 +62,10 @@ const JUDGES: [Judge; 42] = [
     judge("adversarial", "scenes_of_all_families_agree_with_the_definition", "scenes", 100_000, 5_000),
     judge("adversarial", "a_state_is_baked_alike_whatever_came_before", "histories", 10_000, 300),
     judge("adversarial", "a_session_follows_its_history", "histories", 10_000, 300),
+    judge("queries", "surface_points_agree_with_the_definition", "points", 10_000_000, 500_000),
+    judge("queries", "points_in_space_agree_with_the_definition", "points", 1_000_000, 50_000),
+    judge("queries", "positions_with_normals_agree_with_their_slack_box", "points", 1_000_000, 50_000),
+    judge("queries", "surface_points_of_the_stored_scenes_agree_with_the_definition", "points", 100_000, 10_000),
     judge("crowds", "proofs_in_crowds_are_true", "soups", 1_000, 20),
     judge("crowds", "proofs_in_throngs_are_true", "scenes", 1_000, 20),
     judge("metamorphic", "objects_in_another_order", "scenes", 10_000, 200),

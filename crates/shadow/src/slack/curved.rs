@@ -266,9 +266,8 @@ mod tests {
             translation: DVec3::new(3.1, -1e4, 0.0),
         };
         let placements = [DAffine3::IDENTITY, turned].map(|map| Placement::new(map).expect("a matrix"));
-        let placed = |shape: &Analytic| {
-            placements.map(|placement| PlacedAnalytic::new(*shape, placement).expect("a body"))
-        };
+        let placed =
+            |shape: &Analytic| placements.map(|placement| PlacedAnalytic::new(*shape, placement).expect("a body"));
         shapes.iter().flat_map(placed).collect()
     }
 
