@@ -70,6 +70,9 @@ pub fn for_each_sample(scene: &Scene, request: &Request, mut visit: impl FnMut(S
 /// # Panics
 /// If the request names an object that the scene does not have.
 pub fn most_samples(scene: &Scene, request: &Request) -> f64 {
+    if request.sampling.is_none() {
+        return 0.0;
+    }
     let bodies = Bodies::new(scene);
     match spacing(&bodies, request) {
         None => 0.0,

@@ -1,12 +1,29 @@
 //! Names with wildcards: `*` stands for any text, `?` for one character.
 
-/// Whether `name` matches `pattern`. At a mismatch only the latest `*` is widened, which suffices: what an earlier one
-/// could take more of, the later one can take as well. O(pattern · name) at worst.
-pub(crate) fn matches(pattern: &str, name: &str) -> bool {
-    if !pattern.contains(['*', '?']) {
-        return pattern == name;
+/// A pattern, ready for many names.
+pub(crate) enum Pattern<'a> {
+    /// One name.
+    Plain(&'a str),
+    /// With wildcards.
+    Wild(Vec<char>),
+}
+
+impl<'a> Pattern<'a> {
+    pub(crate) fn new(text: &'a str) -> Self {
+        if text.contains(['*', '?']) { Self::Wild(text.chars().collect()) } else { Self::Plain(text) }
     }
-    let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
+
+    pub(crate) fn matches(&self, name: &str) -> bool {
+        match self {
+            Self::Plain(text) => *text == name,
+            Self::Wild(pattern) => matches_wild(pattern, &name.chars().collect::<Vec<char>>()),
+        }
+    }
+}
+
+/// At a mismatch only the latest `*` is widened, which suffices: what an earlier one could take more of, the later one can take as
+/// well. O(pattern · name) at worst.
+fn matches_wild(pattern: &[char], name: &[char]) -> bool {
     let (mut p, mut n) = (0, 0);
     let mut star = None;
     while n < name.len() {
@@ -28,7 +45,7 @@ pub(crate) fn matches(pattern: &str, name: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::matches;
+    use super::Pattern;
 
     #[test]
     fn stars_and_question_marks() {
@@ -46,7 +63,7 @@ mod tests {
             ("", "", true),
             ("", "a", false),
         ] {
-            assert_eq!(matches(pattern, name), expected, "{pattern} on {name}");
+            assert_eq!(Pattern::new(pattern).matches(name), expected, "{pattern} on {name}");
         }
     }
 }

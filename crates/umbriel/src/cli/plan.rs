@@ -11,7 +11,7 @@ use crate::{
     cli::{
         Failure,
         args::{BlendChoice, DetailArgs, LightArgs, SceneArgs, SidesChoice, Up},
-        glob,
+        glob::Pattern,
         reach::{self, VisibleFrom},
     },
     output::{self, findings},
@@ -131,13 +131,24 @@ fn find_light(lights: &[Light], name: &str) -> Result<usize, Failure> {
 
 /// The objects whose names match one of the patterns; all without patterns. A pattern without a match is a mistake.
 pub(crate) fn choose_receivers(scene: &Scene, patterns: &[String]) -> Result<Vec<usize>, Failure> {
-    let matching = |pattern: &String| scene.objects.iter().any(|object| glob::matches(pattern, &object.name));
-    if let Some(pattern) = patterns.iter().find(|pattern| !matching(pattern)) {
-        let text = format!("--receiver {pattern}: no object has such a name; `umbriel info` lists the names");
-        return Err(Failure::Unusable(text));
+    if patterns.is_empty() {
+        return Ok((0..scene.objects.len()).collect());
     }
-    let chosen = |name: &str| patterns.is_empty() || patterns.iter().any(|pattern| glob::matches(pattern, name));
-    Ok((0..scene.objects.len()).filter(|&object| chosen(&scene.objects[object].name)).collect())
+    let mut is_used = vec![false; patterns.len()];
+    let prepared: Vec<Pattern> = patterns.iter().map(|pattern| Pattern::new(pattern)).collect();
+    let mut is_chosen = |name: &str| {
+        // All are asked, to know which patterns match nothing.
+        let matching = prepared.iter().zip(&mut is_used).filter(|(pattern, _)| pattern.matches(name));
+        matching.map(|(_, is_used)| *is_used = true).count() > 0
+    };
+    let chosen = (0..scene.objects.len()).filter(|&object| is_chosen(&scene.objects[object].name)).collect();
+    match patterns.iter().zip(is_used).find(|(_, is_used)| !is_used) {
+        None => Ok(chosen),
+        Some((pattern, _)) => {
+            let text = format!("--receiver {pattern}: no object has such a name; `umbriel info` lists the names");
+            Err(Failure::Unusable(text))
+        }
+    }
 }
 
 /// Notes that lights with an extent take holes as opaque.
