@@ -148,8 +148,8 @@ impl<'a> FlatReceiver<'a> {
         // The object first: most are told by the numbers of their faces alone.
         let is_crowded = (all.throng.is_some() || all.is_in_crowd(object, facets, self.objects()))
             && all.occluders.count(self.among(), &self.corners, PAIRS + 1) > PAIRS;
-        let faces = all.throng.as_ref().map_or(facets.len(), |throng| throng.facets());
-        is_crowded.then(|| Effort::of_each(faces))
+        let faces = || all.throng.as_ref().map_or(facets.len(), |throng| throng.facets());
+        is_crowded.then(|| Effort::of_each(faces()))
     }
 
     /// By a quadtree that passes the blockers in question down.

@@ -8,6 +8,7 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 use glam::DVec3;
 
+use super::layout::Surface;
 use crate::{approx::Approx, decide::Decide, dyadic::Dyadic, light::LightSource, point::Point, ring::Ring};
 
 /// Homogeneous local coordinates: x, y, z in units of the body's size, and a weight.
@@ -157,6 +158,14 @@ where
     /// The value of quadric `index` at a pair of points.
     pub fn quadric(&self, index: usize, x: &LocalPoint<T>, y: &LocalPoint<T>) -> T {
         self.quadrics[index].value(x, y)
+    }
+
+    /// The value of a surface's form at a point: zero on the surface, whatever cuts it.
+    pub fn surface(&self, surface: Surface, x: &LocalPoint<T>) -> T {
+        match surface {
+            Surface::Quadric(index) => self.quadric(index, x, x),
+            Surface::Plane(index) => self.plane(index, x),
+        }
     }
 
     /// The same forms over other numbers.

@@ -22,11 +22,7 @@ impl PlacedAnalytic {
     /// Whether floats tell that a surface, trims left aside, is nowhere in a box: the point and its slack.
     pub fn certainly_misses(&self, surface: Surface, whole: &Point) -> bool {
         let x = self.forms().pull_back_point(whole);
-        let value = match surface {
-            Surface::Quadric(index) => self.forms().quadric(index, &x, &x),
-            Surface::Plane(index) => self.forms().plane(index, &x),
-        };
-        value.sign().is_some_and(|sign| sign != Sign::Zero)
+        self.forms().surface(surface, &x).sign().is_some_and(|sign| sign != Sign::Zero)
     }
 
     /// Whether a part of the surface meets a box, a float position and its slack, as far as pairs of floats tell. If so it
@@ -37,11 +33,8 @@ impl PlacedAnalytic {
         let middle = forms.pull_back(&middle.xyz, &middle.w);
         let gradient = self.outward_in(part.surface, whole);
         // Of a quadric that is half its derivative, of a plane minus it.
-        let (value, factor) = match part.surface {
-            Surface::Quadric(index) => (forms.quadric(index, &middle, &middle), 2.0),
-            Surface::Plane(index) => (forms.plane(index, &middle), 1.0),
-        };
-        let value = value.rational().to_approx();
+        let factor = if let Surface::Quadric(_) = part.surface { 2.0 } else { 1.0 };
+        let value = forms.surface(part.surface, &middle).rational().to_approx();
         let change = |k: usize| {
             let slope = Approx { value: gradient[k].value.abs(), ..gradient[k] };
             slope * Approx::exact(factor * whole.slack[k])

@@ -72,10 +72,11 @@ impl Patch<'_> {
     /// The finest level, or the first one with [`ENOUGH`] cells that are surface of none of which it is known which way it faces: a
     /// surface (almost) without thickness, such as x² ≤ 0, which finer cells tell no more of.
     fn finest_of_use(&self) -> u8 {
+        let light = self.body.forms().pull_back_light(self.occluders.light);
         let mut cells = vec![Quadrant::ROOT];
         for level in 0..self.levels.finest {
             cells.retain(|place| self.chart().occupied(place.low_corner(), place.edge()) != Occupied::Nowhere);
-            if cells.iter().any(|&place| self.outward(&self.hull(place)).is_some()) {
+            if cells.iter().any(|&place| self.outward(&self.hull(place).local(self.body), &light).is_some()) {
                 return self.levels.finest;
             }
             if cells.len() >= ENOUGH {
@@ -142,7 +143,7 @@ impl Patch<'_> {
         let (forms, source) = (self.body.forms(), self.occluders.light);
         let (light, local) = (forms.pull_back_light(source), hull.local(self.body));
         let is_closed = self.body.body().is_closed();
-        match self.outward(hull) {
+        match self.outward(&local, &light) {
             None => Facing::Unknown,
             Some(Sign::Zero) => Facing::Dark,
             Some(Sign::Positive) => self.own_shadow(&local, &light),
@@ -158,17 +159,14 @@ impl Patch<'_> {
     }
 
     /// On which side of the surface the light lies, seen from all points of a cell alike.
-    fn outward(&self, hull: &CellHull) -> Option<Sign> {
+    fn outward(&self, local: &[[Approx; 4]; HULL], light: &[Approx; 4]) -> Option<Sign> {
         let (forms, source) = (self.body.forms(), self.occluders.light);
         match (self.chart().surface, &self.plane) {
             // From the tip all of a cone is seen edge-on.
             (Surface::Quadric(quadric), _) if self.occluders.light_is_tip(self.object, self.body, quadric) => {
                 Some(Sign::Zero)
             }
-            (Surface::Quadric(quadric), _) => {
-                let light = forms.pull_back_light(source);
-                common_sign(hull.local(self.body).map(|x| forms.quadric(quadric, &x, &light).sign()))
-            }
+            (Surface::Quadric(quadric), _) => common_sign(local.map(|x| forms.quadric(quadric, &x, light).sign())),
             (Surface::Plane(_), Some([x, ..])) => {
                 Some(self.body.facing(self.chart().surface, &Probe::<Dyadic>::at(x.position), source))
             }

@@ -186,12 +186,7 @@ fn point(xyz: [Dyadic; 3]) -> ExactPoint {
 /// Whether a point lies on a surface, trims left aside.
 fn lies_on(body: &PlacedAnalytic, surface: Surface, x: &ExactPoint) -> bool {
     let forms = body.exact_forms();
-    let x = forms.pull_back(&x.xyz, &x.w);
-    let value = match surface {
-        Surface::Plane(index) => forms.plane(index, &x),
-        Surface::Quadric(index) => forms.quadric(index, &x, &x),
-    };
-    value.sign() == Sign::Zero
+    forms.surface(surface, &forms.pull_back(&x.xyz, &x.w)).sign() == Sign::Zero
 }
 
 /// Where a line meets a surface of a body, trims left aside: two points at most, equal where it touches.
