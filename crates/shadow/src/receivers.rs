@@ -182,11 +182,12 @@ impl<'a> Receivers<'a> {
         let size = levels::FaceSize::of_patch(chart, body.placement());
         let objects = self.throng.is_none().then(|| self.influences.occluders_of(object as u32));
         let among = self.among(objects.as_deref());
-        let is_lit_exactly = |u: f64, v: f64| {
+        let with_own = |u: f64, v: f64, is_blocked: &dyn Fn(Own, &Probe<Surd>) -> bool| {
             let probe = patch_probe(body, face, u, v)?;
             let own = turned_to(self.bodies, object, chart.surface, &probe, self.light);
-            Some(own.is_some_and(|own| !self.point_is_blocked(among, own, &probe)))
+            Some(own.is_some_and(|own| !is_blocked(own, &probe)))
         };
+        let own_blocks = |own: Own, probe: &Probe<Surd>| face_blocks(self.bodies, (object, 0), probe, own, self.light);
         let exact = chart.plane_points().map(|points| points.map(|local| body.placement().exact(local)));
         let plane = exact.as_ref().map(|points| std::array::from_fn(|k| points[k].bounded()));
         let patch = Patch {
@@ -200,7 +201,8 @@ impl<'a> Receivers<'a> {
             among,
             levels: self.levels(object, &size, level),
             lattice: self.spacing.map(|spacing| Lattice::new(size.edges, spacing, false)),
-            is_lit_exactly: &is_lit_exactly,
+            is_lit_exactly: &|u, v| with_own(u, v, &|own, probe| self.point_is_blocked(among, own, probe)),
+            is_lit_alone_exactly: &|u, v| with_own(u, v, &own_blocks),
             is_cancelled,
         };
         let mut tally = patch.run();

@@ -65,6 +65,12 @@ impl<T: Clone + Add<Output = T> + Mul<Output = T>> QuadricForm<T> {
 
     /// Half the gradient at x with respect to local coordinates.
     pub(crate) fn half_gradient(&self, x: &LocalPoint<T>) -> [T; 3] {
+        let [along_x, along_y, along_z, _] = self.polar(x);
+        [along_x, along_y, along_z]
+    }
+
+    /// The linear form y ↦ q(x, y) ([`linear_value`]): where many points y come to one x, cheaper than [`QuadricForm::value`].
+    pub fn polar(&self, x: &LocalPoint<T>) -> [T; 4] {
         std::array::from_fn(|k| {
             let square = self.squares[k].clone() * x[k].clone();
             self.mixed.iter().fold(square, |sum, (i, j, factor)| match k {
@@ -77,7 +83,7 @@ impl<T: Clone + Add<Output = T> + Mul<Output = T>> QuadricForm<T> {
 }
 
 /// A linear form, by its coefficients, at a point.
-pub(crate) fn linear_value<T>(row: &[T; 4], x: &LocalPoint<T>) -> T
+pub fn linear_value<T>(row: &[T; 4], x: &LocalPoint<T>) -> T
 where
     T: Clone + Add<Output = T> + Mul<Output = T>,
 {

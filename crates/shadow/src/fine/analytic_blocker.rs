@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use umbriel_geometry::{
     Approx, Dyadic, LightSource, PlacedAnalytic, Point, Ring, Sign,
-    analytic::{LocalPoint, Piece},
+    analytic::{LocalPoint, Piece, linear_value},
     decisions::decide,
 };
 
@@ -25,6 +25,8 @@ type Pairs<const N: usize> = [[Approx; N]; N];
 /// A light seen from a body: the values of its forms there, all with known signs.
 #[derive(Clone, Debug)]
 pub(crate) struct LightValues {
+    /// The light in the body's local coordinates.
+    pub(crate) local: LocalPoint<Approx>,
     /// Positive: the light is outside; exact.
     side: Sign,
     quadrics: Vec<Approx>,
@@ -38,7 +40,8 @@ impl LightValues {
     pub(crate) fn new(body: &PlacedAnalytic, light: &LightSource, side: Sign) -> Self {
         let [quadrics, planes] = body.light_values(light);
         let is_tip = |(index, value): (usize, &Approx)| value.value == 0.0 && body.is_tip(index, light);
-        Self { side, tips: quadrics.iter().enumerate().map(is_tip).collect(), quadrics, planes }
+        let tips = quadrics.iter().enumerate().map(is_tip).collect();
+        Self { local: body.forms().pull_back_light(light), side, tips, quadrics, planes }
     }
 
     /// Whether it is the tip of a quadric, where there is no tangent plane.
@@ -119,12 +122,14 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     /// The forms at the receiver's corners.
     pub(crate) fn new(object: u32, body: &'a PlacedAnalytic, light: &'a LightValues, receiver: &Receiver<N>) -> Self {
         let forms = body.forms();
-        let at_light = forms.pull_back_light(receiver.light);
         let at: [LocalPoint<Approx>; N] = receiver.points.map(|point| forms.pull_back_point(&point));
-        let quadrics = forms.quadrics().iter().zip(&light.quadrics).map(|(form, &light)| QuadricValues {
-            pairs: symmetric(|k, l| form.value(&at[k], &at[l])),
-            polar: at.map(|point| form.value(&point, &at_light)),
-            light,
+        let quadrics = forms.quadrics().iter().zip(&light.quadrics).map(|(form, &at_light)| {
+            let polars = at.map(|point| form.polar(&point));
+            QuadricValues {
+                pairs: symmetric(|k, l| linear_value(&polars[k], &at[l])),
+                polar: polars.map(|polar| linear_value(&polar, &light.local)),
+                light: at_light,
+            }
         });
         let planes = (0..forms.planes().len()).map(|plane| {
             let in_contact = is_in_contact(body, plane, receiver);
@@ -161,15 +166,36 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     /// What the values at some points prove of their hull.
     fn judge<const M: usize>(&self, values: &Values<M>) -> Influence {
         let pieces = self.body.pieces();
-        let (misses, covers) = match self.light.side {
-            Sign::Positive => (pieces.iter().all(|piece| values.misses(piece)), self.covers(values)),
-            Sign::Negative => (self.holds(values), pieces.iter().all(|piece| values.lies_outside(piece))),
-            Sign::Zero => self.judge_contact(values),
-        };
-        match (misses, covers) {
-            (true, _) => Influence::None,
-            (_, true) => Influence::All,
-            _ => Influence::Unknown,
+        match self.light.side {
+            Sign::Positive => self.judge_outside(values),
+            Sign::Negative if self.holds(values) => Influence::None,
+            Sign::Negative if pieces.iter().all(|piece| values.lies_outside(piece)) => Influence::All,
+            Sign::Negative => Influence::Unknown,
+            Sign::Zero => match self.judge_contact(values) {
+                (true, _) => Influence::None,
+                (_, true) => Influence::All,
+                _ => Influence::Unknown,
+            },
+        }
+    }
+
+    /// The same with the light outside. The shadow of a convex body is convex, so its corners decide whether it covers; and where one of them is
+    /// blocked, nobody need ask any more whether none is.
+    fn judge_outside<const M: usize>(&self, values: &Values<M>) -> Influence {
+        let misses = || self.body.pieces().iter().all(|piece| values.misses(piece));
+        if self.body.body().is_convex() {
+            let blocked = (0..M).filter(|&k| self.blocks_corner(values, k)).count();
+            match blocked {
+                _ if blocked == M => Influence::All,
+                0 if misses() => Influence::None,
+                _ => Influence::Unknown,
+            }
+        } else if misses() {
+            Influence::None
+        } else if self.covers(values) {
+            Influence::All
+        } else {
+            Influence::Unknown
         }
     }
 
@@ -187,24 +213,21 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
         (is_missed, all_outside() && ends_inside())
     }
 
-    /// Whether all points are blocked, with the light outside. The shadow of a convex body is convex: its corners decide.
+    /// Whether point k is blocked, with the light outside.
+    fn blocks_corner<const M: usize>(&self, values: &Values<M>, k: usize) -> bool {
+        self.body.pieces().iter().any(|piece| {
+            let mut sections = values.sections(piece, k..k + 1);
+            values.enters(piece, [k, k]) || sections.any(|section| values.is_section_met(piece, &section, [k, k]))
+        })
+    }
+
+    /// Whether one piece of any body blocks all points, with the light outside.
     fn covers<const M: usize>(&self, values: &Values<M>) -> bool {
-        let pieces = self.body.pieces();
-        if self.body.body().is_convex() {
-            (0..M).all(|k| {
-                pieces.iter().any(|piece| {
-                    let mut sections = values.sections(piece, k..k + 1);
-                    values.enters(piece, [k, k])
-                        || sections.any(|section| values.is_section_met(piece, &section, [k, k]))
-                })
-            })
-        } else {
-            pieces.iter().any(|piece| {
-                let mut sections = values.sections(piece, 0..M);
-                over_pairs::<M>(|pair| values.enters(piece, pair))
-                    || sections.any(|section| over_pairs::<M>(|pair| values.is_section_met(piece, &section, pair)))
-            })
-        }
+        self.body.pieces().iter().any(|piece| {
+            let mut sections = values.sections(piece, 0..M);
+            over_pairs::<M>(|pair| values.enters(piece, pair))
+                || sections.any(|section| over_pairs::<M>(|pair| values.is_section_met(piece, &section, pair)))
+        })
     }
 
     /// Whether all points lie in the body, with the light strictly inside, and the ways between them do not leave it.

@@ -195,7 +195,7 @@ impl<'a> Occluders<'a> {
     }
 
     /// The light as a body sees it.
-    fn light_at(&self, object: u32, body: &PlacedAnalytic) -> &LightValues {
+    pub(crate) fn light_at(&self, object: u32, body: &PlacedAnalytic) -> &LightValues {
         let side = self.side_of_light(object);
         self.seen(object).light.get_or_init(|| LightValues::new(body, self.light, side))
     }

@@ -7,7 +7,7 @@
 use glam::DVec3;
 use umbriel_geometry::{
     Approx, Dyadic, PlacedAnalytic, Point, Sign,
-    analytic::{CellHull, Chart, HULL, Occupied, PatchArea, Surface},
+    analytic::{CellHull, Chart, HULL, LocalPoint, Occupied, PatchArea, Surface},
     blocking::Probe,
 };
 use umbriel_octree::Quadrant;
@@ -40,6 +40,8 @@ pub(crate) struct Patch<'a> {
     pub(crate) lattice: Option<Lattice>,
     /// The exact answer for a point (u, v) of the patch; `None` where there is no surface.
     pub(crate) is_lit_exactly: &'a (dyn Fn(f64, f64) -> Option<bool> + Sync),
+    /// The same were the body alone.
+    pub(crate) is_lit_alone_exactly: &'a (dyn Fn(f64, f64) -> Option<bool> + Sync),
     pub(crate) is_cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
@@ -57,6 +59,9 @@ enum Facing {
 /// How many cells must say nothing before a patch is not divided further.
 const ENOUGH: usize = 256;
 
+/// From this many facets in question, it is sooner to look up those over a point than to ask each.
+const LOOK_UP_FACETS: usize = 64;
+
 impl Patch<'_> {
     /// Classifies the whole patch.
     pub(crate) fn run(&self) -> Tally<Approx> {
@@ -72,11 +77,11 @@ impl Patch<'_> {
     /// The finest level, or the first one with [`ENOUGH`] cells that are surface of none of which it is known which way it faces: a
     /// surface (almost) without thickness, such as x² ≤ 0, which finer cells tell no more of.
     fn finest_of_use(&self) -> u8 {
-        let light = self.body.forms().pull_back_light(self.occluders.light);
+        let light = self.light();
         let mut cells = vec![Quadrant::ROOT];
         for level in 0..self.levels.finest {
             cells.retain(|place| self.chart().occupied(place.low_corner(), place.edge()) != Occupied::Nowhere);
-            if cells.iter().any(|&place| self.outward(&self.hull(place).local(self.body), &light).is_some()) {
+            if cells.iter().any(|&place| self.outward(&self.hull(place).local(self.body), light).is_some()) {
                 return self.levels.finest;
             }
             if cells.len() >= ENOUGH {
@@ -85,6 +90,11 @@ impl Patch<'_> {
             cells = cells.iter().flat_map(|place| place.children()).collect();
         }
         self.levels.finest
+    }
+
+    /// The light in the body's local coordinates.
+    fn light(&self) -> &LocalPoint<Approx> {
+        &self.occluders.light_at(self.object, self.body).local
     }
 
     fn chart(&self) -> &Chart {
@@ -108,7 +118,7 @@ impl Patch<'_> {
         };
         let is_decided = verdict != Verdict::Undecided;
         if is_decided && occupied == Occupied::Whole || self.is_finest(place) {
-            self.count(place, verdict, tally);
+            self.count(place, verdict, &left, tally);
         } else {
             for part in place.children() {
                 self.divide(part, is_decided.then_some(verdict), &left, tally);
@@ -140,18 +150,17 @@ impl Patch<'_> {
     }
 
     fn facing(&self, hull: &CellHull) -> Facing {
-        let (forms, source) = (self.body.forms(), self.occluders.light);
-        let (light, local) = (forms.pull_back_light(source), hull.local(self.body));
+        let (light, local) = (self.light(), hull.local(self.body));
         let is_closed = self.body.body().is_closed();
-        match self.outward(&local, &light) {
+        match self.outward(&local, light) {
             None => Facing::Unknown,
             Some(Sign::Zero) => Facing::Dark,
-            Some(Sign::Positive) => self.own_shadow(&local, &light),
+            Some(Sign::Positive) => self.own_shadow(&local, light),
             Some(Sign::Negative) if self.is_one_sided => Facing::Dark,
             Some(Sign::Negative) if !is_closed => Facing::Turned,
             // The inner side of a closed surface: only a light inside reaches it, but for rims that it is in contact with.
             Some(Sign::Negative) => match self.occluders.side_of_light(self.object) {
-                Sign::Positive if self.moves_in(&local, &light) => Facing::Dark,
+                Sign::Positive if self.moves_in(&local, light) => Facing::Dark,
                 Sign::Negative if self.body.body().is_convex() => Facing::Turned,
                 _ => Facing::Unknown,
             },
@@ -159,7 +168,7 @@ impl Patch<'_> {
     }
 
     /// On which side of the surface the light lies, seen from all points of a cell alike.
-    fn outward(&self, local: &[[Approx; 4]; HULL], light: &[Approx; 4]) -> Option<Sign> {
+    fn outward(&self, local: &[LocalPoint<Approx>; HULL], light: &LocalPoint<Approx>) -> Option<Sign> {
         let (forms, source) = (self.body.forms(), self.occluders.light);
         match (self.chart().surface, &self.plane) {
             // From the tip all of a cone is seen edge-on.
@@ -176,7 +185,7 @@ impl Patch<'_> {
 
     /// Whether the ways from all points, which leave their surface inwards, go on inside a piece: no point lies on another
     /// surface of the piece that its way crosses outwards.
-    fn moves_in(&self, local: &[[Approx; 4]; HULL], light: &[Approx; 4]) -> bool {
+    fn moves_in(&self, local: &[LocalPoint<Approx>; HULL], light: &LocalPoint<Approx>) -> bool {
         let (forms, surface) = (self.body.forms(), self.chart().surface);
         let inside_plane = |plane: usize| {
             forms.plane(plane, light).lower() > 0.0 || local.iter().all(|x| forms.plane(plane, x).lower() > 0.0)
@@ -194,7 +203,7 @@ impl Patch<'_> {
     /// What the own body does to a cell that faces the light. A line from x on the quadric q to the light meets it once more, at
     /// y = 2·q(x, L)·L − q(L, L)·x, which is on the way only for q(L, L) < 0; beyond it the way is inside q, so that the body
     /// is met exactly when y is within the planes.
-    fn own_shadow(&self, local: &[[Approx; 4]; HULL], light: &[Approx; 4]) -> Facing {
+    fn own_shadow(&self, local: &[LocalPoint<Approx>; HULL], light: &LocalPoint<Approx>) -> Facing {
         let Surface::Quadric(quadric) = self.chart().surface else { return Facing::Turned };
         if self.body.body().is_convex() {
             return Facing::Turned;
@@ -245,17 +254,39 @@ impl Patch<'_> {
         self.chart().hull(place.low_corner(), place.edge())
     }
 
-    fn count(&self, place: Quadrant, verdict: Verdict, tally: &mut Tally<Approx>) {
+    /// How many of 16 points of an undecided cell are likely to be lit, with these candidates in question: for few of them floats tell.
+    fn count_probably_lit(&self, place: Quadrant, left: &Candidates) -> u64 {
         let ([u, v], edge) = (place.low_corner(), place.edge());
-        let area = self.area.of_cell([u, v], edge);
+        let is_turned = self.facing(&self.hull(place)) == Facing::Turned;
+        let is_lit = |[s, t]: [f64; 2]| {
+            let (u, v) = (u + s * edge, v + t * edge);
+            if left.facets.len() >= LOOK_UP_FACETS {
+                (self.is_lit_exactly)(u, v) == Some(true)
+            } else if is_turned {
+                self.chart().occupied([u, v], 0.0) != Occupied::Nowhere && self.is_probably_clear([u, v], left)
+            } else {
+                (self.is_lit_alone_exactly)(u, v) == Some(true) && self.is_probably_clear([u, v], left)
+            }
+        };
+        pattern::points(place).filter(|&point| is_lit(point)).count() as u64
+    }
+
+    /// Whether floats say that no candidate is in a point's way.
+    fn is_probably_clear(&self, [u, v]: [f64; 2], left: &Candidates) -> bool {
+        let points = [self.chart().bounded_point(self.body.placement(), u, v)];
+        let receiver = Receiver { points, light: self.occluders.light, facing: None, plane: self.plane };
+        let blockers = self.occluders.blockers(left, &receiver);
+        !blockers.entries().into_iter().any(|entry| blockers.probably_blocks(entry, &[1.0]))
+    }
+
+    fn count(&self, place: Quadrant, verdict: Verdict, left: &Candidates, tally: &mut Tally<Approx>) {
+        let area = self.area.of_cell(place.low_corner(), place.edge());
         match verdict {
             Verdict::Lit => tally.lit.add(&area),
             Verdict::Shadowed => tally.shadowed.add(&area),
             Verdict::Undecided => {
                 tally.undecided.add(&area);
-                let points = pattern::points(place);
-                let lit = points.filter(|&[s, t]| (self.is_lit_exactly)(u + s * edge, v + t * edge) == Some(true));
-                tally.likely.add(&area.part(lit.count() as u64));
+                tally.likely.add(&area.part(self.count_probably_lit(place, left)));
                 tally.points += 16;
             }
         }
