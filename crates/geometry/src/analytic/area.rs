@@ -9,6 +9,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::{
     chart::{Chart, Kind, Occupied, quarter_direction},
+    cut::share,
     jet::Jet,
     outline::Outline,
 };
@@ -20,6 +21,9 @@ use crate::{
 
 /// Relative width at which a bound is good enough.
 const GOOD: f64 = 1e-8;
+
+/// The same on a trimmed patch, whose border is known far less well.
+const GOOD_IF_TRIMMED: f64 = 1e-6;
 
 /// Relative width above which the mere range of the density may say more than quadrature.
 const ROUGH: f64 = 0.125;
@@ -40,6 +44,9 @@ const ROUGH_QUARTERINGS: u32 = 1;
 
 /// How often a cell at the border of a trimmed patch is.
 const BORDER_QUARTERINGS: u32 = 2;
+
+/// How far off such a cell's area may be, of the greatest that it can have.
+const GOOD_AT_BORDER: f64 = 1.0 / 16.0;
 
 /// A Gauss-Legendre rule on −1..1.
 struct Rule {
@@ -82,6 +89,14 @@ impl<'a> PatchArea<'a> {
         self.by_formula(at, edge).unwrap_or_else(|| self.quartered(at, edge, [quarterings(edge), BORDER_QUARTERINGS]))
     }
 
+    /// The area of a cell that borders cut, if it is known as well as those of its parts with the edge `finest` would be together. Cost: some
+    /// microseconds.
+    pub fn of_cut_cell(&self, at: [f64; 2], edge: f64, finest: f64) -> Option<Approx> {
+        let area = self.cut(at, edge);
+        // A border runs through edge/finest of the parts.
+        (area.error <= self.at_most(edge) * GOOD_AT_BORDER * (finest / edge)).then_some(area)
+    }
+
     /// The area of the whole patch, between nothing and twice its value at worst where it is not known by formula: for the cost of some small cells.
     pub fn of_whole_roughly(&self) -> Approx {
         let rough = || self.quartered([0.0; 2], 1.0, [ROUGH_QUARTERINGS; 2]);
@@ -122,12 +137,15 @@ impl<'a> PatchArea<'a> {
 
     /// `left` tells how often cells are still quartered, and how often those that a border cuts.
     fn quartered(&self, [u, v]: [f64; 2], edge: f64, left: [u32; 2]) -> Approx {
-        let (area, left_here) = match self.chart.occupied([u, v], edge) {
+        let (area, left_here, good) = match self.chart.occupied([u, v], edge) {
             Occupied::Nowhere => return Approx::exact(0.0),
-            Occupied::Whole => (self.integrated([u, v], edge), left[0]),
-            Occupied::Partly => (self.at_most(edge), left[1]),
+            Occupied::Whole => {
+                let area = self.integrated([u, v], edge);
+                (area, left[0], area.value.abs() * self.good())
+            }
+            Occupied::Partly => (self.cut([u, v], edge), left[1], self.at_most(edge) * GOOD_AT_BORDER),
         };
-        if left_here == 0 || area.error <= area.value.abs() * GOOD {
+        if left_here == 0 || area.error <= good {
             return area;
         }
         let half = 0.5 * edge;
@@ -139,20 +157,34 @@ impl<'a> PatchArea<'a> {
         if parts.error < area.error || area.error.is_nan() { parts } else { area }
     }
 
-    /// Between nothing and the greatest area that a cell of a trimmed patch can have.
-    fn at_most(&self, edge: f64) -> Approx {
+    fn good(&self) -> f64 {
+        if matches!(self.chart.kind, Kind::Graph(_)) { GOOD_IF_TRIMMED } else { GOOD }
+    }
+
+    /// The area of a cell that borders cut: its share of the square between the least and the greatest density.
+    fn cut(&self, at: [f64; 2], edge: f64) -> Approx {
+        let most = self.at_most(edge);
         let Kind::Graph(graph) = &self.chart.kind else { return Approx::UNKNOWN };
+        let Some(conditions) = graph.conditions(at, edge) else { return between(0.0, most) };
+        let area = share(&conditions) * self.over_range(at, edge);
+        // Where nothing is known of the density it is infinite or NaN.
+        let (least, greatest) = (area.lower().max(0.0), area.upper().min(most));
+        if least <= greatest { between(least, greatest) } else { between(0.0, most) }
+    }
+
+    /// The greatest area that a cell of a trimmed patch can have.
+    fn at_most(&self, edge: f64) -> f64 {
+        let Kind::Graph(graph) = &self.chart.kind else { return f64::INFINITY };
         let normal = graph.greatest_normal();
         let reach = |row: [Approx; 3]| (0..3).map(|k| row[k].upper().max((-row[k]).upper()) * normal[k]).sum::<f64>();
         let [least, middle, greatest] = sorted(self.cofactors.map(|row| reach(row) * reach(row)));
-        let most = (least + middle + greatest).sqrt() * edge * edge * (1.0 + 8.0 * f64::EPSILON);
-        Approx { value: 0.5 * most, error: 0.5 * most }
+        (least + middle + greatest).sqrt() * edge * edge * (1.0 + 8.0 * f64::EPSILON)
     }
 
     /// On small cells two points are as good, for a third of the work. Where the density bends too sharply for either, its own range bounds the area.
     fn integrated(&self, at: [f64; 2], edge: f64) -> Approx {
         let area = self.gauss::<5>(&TWO_POINTS, at, edge);
-        if area.error <= area.value.abs() * GOOD {
+        if area.error <= area.value.abs() * self.good() {
             return area;
         }
         let area = self.gauss::<7>(&THREE_POINTS, at, edge);
@@ -167,7 +199,11 @@ impl<'a> PatchArea<'a> {
     fn over_range(&self, at: [f64; 2], edge: f64) -> Approx {
         let half = 0.5 * edge;
         let whole = |axis: usize| Jet::<1>::constant(Approx { value: at[axis] + half, error: half });
-        self.density(whole(0), whole(1)).0[0] * Approx::exact(edge * edge)
+        let density = match &self.chart.kind {
+            Kind::Graph(graph) => self.stretched(&graph.normal_over(at, edge).map(Jet::<1>::constant)),
+            _ => self.density(whole(0), whole(1)),
+        };
+        density.0[0] * Approx::exact(edge * edge)
     }
 
     /// A rule along both parameters; K is one more than twice its number of nodes.
@@ -275,6 +311,8 @@ fn across(radii: &[f64; 3], axis: usize) -> Approx {
 
 #[cfg(test)]
 mod tests {
+    use std::{f64::consts::TAU, ops::Add};
+
     use glam::{DAffine3, DMat3, DQuat, DVec3};
 
     use super::*;
@@ -311,6 +349,44 @@ mod tests {
                     assert!(rough.error <= (1.0 + 1e-9) * rough.value, "{body:?} {map:?} {rough:?}");
                     assert!((rough.value - fine.value).abs() <= rough.error + fine.error, "{body:?} {map:?}");
                 }
+            }
+        }
+    }
+
+    /// What cells to a depth add up to, as a bake divides a patch all of which is decided.
+    fn divided(area: &PatchArea, at: [f64; 2], edge: f64, finest: f64) -> Approx {
+        let known = match area.chart.occupied(at, edge) {
+            Occupied::Nowhere => Some(Approx::exact(0.0)),
+            Occupied::Partly if edge > finest => area.of_cut_cell(at, edge, finest),
+            _ => Some(area.of_cell(at, edge)),
+        };
+        known.unwrap_or_else(|| {
+            let half = 0.5 * edge;
+            let part = |i: f64, j: f64| divided(area, [at[0] + i * half, at[1] + j * half], half, finest);
+            part(0.0, 0.0) + part(1.0, 0.0) + part(0.0, 1.0) + part(1.0, 1.0)
+        })
+    }
+
+    /// Quadrics whose areas are known, cut into sheets and sides by rims and by equal gradients.
+    #[test]
+    fn cut_cells_hold_the_areas_of_quadrics() {
+        let (ball, tube) = ([1.0, 1.0, 1.0, -0.49], [1.0, 0.0, 1.0, -0.25]);
+        let quadric = |diagonal: [f64; 4]| {
+            let matrix = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { diagonal[i] } else { 0.0 }));
+            Analytic::Quadric { matrix, within: [[-1.0, -0.75, -1.0], [1.0, 0.75, 1.0]] }
+        };
+        let tilted = DMat3::from_quat(DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 1.1, -0.7)) * 1.5;
+        let whole = [(ball, TAU * 2.0 * 0.49), (tube, TAU * 0.5 * (1.5 + 0.5))];
+        for (diagonal, area) in whole {
+            for (map, stretch) in [(DMat3::IDENTITY, 1.0), (tilted, 2.25)] {
+                let placement = Placement::new(DAffine3::from_mat3(map)).expect("regular");
+                let placed = PlacedAnalytic::new(quadric(diagonal), placement).expect("a body");
+                let parts = placed.charts().iter().map(|chart| PatchArea::new(chart, &placement));
+                let sum = parts
+                    .map(|part| divided(&part, [0.0; 2], 1.0, 0.5f64.powi(7)))
+                    .fold(Approx::exact(0.0), Approx::add);
+                let off = (sum.value - area * stretch).abs();
+                assert!(off <= sum.error + 1e-12 && sum.error < 5e-3 * sum.value, "{diagonal:?} {sum:?} off {off}");
             }
         }
     }

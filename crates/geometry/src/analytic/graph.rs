@@ -3,7 +3,7 @@
 //! A sheet takes the part of the surface where the gradient's largest coordinate is one of six: ±x, ±y, ±z. There the third
 //! coordinate t is a function of the two others with slopes of at most one, the root of a·t² + 2·b·t + c where a·t + b has the
 //! wanted sign. Where the gradient is, and whether the point is in the box, are signs of linear forms. A cell of the
-//! rectangle may hold surface all over, nowhere, or in a part that is bounded, not measured.
+//! rectangle may hold surface all over, nowhere, or in a part, which lies between straight lines.
 
 use std::ops::{Add, Mul, Neg};
 
@@ -22,6 +22,10 @@ use crate::{
     ring::{Ring, Sign},
     surd::Surd,
 };
+
+mod slab;
+
+use slab::Heights;
 
 /// Homogeneous local coordinates, metres: (x, y, z)/weight, the weight positive.
 pub(crate) type HomogeneousPoint<T> = ([Surd<T>; 3], T);
@@ -203,7 +207,7 @@ impl Graph {
         let heights = if self.is_side {
             Heights { middle: self.side(), slope: [0.0; 2], reach: 0.0 }
         } else {
-            self.heights(at, edge, self.range(at, edge).0)
+            self.heights(at, edge, self.range(at, edge))
         };
         CellHull { points: self.corners(at, edge, &heights), slack: DVec3::splat(self.size() * PADDING) }
     }
@@ -216,36 +220,6 @@ impl Graph {
             let middle = heights.middle + heights.slope[0] * away[0] + heights.slope[1] * away[1];
             self.beside(u, v, if k < 4 { middle - heights.reach } else { middle + heights.reach })
         })
-    }
-
-    /// Where the surface can lie over a cell, given the range of the root there.
-    fn heights(&self, at: [f64; 2], edge: f64, range: Approx) -> Heights {
-        let crude = self.level_heights(range);
-        self.tilted(at, edge, &crude).filter(|tilted| tilted.reach < crude.reach).unwrap_or(crude)
-    }
-
-    /// The same without a slope.
-    fn level_heights(&self, range: Approx) -> Heights {
-        let [low, high] = self.within.map(|corner| corner[self.axis]);
-        let (low, high) = (range.lower().max(low), range.upper().min(high));
-        Heights { middle: 0.5 * (low + high), slope: [0.0; 2], reach: 0.5 * (high - low).max(0.0) }
-    }
-
-    /// The mean value theorem between the cell's middle and any point of the surface in the crude box.
-    fn tilted(&self, at: [f64; 2], edge: f64, crude: &Heights) -> Option<Heights> {
-        let middle = self.point(at[0] + 0.5 * edge, at[1] + 0.5 * edge);
-        let height = middle[self.axis];
-        let (centre, exists) = self.range([at[0] + 0.5 * edge, at[1] + 0.5 * edge], 0.0);
-        let is_there =
-            exists && (centre.value - height).abs() <= centre.error && (height - crude.middle).abs() <= crude.reach;
-        let cell = self.cell_box(at, edge, Approx { value: crude.middle, error: crude.reach });
-        let steep = linear_value(&self.form.row(self.axis), &cell);
-        let slope = self.across.map(|axis| -linear_value(&self.form.row(axis), &cell).divided_by(steep));
-        let extent = self.across.map(|axis| self.extent(axis));
-        let spread = (0..2).map(|k| slope[k].error * 0.5 * edge * extent[k]).sum::<f64>();
-        let reach = spread + centre.error + self.size() * PADDING;
-        let slope = [0, 1].map(|k| slope[k].value * extent[k]);
-        (is_there && reach.is_finite()).then_some(Heights { middle: height, slope, reach })
     }
 
     /// The heights of the root over a cell, and whether there is one everywhere.
@@ -327,6 +301,24 @@ impl Graph {
         normal
     }
 
+    /// The range of [`Graph::normal`] over a cell, as far as there is surface.
+    pub(crate) fn normal_over(&self, at: [f64; 2], edge: f64) -> [Approx; 3] {
+        let bound = |corner: usize, axis: usize| Approx::exact(self.within[corner][axis]);
+        let [width, height] = self.across.map(|axis| bound(1, axis) - bound(0, axis));
+        let mut normal = [Approx::exact(0.0); 3];
+        normal[self.axis] = width * height;
+        if !self.is_side {
+            let slab = self.heights(at, edge, self.range(at, edge));
+            let tilt = 0.5 * edge * (slab.slope[0].abs() + slab.slope[1].abs()) * (1.0 + 4.0 * f64::EPSILON);
+            let x = self.cell_box(at, edge, Approx { value: slab.middle, error: (slab.reach + tilt).next_up() });
+            for axis in self.across {
+                let along = linear_value(&self.form.row(axis), &x) * normal[self.axis];
+                normal[axis] = along.divided_by(self.steep(at, edge));
+            }
+        }
+        normal
+    }
+
     /// What no coordinate of [`Graph::normal`] exceeds, on the surface: the one along the axis is the largest.
     pub(crate) fn greatest_normal(&self) -> [f64; 3] {
         let area = self.extent(self.across[0]) * self.extent(self.across[1]) * (1.0 + 4.0 * f64::EPSILON);
@@ -348,7 +340,7 @@ impl Graph {
         }
         // Most cells are told without the slope of the surface.
         let own = match self.of_sheet(at, edge, &self.level_heights(range)) {
-            Occupied::Partly => self.of_sheet(at, edge, &self.heights(at, edge, range)),
+            Occupied::Partly => self.of_sheet(at, edge, &self.heights(at, edge, (range, is_there))),
             known => known,
         };
         let is_there = is_there && range.lower() >= low && range.upper() <= high;
@@ -408,14 +400,6 @@ where
         let row = std::array::from_fn(|k| turned(&own[k], is_positive) + turned(&beside[k], is_minus));
         Slope { row, is_strict: other < axis }
     })
-}
-
-/// A slab over a cell: heights within `reach` of a plane through `middle` at the cell's middle.
-struct Heights {
-    middle: f64,
-    /// For a whole step of the parameters.
-    slope: [f64; 2],
-    reach: f64,
 }
 
 /// What values of a condition at all corners of a hull say of it.

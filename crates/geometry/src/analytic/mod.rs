@@ -9,6 +9,7 @@ mod area;
 mod bounds;
 mod chart;
 mod crossing;
+mod cut;
 mod forms;
 mod graph;
 mod jet;

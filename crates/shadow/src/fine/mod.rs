@@ -13,6 +13,7 @@ pub(crate) mod flat;
 mod instance_tree;
 pub(crate) mod lattice;
 mod light_frame;
+mod light_values;
 pub(crate) mod occluders;
 mod outline;
 pub(crate) mod patch;

@@ -18,11 +18,12 @@ use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, LightSource, Mesh, PlacedAnalytic, Point, Sign, cut_out::Opacity};
 
 use super::{
-    analytic_blocker::{AnalyticBlocker, LightValues},
+    analytic_blocker::AnalyticBlocker,
     borders::DirectedEdge,
     classify::Blockers,
     instance_tree::LocalFrame,
     light_frame::LightFrame,
+    light_values::LightValues,
     polygon_blocker::{FacetId, PolygonBlocker},
     raster::{Chain, GiveUp, Occluder, Plane, silhouette::Silhouette},
     receiver::Receiver,

@@ -117,12 +117,24 @@ impl Patch<'_> {
             None => self.judge(place, candidates),
         };
         let is_decided = verdict != Verdict::Undecided;
-        if is_decided && occupied == Occupied::Whole || self.is_finest(place) {
-            self.count(place, verdict, &left, tally);
+        if let Some(area) = self.area_to_count(place, is_decided, occupied) {
+            self.count(place, verdict, &area, &left, tally);
         } else {
             for part in place.children() {
                 self.divide(part, is_decided.then_some(verdict), &left, tally);
             }
+        }
+    }
+
+    /// The area of a cell, unless it is to be divided. Cells that are stored are surface all over, as far as the detail goes.
+    fn area_to_count(&self, place: Quadrant, is_decided: bool, occupied: Occupied) -> Option<Approx> {
+        let (at, edge) = (place.low_corner(), place.edge());
+        if is_decided && occupied == Occupied::Whole || self.is_finest(place) {
+            Some(self.area.of_cell(at, edge))
+        } else if is_decided && self.levels.stored.is_none_or(|stored| place.level() > stored) {
+            self.area.of_cut_cell(at, edge, 0.5f64.powi(i32::from(self.levels.finest)))
+        } else {
+            None
         }
     }
 
@@ -279,13 +291,12 @@ impl Patch<'_> {
         !blockers.entries().into_iter().any(|entry| blockers.probably_blocks(entry, &[1.0]))
     }
 
-    fn count(&self, place: Quadrant, verdict: Verdict, left: &Candidates, tally: &mut Tally<Approx>) {
-        let area = self.area.of_cell(place.low_corner(), place.edge());
+    fn count(&self, place: Quadrant, verdict: Verdict, area: &Approx, left: &Candidates, tally: &mut Tally<Approx>) {
         match verdict {
-            Verdict::Lit => tally.lit.add(&area),
-            Verdict::Shadowed => tally.shadowed.add(&area),
+            Verdict::Lit => tally.lit.add(area),
+            Verdict::Shadowed => tally.shadowed.add(area),
             Verdict::Undecided => {
-                tally.undecided.add(&area);
+                tally.undecided.add(area);
                 tally.likely.add(&area.part(self.count_probably_lit(place, left)));
                 tally.points += 16;
             }

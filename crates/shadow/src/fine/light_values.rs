@@ -1,0 +1,51 @@
+//! A light as an analytic body sees it.
+
+use umbriel_geometry::{
+    Approx, LightSource, PlacedAnalytic, Sign,
+    analytic::{LocalPoint, Piece},
+};
+
+/// A light seen from a body: the values of its forms there, all with known signs.
+#[derive(Clone, Debug)]
+pub(crate) struct LightValues {
+    /// The light in the body's local coordinates.
+    pub(crate) local: LocalPoint<Approx>,
+    /// Positive: the light is outside; exact.
+    pub(super) side: Sign,
+    pub(super) quadrics: Vec<Approx>,
+    pub(super) planes: Vec<Approx>,
+    /// Of which quadrics it is the tip.
+    tips: Vec<bool>,
+}
+
+impl LightValues {
+    /// Of a light that lies on this side of the body.
+    pub(crate) fn new(body: &PlacedAnalytic, light: &LightSource, side: Sign) -> Self {
+        let [quadrics, planes] = body.light_values(light);
+        let is_tip = |(index, value): (usize, &Approx)| value.value == 0.0 && body.is_tip(index, light);
+        let tips = quadrics.iter().enumerate().map(is_tip).collect();
+        Self { local: body.forms().pull_back_light(light), side, tips, quadrics, planes }
+    }
+
+    /// Whether it is the tip of a quadric, where there is no tangent plane.
+    pub(crate) fn is_tip(&self, quadric: usize) -> bool {
+        self.tips[quadric]
+    }
+
+    /// Negative inside.
+    pub(super) fn quadric(&self, index: usize) -> Sign {
+        Sign::of(self.quadrics[index].value)
+    }
+
+    /// Positive inside.
+    pub(super) fn plane(&self, index: usize) -> Sign {
+        Sign::of(self.planes[index].value)
+    }
+
+    /// Whether the light is strictly outside of a piece.
+    pub(super) fn is_outside(&self, piece: &Piece) -> bool {
+        self.quadric(piece.quadric) == Sign::Positive
+            || piece.planes.iter().any(|&plane| self.plane(plane) == Sign::Negative)
+            || piece.flat.is_some_and(|plane| self.plane(plane) != Sign::Zero)
+    }
+}
