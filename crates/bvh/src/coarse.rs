@@ -86,7 +86,12 @@ impl Influences {
     /// Of (receiver, occluder) pairs in any order, among so many objects: what [`for_each_influence`] registers. O(n log n) in the pairs.
     pub fn of_pairs(mut pairs: Vec<(u32, u32)>, objects: usize, counts: PairCounts) -> Self {
         pairs.sort_unstable();
-        let starts = (0..=objects).map(|object| pairs.partition_point(|pair| (pair.0 as usize) < object)).collect();
+        let mut starts = Vec::with_capacity(objects + 1);
+        for (place, &(receiver, _)) in pairs.iter().enumerate() {
+            // Those up to this one that have no occluder before it.
+            starts.resize((receiver as usize + 1).max(starts.len()), place);
+        }
+        starts.resize(objects + 1, pairs.len());
         Self { starts, occluders: pairs.into_iter().map(|pair| pair.1).collect(), counts }
     }
 }

@@ -88,13 +88,26 @@ impl ObjectTree {
     /// # Errors
     /// [`FamilyDefect`] when the families are no forest over the objects.
     pub fn build(boxes: &[Aabb], families: &Families) -> Result<Self, FamilyDefect> {
+        Self::build_without(boxes, |_| false, families)
+    }
+
+    /// As [`ObjectTree::build`]; objects that `is_left_out` names are left out as if their boxes were empty.
+    ///
+    /// # Errors
+    /// [`FamilyDefect`] when the families are no forest over the objects.
+    pub fn build_without(
+        boxes: &[Aabb],
+        is_left_out: impl Fn(u32) -> bool,
+        families: &Families,
+    ) -> Result<Self, FamilyDefect> {
         const MOST: usize = 1 << 30;
         if boxes.len() > MOST || families.members.len() > MOST {
             return Err(FamilyDefect::TooMany);
         }
         let order = parents_first(boxes.len(), families)?;
         let mut tree = Self { nodes: Vec::new(), children: Vec::new(), root: None, objects: boxes.len() };
-        let leaves: Vec<Option<NodeId>> = (0u32..).zip(boxes).map(|(id, bounds)| tree.add_object(id, bounds)).collect();
+        let leaf = |(id, bounds)| if is_left_out(id) { None } else { tree.add_object(id, bounds) };
+        let leaves: Vec<Option<NodeId>> = (0u32..).zip(boxes).map(leaf).collect();
         let mut groups = vec![None; families.members.len()];
         for &family in order.families.iter().rev() {
             let nodes = present(&families.members[family as usize], &leaves, &groups);

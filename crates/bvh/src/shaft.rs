@@ -118,9 +118,10 @@ impl Shaft {
 /// Takes one more bound of the parameter.
 #[inline]
 fn bound(lower: &mut f64, upper: &mut f64, value: f64, is_lower: bool) {
-    if is_lower {
-        *lower = lower.max(value);
-    } else {
-        *upper = upper.min(value);
+    // NaN bounds nothing.
+    if is_lower && value > *lower {
+        *lower = value;
+    } else if !is_lower && value < *upper {
+        *upper = value;
     }
 }

@@ -207,6 +207,39 @@ fn a_lamp_in_a_tip_is_told_exactly() {
 }
 
 #[test]
+fn points_in_the_plane_of_a_cap_are_told_exactly() {
+    // A cylinder's planes: the lower cap first.
+    let local = |y: f64| [DVec3::new(3.0, y, 0.1), DVec3::new(-0.7, y, 5.0), DVec3::new(0.3, y, -0.9)];
+    let cylinder = |placement| PlacedAnalytic::new(Analytic::Cylinder { radius: 0.3, height: 1.1 }, placement);
+    let level = cylinder(Placement::IDENTITY).expect("a cylinder");
+    let at = |y: f64| local(y).map(Point::exact);
+    assert!(!by_floats(|| level.plane_holds(0, &at(-0.5))));
+    assert!(by_pairs(|| level.plane_holds(0, &at(-0.55))));
+    assert!(!by_pairs(|| level.plane_holds(0, &at((-0.55f64).next_up()))));
+    let (placed, images) = (cylinder(turned()).expect("a cylinder"), local(-0.55).map(|point| turned().exact(point)));
+    let points: Vec<Point> = images.iter().map(|image| image.bounded()).collect();
+    assert!(exactly(|| placed.plane_holds(0, &points)));
+}
+
+/// What the planes of the caps, and the quadric, are at a lamp in the plane of the lower cap: zero there, with a sign elsewhere.
+#[test]
+fn values_at_a_lamp_in_the_plane_of_a_cap_are_sharp() {
+    let values = |placement: Placement, lamp: [f64; 3]| {
+        let body = PlacedAnalytic::new(Analytic::Cylinder { radius: 0.3, height: 1.1 }, placement).expect("a cylinder");
+        let (values, decisions) = counted(|| body.light_values(&LightSource::point(lamp).expect("a lamp")));
+        (values[1].iter().map(|value| (value.sign(), value.error == 0.0)).collect::<Vec<_>>(), decisions)
+    };
+    let (planes, decisions) = values(Placement::IDENTITY, [3.0, -0.55, 0.1]);
+    assert_eq!((planes[0], planes[1].0), ((Some(Sign::Zero), true), Some(Sign::Positive)));
+    assert_eq!((decisions.pair, decisions.exact), (1, 0));
+    // Sheared by a third: the caps stay level, and the lamp is one float above the lower one.
+    let sheared = DMat3::from_cols(DVec3::X, DVec3::new(1.0 / 3.0, 1.0, 0.0), DVec3::Z);
+    let sheared = Placement::new(DAffine3::from_mat3(sheared)).expect("regular");
+    let (planes, _) = values(sheared, [3.0, (-0.55f64).next_up(), 0.1]);
+    assert_eq!((planes[0].0, planes[1].0), (Some(Sign::Positive), Some(Sign::Positive)));
+}
+
+#[test]
 fn the_border_of_a_sheet_is_told_exactly() {
     let mut matrix = [[0.0; 4]; 4];
     (matrix[0][0], matrix[2][2]) = (0.3, -0.3);

@@ -3,7 +3,7 @@
 use std::{
     collections::HashMap,
     sync::{
-        Arc, OnceLock,
+        Arc,
         atomic::{AtomicU64, Ordering},
     },
     time::Instant,
@@ -16,6 +16,7 @@ use umbriel_scene::Scene;
 use crate::{
     bodies::Bodies,
     budget::{Limit, refine},
+    by_object::ByObject,
     coarse::{Coarse, Influences},
     fine::{Occluders, lattice::Spacing, scan::Layout},
     groups::groups,
@@ -74,9 +75,9 @@ pub(crate) struct Stage<'a> {
     /// How far apart samples are.
     pub(crate) spacing: Option<Spacing>,
     /// The samples of each object's flat faces, each made when it is first asked for; none of instances.
-    pub(crate) layouts: Vec<OnceLock<Arc<Layout>>>,
+    pub(crate) layouts: ByObject<Arc<Layout>>,
     /// The solids of each object, each made when it is first asked for; none of instances.
-    pub(crate) solids: Vec<OnceLock<Arc<Solids>>>,
+    pub(crate) solids: ByObject<Arc<Solids>>,
     pub(crate) coarse: Coarse,
     /// For each receiver the first one that has the same answer.
     answered_by: Vec<usize>,
@@ -113,8 +114,7 @@ impl<'a> Stage<'a> {
         let scene = bodies.scene;
         let (coarse, spacing) = (Coarse::new(&bodies, &request.receivers, lights), spacing(&bodies, request));
         let answered_by = answered_by(&coarse, scene, request);
-        let layouts = scene.objects.iter().map(|_| OnceLock::new()).collect();
-        let solids = scene.objects.iter().map(|_| OnceLock::new()).collect();
+        let (layouts, solids) = (ByObject::new(scene.objects.len()), ByObject::new(scene.objects.len()));
         let seconds = begun.elapsed().as_secs_f64();
         let may_be_throng = true;
         Self { bodies, request, spacing, layouts, solids, coarse, answered_by, may_be_throng, begun, seconds }

@@ -10,7 +10,10 @@ use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Approx, Facets, Mesh, MeshArea, PlacedAnalytic, analytic::PatchArea};
 use umbriel_scene::{Object, Scene, Shape};
 
-use crate::fine::{EdgeTable, tree_of};
+use crate::{
+    by_object::ByObject,
+    fine::{EdgeTable, tree_of},
+};
 
 /// A placed body.
 #[derive(Debug)]
@@ -26,11 +29,10 @@ pub(crate) enum Body {
 pub(crate) struct Bodies<'a> {
     pub(crate) scene: &'a Scene,
     /// World boxes, rounded outward.
-    pub(crate) boxes: Arc<[Aabb]>,
+    pub(crate) boxes: Arc<Vec<Aabb>>,
     /// Which objects light may reach; all if nothing is said.
     reached: Option<Arc<[bool]>>,
-    /// Two words an object until something of it is asked for.
-    built: Vec<OnceLock<Box<Built>>>,
+    built: ByObject<Box<Built>>,
     /// What instances of a mesh share, by the address of the mesh: the scene keeps it where it is. Of meshes with one instance nothing.
     of_meshes: Arc<HashMap<usize, OfMesh>>,
     /// Which objects are instances of these meshes; empty if none is.
@@ -71,9 +73,9 @@ impl<'a> Bodies<'a> {
         let instances = if of_meshes.is_empty() { Vec::new() } else { scene.objects.iter().map(is_instance).collect() };
         Self {
             scene,
-            boxes: boxes.into(),
+            boxes: Arc::new(boxes),
             reached: None,
-            built: unbuilt(scene),
+            built: ByObject::new(scene.objects.len()),
             of_meshes: Arc::new(of_meshes),
             instances: instances.into(),
             of_all: None,
@@ -86,7 +88,7 @@ impl<'a> Bodies<'a> {
             scene: all.scene,
             boxes: Arc::clone(&all.boxes),
             reached: all.reached.clone(),
-            built: unbuilt(all.scene),
+            built: ByObject::new(all.scene.objects.len()),
             of_meshes: Arc::clone(&all.of_meshes),
             instances: Arc::clone(&all.instances),
             of_all: Some(all),
@@ -117,7 +119,7 @@ impl<'a> Bodies<'a> {
     fn built(&self, object: usize) -> &Built {
         match self.of_all {
             Some(all) if !self.is_instance(object) => all.built(object),
-            _ => self.built[object].get_or_init(Box::default),
+            _ => self.built.get_or_init(object, Box::default),
         }
     }
 
@@ -137,7 +139,7 @@ impl<'a> Bodies<'a> {
     }
 
     fn is_placed(&self, object: usize) -> bool {
-        self.built[object].get().is_some_and(|built| built.body.get().is_some())
+        self.built.get(object).is_some_and(|built| built.body.get().is_some())
     }
 
     /// The object's body; an instance that is not placed yet only while it is looked at.
@@ -235,10 +237,6 @@ impl<'a> Bodies<'a> {
         };
         self.scene.objects[object].is_one_sided(is_closed)
     }
-}
-
-fn unbuilt(scene: &Scene) -> Vec<OnceLock<Box<Built>>> {
-    scene.objects.iter().map(|_| OnceLock::new()).collect()
 }
 
 fn mesh_of(object: &Object) -> Option<&Arc<Mesh>> {

@@ -58,20 +58,19 @@ pub(crate) struct Influences<'a> {
 impl Coarse {
     /// What no light reaches is left out, and so is what may shadow none of the receivers under `lights`, if these are known.
     pub(crate) fn new(bodies: &Bodies, receivers: &[usize], lights: Option<&[LightSource]>) -> Self {
-        let lit = |(object, bounds): (usize, &Aabb)| if bodies.is_dark(object) { Aabb::EMPTY } else { *bounds };
-        let mut boxes: Vec<Aabb> = bodies.boxes.iter().enumerate().map(lit).collect();
-        if let Some(lights) = lights.filter(|_| receivers.len() < boxes.len()) {
-            leave_out_idle(&mut boxes, receivers, lights);
-        }
         let Scene { objects, families, .. } = bodies.scene;
-        let face_count = |(object, bounds)| if Aabb::is_empty(bounds) { 0 } else { most_faces(object) as u32 };
-        let faces = objects.iter().zip(&boxes).map(face_count).collect();
-        let alike = Alike::of(objects, &boxes);
-        for (bounds, _) in boxes.iter_mut().zip(&alike.counts).filter(|(_, count)| **count == 0) {
-            *bounds = Aabb::EMPTY;
+        let boxes = &bodies.boxes[..];
+        let is_nothing = |(object, bounds): (usize, &Aabb)| bodies.is_dark(object) || bounds.is_empty();
+        let mut is_left_out: Vec<bool> = boxes.iter().enumerate().map(is_nothing).collect();
+        if let Some(lights) = lights.filter(|_| receivers.len() < boxes.len()) {
+            leave_out_idle(&mut is_left_out, boxes, receivers, lights);
         }
-        let is_left_out = boxes.iter().map(Aabb::is_empty).collect();
-        Self { tree: object_tree(&boxes, families), alike, is_left_out, faces }
+        let face_count =
+            |(object, is_left_out): (&Object, &bool)| if *is_left_out { 0 } else { most_faces(object) as u32 };
+        let faces = objects.iter().zip(&is_left_out).map(face_count).collect();
+        let alike = Alike::of(objects, &is_left_out);
+        is_left_out.iter_mut().zip(&alike.counts).for_each(|(is_left_out, count)| *is_left_out |= *count == 0);
+        Self { tree: object_tree(boxes, |object| is_left_out[object as usize], families), alike, is_left_out, faces }
     }
 
     /// Which objects are one.
@@ -101,10 +100,10 @@ impl Coarse {
 }
 
 impl Alike {
-    /// An object without a box is like none.
-    fn of(objects: &[Object], boxes: &[Aabb]) -> Self {
+    /// An object that is left out is like none.
+    fn of(objects: &[Object], is_left_out: &[bool]) -> Self {
         let mut firsts: Vec<u32> = (0..objects.len() as u32).collect();
-        let present: Vec<usize> = (0..objects.len()).filter(|&object| !boxes[object].is_empty()).collect();
+        let present: Vec<usize> = (0..objects.len()).filter(|&object| !is_left_out[object]).collect();
         let alike = first_alike(present.iter().map(|&object| &objects[object]));
         present.iter().zip(alike).for_each(|(&object, first)| firsts[object] = present[first] as u32);
         let mut counts = vec![0; firsts.len()];
@@ -241,22 +240,22 @@ pub(crate) fn most_faces(object: &Object) -> usize {
 }
 
 /// The tree of bounding cubes over a scene's families. A scene whose families do not form a tree over its objects is grouped by place instead.
-pub(crate) fn object_tree(boxes: &[Aabb], families: &FamilyTree) -> ObjectTree {
-    ObjectTree::build(boxes, &families_of(families)).unwrap_or_else(|_| {
-        ObjectTree::build(boxes, &Families::default()).expect("fewer than 2^30 objects without families")
-    })
+pub(crate) fn object_tree(boxes: &[Aabb], is_left_out: impl Fn(u32) -> bool, families: &FamilyTree) -> ObjectTree {
+    let build = |families: &Families| ObjectTree::build_without(boxes, &is_left_out, families);
+    build(&families_of(families))
+        .unwrap_or_else(|_| build(&Families::default()).expect("fewer than 2^30 objects without families"))
 }
 
 /// Leaves out what lies in no shaft from all of the receivers together to a light. The test of a shaft is monotone in both boxes, so nothing that may shadow
 /// one of the receivers goes. Cost: one test an object and light.
-fn leave_out_idle(boxes: &mut [Aabb], receivers: &[usize], lights: &[LightSource]) {
-    let all = receivers.iter().fold(Aabb::EMPTY, |all, &receiver| all.union(boxes[receiver]));
+fn leave_out_idle(is_left_out: &mut [bool], boxes: &[Aabb], receivers: &[usize], lights: &[LightSource]) {
+    let present: Vec<usize> = receivers.iter().copied().filter(|&receiver| !is_left_out[receiver]).collect();
+    let all = present.iter().fold(Aabb::EMPTY, |all, &receiver| all.union(boxes[receiver]));
     let shafts: Vec<Shaft> = lights.iter().map(|light| Shaft::new(&all, light)).collect();
-    let kept: Vec<Aabb> = receivers.iter().map(|&receiver| boxes[receiver]).collect();
-    for bounds in boxes.iter_mut().filter(|bounds| !shafts.iter().any(|shaft| shaft.may_meet(bounds))) {
-        *bounds = Aabb::EMPTY;
+    for (is_left_out, bounds) in is_left_out.iter_mut().zip(boxes) {
+        *is_left_out |= !shafts.iter().any(|shaft| shaft.may_meet(bounds));
     }
-    receivers.iter().zip(kept).for_each(|(&receiver, bounds)| boxes[receiver] = bounds);
+    present.iter().for_each(|&receiver| is_left_out[receiver] = false);
 }
 
 fn families_of(tree: &FamilyTree) -> Families {

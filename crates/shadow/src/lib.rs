@@ -12,6 +12,7 @@ struct Readme;
 mod bake;
 mod bodies;
 mod budget;
+mod by_object;
 mod cell_octree;
 mod coarse;
 pub mod doctor;

@@ -1,9 +1,6 @@
 //! The asked receivers under one light, cut into jobs of some faces each.
 
-use std::{
-    ops::Range,
-    sync::{Arc, OnceLock},
-};
+use std::{ops::Range, sync::Arc};
 
 use umbriel_geometry::{
     Approx, Facet, Facets, LightSource, PlacedAnalytic, Point, Surd, analytic::PatchArea, blocking::Probe,
@@ -12,6 +9,7 @@ use umbriel_geometry::{
 use crate::{
     bake::Stage,
     bodies::{Bodies, Body},
+    by_object::ByObject,
     coarse::Influences,
     exact::{Own, face_blocks, patch_probe, turned_to},
     fine::{
@@ -77,7 +75,7 @@ pub(crate) struct Receivers<'a> {
     /// How far apart samples are.
     pub(crate) spacing: Option<Spacing>,
     /// Whether each object is in a crowd, once that is asked.
-    crowds: Arc<[OnceLock<bool>]>,
+    crowds: Arc<ByObject<bool>>,
     /// The whole scene, if all of it is one.
     pub(crate) throng: Option<Arc<Throng>>,
 }
@@ -92,7 +90,7 @@ impl<'a> Receivers<'a> {
         is_throng: bool,
     ) -> Self {
         let Stage { bodies, request, spacing, coarse, .. } = stage;
-        let crowds = bodies.boxes.iter().map(|_| OnceLock::new()).collect();
+        let crowds = Arc::new(ByObject::new(bodies.boxes.len()));
         let throng = is_throng.then(|| Arc::new(Throng::new(&occluders, coarse.occluders())));
         let (light, detail) = (occluders.light, request.detail);
         Self { bodies, light, request, detail, own, influences, occluders, spacing: *spacing, crowds, throng }
@@ -162,7 +160,7 @@ impl<'a> Receivers<'a> {
             let corners = flat_corners(facets, face, facets.base(face).corner);
             self.occluders.count(Among::Objects(occluders), &corners, most)
         };
-        *self.crowds[object].get_or_init(|| {
+        *self.crowds.get_or_init(object, || {
             let of_occluders = occluders.iter().map(|&object| self.bodies.distinct_faces(object as usize)).sum();
             let allowed = crowd::allowed(facets.len(), of_occluders);
             let tickets = || self.occluders.tickets(object as u32).iter();

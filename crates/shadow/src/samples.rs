@@ -145,7 +145,7 @@ impl<'a> Samples<'a> {
             let solids = if bodies.is_instance(object) {
                 solids()
             } else {
-                Arc::clone(self.stage.solids[object].get_or_init(solids))
+                Arc::clone(self.stage.solids.get_or_init(object, solids))
             };
             Some(Prepared { object, facets, solids, receives })
         };
@@ -158,7 +158,7 @@ impl<'a> Samples<'a> {
         if self.stage.bodies.is_instance(object) {
             layout()
         } else {
-            Arc::clone(self.stage.layouts[object].get_or_init(layout))
+            Arc::clone(self.stage.layouts.get_or_init(object, layout))
         }
     }
 }

@@ -153,22 +153,48 @@ impl PlacedAnalytic {
     }
 
     /// The values of all quadrics and of all planes at a light, in the scale of [`PlacedAnalytic::forms`]: the filter's where these are sharp,
-    /// else the floats nearest to the exact ones. So their signs are always known.
+    /// else those of pairs of floats, else the floats nearest to the exact ones. So their signs are always known.
     pub fn light_values(&self, light: &LightSource) -> [Vec<Approx>; 2] {
-        let (forms, at) = (&self.forms, self.forms.pull_back_light(light));
-        let exact_at: LazyCell<LocalPoint<Dyadic>, _> = LazyCell::new(|| {
+        let at = self.forms.pull_back_light(light);
+        let at_in_pairs = LazyCell::new(|| {
+            let light = ExactPoint::from_light(light);
+            self.forms_in_pairs().pull_back(&light.xyz, &light.w)
+        });
+        let exact_at = LazyCell::new(|| {
             let light = ExactPoint::<Dyadic>::from_light(light);
             self.exact_forms().pull_back(&light.xyz, &light.w).map(|coordinate| coordinate * Dyadic::new(self.scale))
         });
-        let told = |filtered: Approx, exact: &dyn Fn(&LocalPoint<Dyadic>) -> Dyadic| {
-            let is_sharp = filtered.error <= filtered.value.abs() * SHARP;
-            decide(is_sharp.then_some(filtered), || exact(&exact_at).to_approx())
+        let is_sharp = |value: &Approx| value.error <= value.value.abs() * SHARP;
+        let told = |surface: Surface| {
+            let by_pairs = || Some(self.forms_in_pairs().surface(surface, &at_in_pairs).rational().to_approx());
+            decide_by_pairs(
+                Some(self.forms.surface(surface, &at)).filter(is_sharp),
+                || by_pairs().filter(is_sharp),
+                || self.exact_forms().surface(surface, &exact_at).to_approx(),
+            )
         };
-        let quadrics = (0..forms.quadrics.len())
-            .map(|index| told(forms.quadric(index, &at, &at), &|x| self.exact_forms().quadric(index, x, x)));
-        let planes =
-            (0..forms.planes.len()).map(|index| told(forms.plane(index, &at), &|x| self.exact_forms().plane(index, x)));
+        let quadrics = (0..self.forms.quadrics.len()).map(|index| told(Surface::Quadric(index)));
+        let planes = (0..self.forms.planes.len()).map(|index| told(Surface::Plane(index)));
         [quadrics.collect(), planes.collect()]
+    }
+
+    /// Whether all of some points lie in a plane of the body. Exact.
+    pub fn plane_holds(&self, plane: usize, points: &[Point]) -> bool {
+        let vanishes = |value: Option<Sign>| value.map(|sign| sign == Sign::Zero);
+        let filtered = |x: &Point| vanishes(self.forms.plane(plane, &self.forms.pull_back_point(x)).sign());
+        let in_pairs = |x: &Point| {
+            let (forms, x) = (self.forms_in_pairs(), ExactPoint::of_pairs(Pair::of_point(x)));
+            vanishes(forms.plane(plane, &forms.pull_back(&x.xyz, &x.w)).decide())
+        };
+        let exactly = |x: &Point| {
+            let (forms, x) = (self.exact_forms(), x.to_exact::<Dyadic>());
+            forms.plane(plane, &forms.pull_back(&x.xyz, &x.w)).sign() == Sign::Zero
+        };
+        decide_by_pairs(
+            all_known(points.iter().map(filtered)),
+            || all_known(points.iter().map(in_pairs)),
+            || points.iter().all(exactly),
+        )
     }
 
     /// Whether a light is a tip of a quadric: a point of it without a tangent plane, as that of a cone. Exact.

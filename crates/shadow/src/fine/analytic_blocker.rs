@@ -13,9 +13,8 @@
 use std::ops::Range;
 
 use umbriel_geometry::{
-    Approx, Dyadic, PlacedAnalytic, Point, Ring, Sign,
+    Approx, PlacedAnalytic, Sign,
     analytic::{LocalPoint, Piece, linear_value},
-    decisions::decide,
 };
 
 use super::{field::Weights, light_values::LightValues, receiver::Receiver};
@@ -87,7 +86,8 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
             }
         });
         let planes = (0..forms.planes().len()).map(|plane| {
-            let in_contact = is_in_contact(body, plane, receiver);
+            // A receiver that lies in a plane of the body: its form is zero all over it.
+            let in_contact = receiver.plane.as_ref().is_some_and(|points| body.plane_holds(plane, points));
             let value = |point| if in_contact { Approx::exact(0.0) } else { forms.plane(plane, &point) };
             PlaneValues { points: at.map(value), light: light.planes[plane] }
         });
@@ -418,21 +418,6 @@ impl<const N: usize> Values<N> {
             forget(&mut values.light);
         }
     }
-}
-
-/// Whether the receiver lies in a plane of the body: then the plane's form is zero all over it, exactly.
-fn is_in_contact<const N: usize>(body: &PlacedAnalytic, plane: usize, receiver: &Receiver<N>) -> bool {
-    let Some(points) = &receiver.plane else { return false };
-    let may_vanish = |point: &Point| {
-        let local = body.forms().pull_back_point(point);
-        body.forms().plane(plane, &local).sign().is_none_or(|sign| sign == Sign::Zero)
-    };
-    let vanishes = |point: &Point| {
-        let (forms, exact) = (body.exact_forms(), point.to_exact::<Dyadic>());
-        forms.plane(plane, &forms.pull_back(&exact.xyz, &exact.w)).sign() == Sign::Zero
-    };
-    let filtered = if points.iter().all(may_vanish) { None } else { Some(false) };
-    decide(filtered, || points.iter().all(vanishes))
 }
 
 fn positive(value: Approx) -> bool {

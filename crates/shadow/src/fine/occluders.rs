@@ -28,7 +28,10 @@ use super::{
     raster::{Chain, GiveUp, Occluder, Plane, silhouette::Silhouette},
     receiver::Receiver,
 };
-use crate::bodies::{Bodies, Body};
+use crate::{
+    bodies::{Bodies, Body},
+    by_object::ByObject,
+};
 use throng::Throng;
 
 /// Shares of a body's facets are counted in parts of this size: whole numbers have the same sum in any order.
@@ -74,7 +77,7 @@ pub(crate) struct Occluders<'a> {
     /// that no axis is the first.
     ties: Vec<LightFrame>,
     /// Two words an object until something of it is asked for.
-    seen: Vec<OnceLock<Box<Seen>>>,
+    seen: ByObject<Box<Seen>>,
     /// Those of all groups, where all but instances are kept.
     of_all: Option<&'a Self>,
     /// From when on nothing is built any more.
@@ -112,13 +115,12 @@ enum ObjectIndex {
 impl<'a> Occluders<'a> {
     /// Nothing is built yet.
     pub(crate) fn new(bodies: &'a Bodies<'a>, light: &'a LightSource) -> Self {
-        let count = bodies.boxes.len();
         Self {
             bodies,
             light,
             frames: LightFrame::all(light),
             ties: LightFrame::ties(light),
-            seen: (0..count).map(|_| OnceLock::new()).collect(),
+            seen: ByObject::new(bodies.boxes.len()),
             of_all: None,
             deadline: OnceLock::new(),
         }
@@ -141,7 +143,7 @@ impl<'a> Occluders<'a> {
     fn seen(&self, object: u32) -> &Seen {
         match self.of_all {
             Some(all) if !self.bodies.is_instance(object as usize) => all.seen(object),
-            _ => self.seen[object as usize].get_or_init(Box::default),
+            _ => self.seen.get_or_init(object as usize, Box::default),
         }
     }
 

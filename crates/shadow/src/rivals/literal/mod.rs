@@ -67,7 +67,7 @@ impl<'a> Method<'a> {
         let objects = polygons.boxes().len();
         let scene = polygons.scene();
         let boxes: Vec<Aabb> = scene.objects.par_iter().map(Object::bounds).collect();
-        let influences = influences(&object_tree(&boxes, &scene.families), light, |_| true);
+        let influences = influences(&object_tree(&boxes, |_| false, &scene.families), light, |_| true);
         let bodies = (0..objects).into_par_iter().map(|object| Body::new(polygons.facets(object))).collect();
         Self { bodies, influences, light }
     }
