@@ -82,7 +82,7 @@ fn halvings(mut length: f64, limit: f64) -> u8 {
 pub(crate) fn of_face(detail: Detail, keep_cells: bool, bounds: &Aabb, size: &FaceSize) -> Levels {
     let cube = bounds.size().max_element();
     let at_depth = |depth: u8| size.level_within(cube / f64::from(1u32 << depth.min(MAX_DEPTH)));
-    let (finest, stored) = match detail {
+    let (finest, interior) = match detail {
         Detail::Depth { interior, boundary } => (at_depth(boundary), at_depth(interior)),
         Detail::Cell { edge } => {
             let level = halvings(size.longest_edge, edge);
@@ -96,7 +96,7 @@ pub(crate) fn of_face(detail: Detail, keep_cells: bool, bounds: &Aabb, size: &Fa
         // Where depths are asked one by one, these never come here; elsewhere they mean the typical one.
         Detail::Time { .. } | Detail::Memory { .. } => (at_depth(TYPICAL_DEPTH), at_depth(TYPICAL_DEPTH)),
     };
-    Levels { finest, stored: keep_cells.then_some(stored), pixel: None }
+    Levels { finest, interior, keep_cells, pixel: None }
 }
 
 /// The levels at which cells have the size of a pixel: one for all of a face that is seen from about the same distance.
@@ -107,7 +107,7 @@ fn pixel_levels((eye, width): (DVec3, f64), keep_cells: bool, bounds: &Aabb, siz
     let stop = PixelStop { eye, width, reach: size.square };
     let [near, far] = [nearest, farthest]
         .map(|distance| (0..deepest).find(|&level| stop.is_met_at(level, distance)).unwrap_or(deepest));
-    Levels { finest: near, stored: keep_cells.then_some(near), pixel: (near != far).then_some(stop) }
+    Levels { finest: near, interior: near, keep_cells, pixel: (near != far).then_some(stop) }
 }
 
 #[cfg(test)]

@@ -56,6 +56,28 @@ fn own_details_are_those_of_a_bake_with_them() {
     assert_ne!(plain[0][1], fine[0][1]);
 }
 
+/// A curved body that its box cuts into sheets and sides, whose cells at borders are counted by rules of their own.
+#[test]
+fn sums_are_the_same_whether_cells_are_kept() {
+    let mut scene = scene();
+    let saddle = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.5], [0.0, 0.0, -1.0, 0.0], [0.0, 0.5, 0.0, 0.0]];
+    let within = [[-1.0; 3], [1.0; 3]];
+    scene.objects.push(placed(
+        "saddle",
+        Shape::Analytic(Analytic::Quadric { matrix: saddle, within }),
+        [0.0, 3.0, 0.0],
+    ));
+    for detail in [Detail::Depth { interior: 2, boundary: 5 }, Detail::Cell { edge: 0.2 }] {
+        let sums = |keep_cells: bool| {
+            let request = Request { keep_cells, ..Request::everything(&scene, detail) };
+            let report = bake(&scene, &request, &Silent).expect("nobody cancels");
+            let without = |object: ObjectReport| ObjectReport { cells: Vec::new(), ..object };
+            report.lights.into_iter().flat_map(|light| light.objects).map(without).collect::<Vec<_>>()
+        };
+        assert_eq!(sums(true), sums(false), "{detail:?}");
+    }
+}
+
 #[test]
 fn limits_divide_as_far_as_own_details_let_them() {
     let scene = scene();

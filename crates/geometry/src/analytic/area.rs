@@ -192,7 +192,7 @@ impl<'a> PatchArea<'a> {
             return area;
         }
         let range = self.over_range(at, edge);
-        if area.error < range.error { area } else { range }
+        if range.error <= area.error || area.error.is_nan() { range } else { area }
     }
 
     /// Between the least and the greatest density on the cell.

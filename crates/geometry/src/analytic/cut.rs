@@ -30,9 +30,9 @@ impl Condition {
         Self { constant: constant.value, along: along.map(|slope| slope.value), error }
     }
 
-    /// Whether anything is known.
+    /// Whether anything is known, and no value on the square overflows.
     pub(crate) fn is_finite(&self) -> bool {
-        self.constant.is_finite() && self.along.iter().all(|slope| slope.is_finite()) && self.error.is_finite()
+        (self.constant.abs() + self.along[0].abs() + self.along[1].abs() + self.error).is_finite()
     }
 
     fn at(&self, [s, t]: [f64; 2]) -> f64 {

@@ -25,7 +25,7 @@ use crate::{
 
 mod slab;
 
-use slab::Heights;
+use slab::{Heights, Root};
 
 /// Homogeneous local coordinates, metres: (x, y, z)/weight, the weight positive.
 pub(crate) type HomogeneousPoint<T> = ([Surd<T>; 3], T);
@@ -207,7 +207,7 @@ impl Graph {
         let heights = if self.is_side {
             Heights { middle: self.side(), slope: [0.0; 2], reach: 0.0 }
         } else {
-            self.heights(at, edge, self.range(at, edge))
+            self.heights(at, edge, &self.root(at, edge))
         };
         CellHull { points: self.corners(at, edge, &heights), slack: DVec3::splat(self.size() * PADDING) }
     }
@@ -222,18 +222,22 @@ impl Graph {
         })
     }
 
-    /// The heights of the root over a cell, and whether there is one everywhere.
-    fn range(&self, at: [f64; 2], edge: f64) -> (Approx, bool) {
+    /// The root over a cell.
+    fn root(&self, at: [f64; 2], edge: f64) -> Root {
         let [a, b, c] = self.coefficients(&self.cell_box(at, edge, Approx::exact(0.0)));
         let discriminant = self.discriminant_over(at, edge);
-        let root = discriminant.square_root() * Approx::exact(self.sign());
-        let is_there = discriminant.lower() > 0.0;
-        let height = match (b.sign(), a.sign()) {
-            (Some(sign), _) if sign == Sign::of(self.sign()) => (-c).divided_by(b + root),
-            (_, Some(Sign::Positive | Sign::Negative)) => (root - b).divided_by(a),
+        let steep = self.steep(discriminant);
+        let heights = match (b.sign(), a.sign()) {
+            (Some(sign), _) if sign == Sign::of(self.sign()) => (-c).divided_by(b + steep),
+            (_, Some(Sign::Positive | Sign::Negative)) => (steep - b).divided_by(a),
             _ => Approx::UNKNOWN,
         };
-        (height, is_there)
+        Root { heights, discriminant }
+    }
+
+    /// The form's half derivative along the axis on the surface, where b² − a·c is this: ±√D.
+    fn steep(&self, discriminant: Approx) -> Approx {
+        discriminant.square_root() * Approx::exact(self.sign())
     }
 
     /// The range of the discriminant over a cell: a quadratic form stays within its values at pairs of corners.
@@ -244,12 +248,16 @@ impl Graph {
             return self.discriminant.value(&x, &x);
         }
         let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(corner);
-        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        let (mut range, mut is_known) = ([f64::INFINITY, f64::NEG_INFINITY], true);
         for (k, x) in corners.iter().enumerate() {
             for y in &corners[k..] {
                 let value = self.discriminant.value(x, y);
                 range = [range[0].min(value.lower()), range[1].max(value.upper())];
+                is_known &= value.error.is_finite();
             }
+        }
+        if !is_known {
+            return Approx::UNKNOWN;
         }
         let middle = 0.5 * (range[0] + range[1]);
         Approx { value: middle, error: (range[1] - middle).max(middle - range[0]).next_up() }
@@ -308,12 +316,13 @@ impl Graph {
         let mut normal = [Approx::exact(0.0); 3];
         normal[self.axis] = width * height;
         if !self.is_side {
-            let slab = self.heights(at, edge, self.range(at, edge));
+            let root = self.root(at, edge);
+            let slab = self.heights(at, edge, &root);
             let tilt = 0.5 * edge * (slab.slope[0].abs() + slab.slope[1].abs()) * (1.0 + 4.0 * f64::EPSILON);
             let x = self.cell_box(at, edge, Approx { value: slab.middle, error: (slab.reach + tilt).next_up() });
             for axis in self.across {
                 let along = linear_value(&self.form.row(axis), &x) * normal[self.axis];
-                normal[axis] = along.divided_by(self.steep(at, edge));
+                normal[axis] = along.divided_by(self.steep(root.discriminant));
             }
         }
         normal
@@ -333,17 +342,18 @@ impl Graph {
             let values = (0..HULL / 2).flat_map(|k| (k..HULL / 2).map(move |l| (k, l)));
             return occupied_by(values.map(|(k, l)| -self.form.value(&points[k], &points[l])), true);
         }
-        let (range, is_there) = self.range(at, edge);
+        let root = self.root(at, edge);
         let [low, high] = self.within.map(|corner| corner[self.axis]);
-        if range.upper() < low || range.lower() > high {
+        let (lowest, highest) = (root.heights.lower(), root.heights.upper());
+        if highest < low || lowest > high {
             return Occupied::Nowhere;
         }
         // Most cells are told without the slope of the surface.
-        let own = match self.of_sheet(at, edge, &self.level_heights(range)) {
-            Occupied::Partly => self.of_sheet(at, edge, &self.heights(at, edge, (range, is_there))),
+        let own = match self.of_sheet(at, edge, &self.level_heights(root.heights)) {
+            Occupied::Partly => self.of_sheet(at, edge, &self.heights(at, edge, &root)),
             known => known,
         };
-        let is_there = is_there && range.lower() >= low && range.upper() <= high;
+        let is_there = root.is_everywhere() && lowest >= low && highest <= high;
         if is_there || own == Occupied::Nowhere { own } else { Occupied::Partly }
     }
 

@@ -38,10 +38,19 @@ const LOOK_UP_ENTRIES: usize = 256;
 pub(crate) struct Levels {
     /// Where cells stay undecided.
     pub(crate) finest: u8,
-    /// The finest level at which decided cells are stored; `None` stores nothing.
-    pub(crate) stored: Option<u8>,
+    /// The finest level at which decided cells are kept, if any are.
+    pub(crate) interior: u8,
+    /// Whether cells are kept, or sums only.
+    pub(crate) keep_cells: bool,
     /// Where cells that are not yet at the finest level are small enough, too.
     pub(crate) pixel: Option<PixelStop>,
+}
+
+impl Levels {
+    /// Whether a cell is kept.
+    pub(crate) fn keeps(&self, place: Quadrant, verdict: Verdict) -> bool {
+        self.keep_cells && (place.level() <= self.interior || verdict == Verdict::Undecided)
+    }
 }
 
 /// Cells as small as a pixel are not divided.
@@ -249,8 +258,7 @@ pub(crate) fn count(tally: &mut Tally<Units>, shape: FaceShape, place: Quadrant,
         Verdict::Shadowed => tally.shadowed += units,
         Verdict::Undecided => tally.undecided += units,
     }
-    let kept = levels.stored.is_some_and(|stored| place.level() <= stored || verdict == Verdict::Undecided);
-    if kept {
+    if levels.keeps(place, verdict) {
         tally.cells.push(Cell::new(shape.face, shape.corner, place, verdict));
     }
 }

@@ -126,12 +126,12 @@ impl Patch<'_> {
         }
     }
 
-    /// The area of a cell, unless it is to be divided. Cells that are stored are surface all over, as far as the detail goes.
+    /// The area of a cell, unless it is to be divided. Cells that may be kept are surface all over, as far as the detail goes; sums are the same where none are.
     fn area_to_count(&self, place: Quadrant, is_decided: bool, occupied: Occupied) -> Option<Approx> {
         let (at, edge) = (place.low_corner(), place.edge());
         if is_decided && occupied == Occupied::Whole || self.is_finest(place) {
             Some(self.area.of_cell(at, edge))
-        } else if is_decided && self.levels.stored.is_none_or(|stored| place.level() > stored) {
+        } else if is_decided && place.level() > self.levels.interior {
             self.area.of_cut_cell(at, edge, 0.5f64.powi(i32::from(self.levels.finest)))
         } else {
             None
@@ -301,7 +301,7 @@ impl Patch<'_> {
                 tally.points += 16;
             }
         }
-        if self.levels.stored.is_some_and(|stored| place.level() <= stored || verdict == Verdict::Undecided) {
+        if self.levels.keeps(place, verdict) {
             tally.cells.push(Cell::new(self.face, 0, place, verdict));
         }
         for [u, v] in self.lattice.iter().flat_map(|lattice| lattice.points(place)) {

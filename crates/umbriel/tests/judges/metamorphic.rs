@@ -49,8 +49,9 @@ fn bakes(
 
 /// Everything that is reported of cells by both methods and of samples, those of cells included: every bit of it.
 fn everything(whole: &Scene, light: LightSource) -> [Vec<ObjectReport>; 3] {
-    let depth = Detail::Depth { interior: 3, boundary: 3 };
-    let ways = [(depth, CellMethod::Quadtree), (depth, CellMethod::Borders), (Detail::Faces, CellMethod::Auto)];
+    // Cells finer than those that are kept are counted by rules of their own.
+    let [kept, summed] = [3, 1].map(|interior| Detail::Depth { interior, boundary: 3 });
+    let ways = [(summed, CellMethod::Quadtree), (kept, CellMethod::Borders), (Detail::Faces, CellMethod::Auto)];
     ways.map(|(detail, method)| bakes(whole, light, detail, method, Some(Sampling::Count(400))))
 }
 

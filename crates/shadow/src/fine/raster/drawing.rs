@@ -289,7 +289,7 @@ mod tests {
         {
             let raster = Raster {
                 shape: FaceShape { face: 0, domain, corner: 0 },
-                levels: Levels { finest, stored: Some(finest), pixel: None },
+                levels: Levels { finest, interior: finest, keep_cells: true, pixel: None },
                 lattice: None,
                 is_lit_exactly: &|_, _| true,
                 is_cancelled: &|| false,

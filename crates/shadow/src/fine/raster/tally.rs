@@ -110,7 +110,7 @@ impl TileMasks {
                 tally.likely += cell_units(level, is_half).part(lit_points.next().unwrap_or(0));
             }
         }
-        if raster.levels.stored.is_some() || raster.lattice.is_some() {
+        if raster.levels.keep_cells || raster.lattice.is_some() {
             let up = (self.place.size as u64).trailing_zeros() as u8;
             let at = [self.place.column, self.place.row].map(|k| (k / self.place.size) as u32);
             if let Some(place) = Quadrant::at(level - up, at) {
