@@ -88,33 +88,35 @@ impl ObjectTree {
     /// # Errors
     /// [`FamilyDefect`] when the families are no forest over the objects.
     pub fn build(boxes: &[Aabb], families: &Families) -> Result<Self, FamilyDefect> {
-        Self::build_without(boxes, |_| false, families)
+        Self::build_of(boxes.len(), |object| Some(boxes[object as usize]), families)
     }
 
-    /// As [`ObjectTree::build`]; objects that `is_left_out` names are left out as if their boxes were empty.
+    /// As [`ObjectTree::build`], with a box for each of so many objects; those without one are left out as if it were empty.
     ///
     /// # Errors
     /// [`FamilyDefect`] when the families are no forest over the objects.
-    pub fn build_without(
-        boxes: &[Aabb],
-        is_left_out: impl Fn(u32) -> bool,
+    pub fn build_of(
+        objects: usize,
+        bounds: impl Fn(u32) -> Option<Aabb>,
         families: &Families,
     ) -> Result<Self, FamilyDefect> {
         const MOST: usize = 1 << 30;
-        if boxes.len() > MOST || families.members.len() > MOST {
+        if objects > MOST || families.members.len() > MOST {
             return Err(FamilyDefect::TooMany);
         }
-        let order = parents_first(boxes.len(), families)?;
-        let mut tree = Self { nodes: Vec::new(), children: Vec::new(), root: None, objects: boxes.len() };
-        let leaf = |(id, bounds)| if is_left_out(id) { None } else { tree.add_object(id, bounds) };
-        let leaves: Vec<Option<NodeId>> = (0u32..).zip(boxes).map(leaf).collect();
+        let order = parents_first(objects, families)?;
+        let mut tree = Self { nodes: Vec::new(), children: Vec::new(), root: None, objects };
+        let leaf = |object| bounds(object).and_then(|bounds| tree.add_object(object, &bounds));
+        let leaves: Vec<Option<NodeId>> = (0..objects as u32).map(leaf).collect();
         let mut groups = vec![None; families.members.len()];
         for &family in order.families.iter().rev() {
             let nodes = present(&families.members[family as usize], &leaves, &groups);
             groups[family as usize] = tree.add_group(nodes);
         }
         let mut top = present(&families.roots, &leaves, &groups);
-        top.extend(order.loose.iter().filter_map(|&object| leaves[object as usize]));
+        top.extend(
+            leaves.iter().zip(&order.is_member).filter(|(_, is_member)| !**is_member).filter_map(|(leaf, _)| *leaf),
+        );
         tree.root = tree.add_group(top);
         Ok(tree)
     }
@@ -280,8 +282,8 @@ fn present(members: &[Member], leaves: &[Option<NodeId>], groups: &[Option<NodeI
 struct Order {
     /// All families, parents before children.
     families: Vec<u32>,
-    /// Objects in no family.
-    loose: Vec<u32>,
+    /// Which objects are in a family.
+    is_member: Vec<bool>,
 }
 
 /// Walks the forest and checks that it is one.
@@ -308,8 +310,7 @@ fn parents_first(objects: usize, families: &Families) -> Result<Order, FamilyDef
     if let Some(family) = family_seen.iter().position(|seen| !seen) {
         return Err(FamilyDefect::Unreachable(family as u32));
     }
-    let loose = (0u32..).zip(&object_seen).filter(|(_, seen)| !**seen).map(|(object, _)| object).collect();
-    Ok(Order { families: order, loose })
+    Ok(Order { families: order, is_member: object_seen })
 }
 
 #[cfg(test)]

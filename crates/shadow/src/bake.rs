@@ -10,7 +10,7 @@ use std::{
 };
 
 use rayon::prelude::*;
-use umbriel_geometry::{Aabb, LightSource, predicates::exact_fallbacks};
+use umbriel_geometry::{LightSource, predicates::exact_fallbacks};
 use umbriel_scene::Scene;
 
 use crate::{
@@ -95,19 +95,9 @@ impl<'a> Stage<'a> {
         Self::of_bodies(Instant::now(), request, lights, Bodies::new(scene))
     }
 
-    /// As [`Stage::new`], with the world boxes of the objects at hand.
-    pub(crate) fn with_boxes(
-        scene: &'a Scene,
-        request: &'a Request,
-        lights: Option<&[LightSource]>,
-        boxes: Vec<Aabb>,
-    ) -> Self {
-        Self::of_bodies(Instant::now(), request, lights, Bodies::with_boxes(scene, boxes))
-    }
-
-    /// As [`Stage::with_boxes`], with what is known of the objects that light may reach.
-    pub(crate) fn with_reached(scene: &'a Scene, request: &'a Request, boxes: Vec<Aabb>, reached: Vec<bool>) -> Self {
-        Self::of_bodies(Instant::now(), request, None, Bodies::with_boxes(scene, boxes).reached(reached))
+    /// As [`Stage::new`], with what is known of the objects that light may reach.
+    pub(crate) fn with_reached(scene: &'a Scene, request: &'a Request, reached: Vec<bool>) -> Self {
+        Self::of_bodies(Instant::now(), request, None, Bodies::new(scene).reached(reached))
     }
 
     fn of_bodies(begun: Instant, request: &'a Request, lights: Option<&[LightSource]>, bodies: Bodies<'a>) -> Self {

@@ -5,7 +5,6 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
-use rayon::prelude::*;
 use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Approx, Facets, Mesh, MeshArea, PlacedAnalytic, analytic::PatchArea};
 use umbriel_scene::{Object, Scene, Shape};
@@ -28,8 +27,6 @@ pub(crate) enum Body {
 #[derive(Debug)]
 pub(crate) struct Bodies<'a> {
     pub(crate) scene: &'a Scene,
-    /// World boxes, rounded outward.
-    pub(crate) boxes: Arc<Vec<Aabb>>,
     /// Which objects light may reach; all if nothing is said.
     reached: Option<Arc<[bool]>>,
     built: ByObject<Box<Built>>,
@@ -61,19 +58,13 @@ struct Built {
 }
 
 impl<'a> Bodies<'a> {
-    /// Computes the boxes; nothing else yet.
+    /// Nothing is built yet.
     pub(crate) fn new(scene: &'a Scene) -> Self {
-        Self::with_boxes(scene, scene.objects.par_iter().map(Object::bounds).collect())
-    }
-
-    /// With the world boxes at hand, one an object.
-    pub(crate) fn with_boxes(scene: &'a Scene, boxes: Vec<Aabb>) -> Self {
         let of_meshes = shared_meshes(scene);
         let is_instance = |object: &Object| mesh_of(object).is_some_and(|mesh| of_meshes.contains_key(&address(mesh)));
         let instances = if of_meshes.is_empty() { Vec::new() } else { scene.objects.iter().map(is_instance).collect() };
         Self {
             scene,
-            boxes: Arc::new(boxes),
             reached: None,
             built: ByObject::new(scene.objects.len()),
             of_meshes: Arc::new(of_meshes),
@@ -86,7 +77,6 @@ impl<'a> Bodies<'a> {
     pub(crate) fn of_group(all: &'a Self) -> Self {
         Self {
             scene: all.scene,
-            boxes: Arc::clone(&all.boxes),
             reached: all.reached.clone(),
             built: ByObject::new(all.scene.objects.len()),
             of_meshes: Arc::clone(&all.of_meshes),
@@ -98,6 +88,11 @@ impl<'a> Bodies<'a> {
     /// With what is known of the objects that light may reach, one entry an object.
     pub(crate) fn reached(self, reached: Vec<bool>) -> Self {
         Self { reached: Some(reached.into()), ..self }
+    }
+
+    /// The object's world box, rounded outward.
+    pub(crate) fn bounds(&self, object: usize) -> Aabb {
+        self.scene.objects[object].bounds()
     }
 
     /// Whether it is known that no light reaches an object.
@@ -220,7 +215,7 @@ impl<'a> Bodies<'a> {
             None => &self.built(object).area,
         };
         let placement = &self.scene.objects[object].placement;
-        Some(area.get_or_init(|| MeshArea::of(mesh)).placed(placement, &self.boxes[object]))
+        Some(area.get_or_init(|| MeshArea::of(mesh)).placed(placement, &self.bounds(object)))
     }
 
     /// The mesh of an object that is one of several instances, and the tree that all of these share.

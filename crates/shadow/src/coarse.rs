@@ -7,6 +7,7 @@
 
 use std::{borrow::Cow, ops::ControlFlow};
 
+use rayon::prelude::*;
 use umbriel_bvh::{Families, Member, ObjectTree, PairCounts, Shaft, for_each_influence, occluders_of};
 use umbriel_geometry::{Aabb, LightSource};
 use umbriel_scene::{FamilyTree, Object, Scene, Shape, first_alike};
@@ -59,18 +60,15 @@ impl Coarse {
     /// What no light reaches is left out, and so is what may shadow none of the receivers under `lights`, if these are known.
     pub(crate) fn new(bodies: &Bodies, receivers: &[usize], lights: Option<&[LightSource]>) -> Self {
         let Scene { objects, families, .. } = bodies.scene;
-        let boxes = &bodies.boxes[..];
-        let is_nothing = |(object, bounds): (usize, &Aabb)| bodies.is_dark(object) || bounds.is_empty();
-        let mut is_left_out: Vec<bool> = boxes.iter().enumerate().map(is_nothing).collect();
-        if let Some(lights) = lights.filter(|_| receivers.len() < boxes.len()) {
-            leave_out_idle(&mut is_left_out, boxes, receivers, lights);
+        let mut is_left_out = left_out(bodies, receivers, lights.filter(|_| receivers.len() < objects.len()));
+        let present: Vec<usize> = (0..objects.len()).filter(|&object| !is_left_out[object]).collect();
+        let alike = Alike::of(objects, &present);
+        let mut faces = vec![0; objects.len()];
+        for &object in &present {
+            faces[object] = most_faces(&objects[object]) as u32;
+            is_left_out[object] = alike.first_of(object) != object;
         }
-        let face_count =
-            |(object, is_left_out): (&Object, &bool)| if *is_left_out { 0 } else { most_faces(object) as u32 };
-        let faces = objects.iter().zip(&is_left_out).map(face_count).collect();
-        let alike = Alike::of(objects, &is_left_out);
-        is_left_out.iter_mut().zip(&alike.counts).for_each(|(is_left_out, count)| *is_left_out |= *count == 0);
-        Self { tree: object_tree(boxes, |object| is_left_out[object as usize], families), alike, is_left_out, faces }
+        Self { tree: object_tree(objects, |object| is_left_out[object], families), alike, is_left_out, faces }
     }
 
     /// Which objects are one.
@@ -100,14 +98,15 @@ impl Coarse {
 }
 
 impl Alike {
-    /// An object that is left out is like none.
-    fn of(objects: &[Object], is_left_out: &[bool]) -> Self {
-        let mut firsts: Vec<u32> = (0..objects.len() as u32).collect();
-        let present: Vec<usize> = (0..objects.len()).filter(|&object| !is_left_out[object]).collect();
+    /// An object that is not `present` is like none.
+    fn of(objects: &[Object], present: &[usize]) -> Self {
+        let (mut firsts, mut counts): (Vec<u32>, _) = ((0..objects.len() as u32).collect(), vec![1; objects.len()]);
         let alike = first_alike(present.iter().map(|&object| &objects[object]));
-        present.iter().zip(alike).for_each(|(&object, first)| firsts[object] = present[first] as u32);
-        let mut counts = vec![0; firsts.len()];
-        firsts.iter().for_each(|&first| counts[first as usize] += 1);
+        for (&object, first) in present.iter().zip(alike).filter(|(object, first)| **object != present[*first]) {
+            firsts[object] = present[first] as u32;
+            counts[object] = 0;
+            counts[present[first]] += 1;
+        }
         Self { firsts, counts }
     }
 
@@ -123,11 +122,10 @@ impl Alike {
 
     /// For each first object how many asked receivers it stands for.
     fn asked(&self, receivers: &[usize]) -> Vec<u32> {
-        let mut is_asked = vec![false; self.firsts.len()];
-        receivers.iter().for_each(|&receiver| is_asked[receiver] = true);
-        let mut asked = vec![0; self.firsts.len()];
-        let firsts = self.firsts.iter().zip(is_asked).filter(|(_, is_asked)| *is_asked);
-        firsts.for_each(|(&first, _)| asked[first as usize] += 1);
+        let (mut is_asked, mut asked) = (vec![false; self.firsts.len()], vec![0; self.firsts.len()]);
+        for &receiver in receivers {
+            asked[self.first_of(receiver)] += u32::from(!std::mem::replace(&mut is_asked[receiver], true));
+        }
         asked
     }
 }
@@ -240,32 +238,40 @@ pub(crate) fn most_faces(object: &Object) -> usize {
 }
 
 /// The tree of bounding cubes over a scene's families. A scene whose families do not form a tree over its objects is grouped by place instead.
-pub(crate) fn object_tree(boxes: &[Aabb], is_left_out: impl Fn(u32) -> bool, families: &FamilyTree) -> ObjectTree {
-    let build = |families: &Families| ObjectTree::build_without(boxes, &is_left_out, families);
-    build(&families_of(families))
+pub(crate) fn object_tree(
+    objects: &[Object],
+    is_left_out: impl Fn(usize) -> bool,
+    families: &FamilyTree,
+) -> ObjectTree {
+    let bounds = |object: u32| (!is_left_out(object as usize)).then(|| objects[object as usize].bounds());
+    let build = |families: &Families| ObjectTree::build_of(objects.len(), bounds, families);
+    build(&families_of(families, |object| object < objects.len() && is_left_out(object)))
         .unwrap_or_else(|_| build(&Families::default()).expect("fewer than 2^30 objects without families"))
 }
 
-/// Leaves out what lies in no shaft from all of the receivers together to a light. The test of a shaft is monotone in both boxes, so nothing that may shadow
-/// one of the receivers goes. Cost: one test an object and light.
-fn leave_out_idle(is_left_out: &mut [bool], boxes: &[Aabb], receivers: &[usize], lights: &[LightSource]) {
-    let present: Vec<usize> = receivers.iter().copied().filter(|&receiver| !is_left_out[receiver]).collect();
-    let all = present.iter().fold(Aabb::EMPTY, |all, &receiver| all.union(boxes[receiver]));
-    let shafts: Vec<Shaft> = lights.iter().map(|light| Shaft::new(&all, light)).collect();
-    for (is_left_out, bounds) in is_left_out.iter_mut().zip(boxes) {
-        *is_left_out |= !shafts.iter().any(|shaft| shaft.may_meet(bounds));
-    }
-    present.iter().for_each(|&receiver| is_left_out[receiver] = false);
+/// Which objects are nothing, or dark, or, if the lights are known, in no shaft from all of the receivers together to a light. The test of a shaft is monotone in
+/// both boxes, so nothing that may shadow one of the receivers goes. Cost: one test an object and light.
+fn left_out(bodies: &Bodies, receivers: &[usize], lights: Option<&[LightSource]>) -> Vec<bool> {
+    let is_nothing = |object: usize| bodies.is_dark(object) || bodies.bounds(object).is_empty();
+    let present = receivers.iter().copied().filter(|&receiver| !is_nothing(receiver));
+    let all = present.fold(Aabb::EMPTY, |all, receiver| all.union(bodies.bounds(receiver)));
+    let shafts: Option<Vec<Shaft>> = lights.map(|lights| lights.iter().map(|light| Shaft::new(&all, light)).collect());
+    let is_idle = |bounds: &Aabb| shafts.as_ref().is_some_and(|all| !all.iter().any(|shaft| shaft.may_meet(bounds)));
+    let is_left_out = |object: usize| is_nothing(object) || is_idle(&bodies.bounds(object));
+    let mut all: Vec<bool> = (0..bodies.scene.objects.len()).into_par_iter().map(is_left_out).collect();
+    receivers.iter().for_each(|&receiver| all[receiver] = is_nothing(receiver));
+    all
 }
 
-fn families_of(tree: &FamilyTree) -> Families {
+/// The families as the tree takes them, without what is left out.
+fn families_of(tree: &FamilyTree, is_left_out: impl Fn(usize) -> bool) -> Families {
     let member = |member: &umbriel_scene::Member| match *member {
-        umbriel_scene::Member::Object(object) => Member::Object(object as u32),
-        umbriel_scene::Member::Family(family) => Member::Family(family as u32),
+        umbriel_scene::Member::Object(object) => (!is_left_out(object)).then_some(Member::Object(object as u32)),
+        umbriel_scene::Member::Family(family) => Some(Member::Family(family as u32)),
     };
     Families {
-        members: tree.families.iter().map(|family| family.members.iter().map(member).collect()).collect(),
-        roots: tree.roots.iter().map(member).collect(),
+        members: tree.families.iter().map(|family| family.members.iter().filter_map(member).collect()).collect(),
+        roots: tree.roots.iter().filter_map(member).collect(),
     }
 }
 
@@ -304,8 +310,8 @@ mod tests {
         for light in [LightSource::sun([0.3, -1.0, 0.2]), LightSource::point([2.0, 5.0, 1.0])] {
             let light = light.expect("a light");
             let influences = |occluder: usize, receiver: usize| {
-                let [a, b] = [occluder, receiver].map(|object| &bodies.boxes[object]);
-                (occluder == receiver || may_shadow(a, b, &light)) && !cannot_shadow(a, b, &light)
+                let [a, b] = [occluder, receiver].map(|object| bodies.bounds(object));
+                (occluder == receiver || may_shadow(&a, &b, &light)) && !cannot_shadow(&a, &b, &light)
             };
             let coarse = Coarse::new(&bodies, &receivers, Some(&[light]));
             let [kept, mut anew] = [usize::MAX, 5].map(|most| coarse.step_with(&receivers, &light, most));

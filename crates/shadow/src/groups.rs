@@ -33,7 +33,7 @@ pub(crate) fn groups_of(
     (asked, most): (Vec<usize>, usize),
 ) -> Vec<Vec<usize>> {
     let object = |receiver: usize| receivers[receiver];
-    let place = |receiver: &usize| as_seen(light, bodies.boxes[object(*receiver)].center());
+    let place = |receiver: &usize| as_seen(light, bodies.bounds(object(*receiver)).center());
     let all = Aabb::of(asked.iter().map(place).filter(|place| place.is_finite()));
     let code = |receiver: &usize| {
         let step = (place(receiver) - all.min) / all.size().max_element() * STEPS;

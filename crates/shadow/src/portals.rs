@@ -9,7 +9,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use umbriel_geometry::Aabb;
 use umbriel_scene::Scene;
 use umbriel_visibility::portals::{Reach, Start, reach_of_light};
 
@@ -60,8 +59,7 @@ fn own_of(request: &Request, light: usize, place: &BTreeMap<usize, usize>) -> Ow
 struct Part {
     scene: Scene,
     request: Request,
-    /// World boxes of the objects, and whether light may reach them.
-    boxes: Vec<Aabb>,
+    /// Whether light may reach the objects.
     reached: Vec<bool>,
 }
 
@@ -73,17 +71,12 @@ impl Part {
             taken.extend(reach.indices().map(|object| (object, true)));
         }
         let place: BTreeMap<usize, usize> = taken.keys().enumerate().map(|(place, &object)| (object, place)).collect();
-        let boxes = taken.keys().map(|&object| match scene.cells.bounds().get(object) {
-            Some(bounds) => *bounds,
-            None => scene.objects[object].bounds(),
-        });
         let detail = match request.detail {
             Detail::Time { limit } => Detail::Time { limit: limit / request.lights.len().max(1) as u32 },
             detail => detail,
         };
         let receivers: Vec<usize> = request.receivers.iter().map(|receiver| place[receiver]).collect();
         Self {
-            boxes: boxes.collect(),
             reached: taken.values().copied().collect(),
             scene: Scene {
                 objects: taken.keys().map(|&object| scene.objects[object].clone()).collect(),
@@ -121,7 +114,7 @@ impl Part {
         progress: &dyn Progress,
         report: &mut Report,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
-        let stage = Stage::with_reached(&self.scene, &self.request, self.boxes, self.reached);
+        let stage = Stage::with_reached(&self.scene, &self.request, self.reached);
         let mut effort = stage.effort();
         let mut objects = stage.bake(
             &self.scene.lights[0].source,

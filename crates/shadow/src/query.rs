@@ -3,12 +3,13 @@
 use std::{ops::ControlFlow, sync::OnceLock};
 
 use glam::DVec3;
+use rayon::prelude::*;
 use umbriel_bvh::{BoxTree, Shaft};
 use umbriel_geometry::{
     Aabb, Dyadic, Facets, LightSource, NumberDefect, Ring, Sign, Surd, accept_point, analytic::Surface,
     blocking::Probe, decisions::decide,
 };
-use umbriel_scene::{Scene, Shape};
+use umbriel_scene::{Object, Scene, Shape};
 
 use crate::{
     bodies::{Bodies, Body},
@@ -113,9 +114,10 @@ impl<'a> Queries<'a> {
     /// Ready to answer about `scene`; builds a tree over the objects' boxes.
     pub fn new(scene: &'a Scene) -> Self {
         let bodies = Bodies::new(scene);
-        let objects = BoxTree::build(&bodies.boxes);
-        let faces = bodies.boxes.iter().map(|_| OnceLock::new()).collect();
-        let polyhedra = bodies.boxes.iter().map(|_| OnceLock::new()).collect();
+        let boxes: Vec<Aabb> = scene.objects.par_iter().map(Object::bounds).collect();
+        let objects = BoxTree::build(&boxes);
+        let faces = boxes.iter().map(|_| OnceLock::new()).collect();
+        let polyhedra = boxes.iter().map(|_| OnceLock::new()).collect();
         Self { faces, polyhedra, bodies, objects, flats: OnceLock::new(), lookups: Vec::new() }
     }
 

@@ -90,7 +90,7 @@ impl<'a> Receivers<'a> {
         is_throng: bool,
     ) -> Self {
         let Stage { bodies, request, spacing, coarse, .. } = stage;
-        let crowds = Arc::new(ByObject::new(bodies.boxes.len()));
+        let crowds = Arc::new(ByObject::new(bodies.scene.objects.len()));
         let throng = is_throng.then(|| Arc::new(Throng::new(&occluders, coarse.occluders())));
         let (light, detail) = (occluders.light, request.detail);
         Self { bodies, light, request, detail, own, influences, occluders, spacing: *spacing, crowds, throng }
@@ -149,7 +149,7 @@ impl<'a> Receivers<'a> {
         let own = self.request.own.objects.get(&object).copied().or(self.own);
         let own = own.filter(|own| own.is_fixed() && self.detail != Detail::Faces);
         let detail = own.unwrap_or(self.detail);
-        let levels = levels::of_face(detail, self.request.keep_cells, &self.bodies.boxes[object], size);
+        let levels = levels::of_face(detail, self.request.keep_cells, &self.bodies.bounds(object), size);
         let finest = level.map_or(levels.finest, |level| level.min(levels.finest));
         Levels { finest, ..levels }
     }

@@ -48,7 +48,7 @@ impl<'a> Samples<'a> {
     ) -> Self {
         let bodies = &stage.bodies;
         let is_flat = |object: usize| !bodies.is_analytic(object) && !bodies.has_holes(object);
-        let all_are_flat = (0..bodies.boxes.len()).all(is_flat);
+        let all_are_flat = (0..bodies.scene.objects.len()).all(is_flat);
         let is_under_flat = |object: usize| {
             all_are_flat || influences.occluders_of(object as u32).iter().all(|&occluder| is_flat(occluder as usize))
         };
@@ -169,7 +169,7 @@ fn sampled<'s>(bodies: &Bodies, one: &'s Prepared<'s>, is_lit: &'s IsLit<'s>) ->
         facets: one.facets,
         solids: &one.solids,
         receives: one.receives.as_ref().map(|(_, layout)| (&**layout, is_lit)),
-        bounds: bodies.boxes[one.object],
+        bounds: bodies.bounds(one.object),
     }
 }
 

@@ -101,7 +101,7 @@ impl Clutter {
     /// O(triangles): areas and perimeters are added up.
     fn of(bodies: &Bodies) -> Self {
         let flat = || (0..bodies.scene.objects.len()).filter_map(|object| Some((object, facets_of(bodies, object)?)));
-        let bounds = flat().fold(Aabb::EMPTY, |all, (object, _)| all.union(bodies.boxes[object]));
+        let bounds = flat().fold(Aabb::EMPTY, |all, (object, _)| all.union(bodies.bounds(object)));
         let corners = flat().flat_map(|(_, facets)| {
             let triangles = triangles_of(facets).into_iter();
             triangles.map(|(corners, _)| corners.map(|corner| facets.positions()[corner as usize]))
@@ -236,7 +236,7 @@ impl Flats {
             triangles.extend(cut.iter().map(|(corners, _)| corners.map(|corner| corner + first)));
             owners.extend(cut.iter().map(|&(_, face)| (object as u32, face)));
         }
-        let boxes: Vec<Aabb> = others.iter().map(|&object| bodies.boxes[object]).collect();
+        let boxes: Vec<Aabb> = others.iter().map(|&object| bodies.bounds(object)).collect();
         let mesh = Mesh::new(positions, triangles).expect("placed faces have accepted corners");
         Self { mesh: Arc::new(mesh), owners, bvh: OnceLock::new(), others, boxes: BoxTree::build(&boxes) }
     }

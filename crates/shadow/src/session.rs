@@ -12,7 +12,7 @@
 
 use std::collections::BTreeMap;
 
-use umbriel_geometry::{Aabb, LightSource, Placement};
+use umbriel_geometry::{LightSource, Placement};
 use umbriel_scene::{Family, Light, Member, Object, ObjectDefect, Scene};
 use umbriel_visibility::portals::reach_of_light;
 
@@ -99,7 +99,6 @@ pub struct Session {
     scene: Scene,
     /// Without lights and receivers: those are all.
     request: Request,
-    boxes: Vec<Aabb>,
     /// Per object: renewed by every change of it.
     names: Vec<u64>,
     next_name: u64,
@@ -113,11 +112,10 @@ impl Session {
     /// A session with the shadows of all objects under all lights; nothing is computed before the first [`Session::update`]. Of `request`, the
     /// lights and the receivers are not looked at.
     pub fn new(scene: Scene, request: Request) -> Self {
-        let boxes = scene.objects.iter().map(Object::bounds).collect();
         let names: Vec<u64> = (0..scene.objects.len() as u64).collect();
         let answers = scene.lights.iter().map(|_| Answers::default()).collect();
         let next_name = names.len() as u64;
-        Self { scene, request, boxes, names, next_name, answers, spacing: None, is_moved: false }
+        Self { scene, request, names, next_name, answers, spacing: None, is_moved: false }
     }
 
     /// The scene as it stands.
@@ -139,14 +137,12 @@ impl Session {
             Change::Move { object, placement } => {
                 let old = self.scene.objects.get(object).ok_or(ChangeDefect::NoObject(object))?;
                 let moved = old.moved(placement)?;
-                self.boxes[object] = moved.bounds();
                 self.scene.objects[object] = moved;
                 self.is_moved = true;
                 self.names[object] = self.new_name();
             }
             Change::Add(object) => {
                 self.scene.families.roots.push(Member::Object(self.scene.objects.len()));
-                self.boxes.push(object.bounds());
                 self.scene.objects.push(object);
                 self.is_moved = true;
                 let name = self.new_name();
@@ -181,7 +177,6 @@ impl Session {
         self.scene.objects.remove(object);
         self.is_moved = true;
         self.request.own.objects = without(&self.request.own.objects, object);
-        self.boxes.remove(object);
         self.names.remove(object);
         let kept = |members: &mut Vec<Member>| {
             members.retain(|member| *member != Member::Object(object));
@@ -228,7 +223,7 @@ impl Session {
             receivers: (0..self.scene.objects.len()).collect(),
             ..self.request.clone()
         };
-        let stage = Stage::with_boxes(&self.scene, &everything, None, self.boxes.clone());
+        let stage = Stage::new(&self.scene, &everything, None);
         let is_shared =
             matches!(self.request.detail, Detail::MaxUndecided { .. } | Detail::Time { .. } | Detail::Memory { .. });
         if is_shared || stage.spacing != self.spacing {
@@ -280,8 +275,8 @@ impl Session {
 
     fn stage<'a>(&'a self, request: &'a Request, source: &LightSource, reached: Option<Vec<bool>>) -> Stage<'a> {
         match reached {
-            Some(reached) => Stage::with_reached(&self.scene, request, self.boxes.clone(), reached),
-            None => Stage::with_boxes(&self.scene, request, Some(&[*source]), self.boxes.clone()),
+            Some(reached) => Stage::with_reached(&self.scene, request, reached),
+            None => Stage::new(&self.scene, request, Some(&[*source])),
         }
     }
 

@@ -120,7 +120,7 @@ impl<'a> Occluders<'a> {
             light,
             frames: LightFrame::all(light),
             ties: LightFrame::ties(light),
-            seen: ByObject::new(bodies.boxes.len()),
+            seen: ByObject::new(bodies.scene.objects.len()),
             of_all: None,
             deadline: OnceLock::new(),
         }
@@ -167,7 +167,7 @@ impl<'a> Occluders<'a> {
     /// Adds the borders of a body with flat faces and no holes. An instance that the group has not placed is placed for this alone: a large face has all
     /// of them before it.
     pub(crate) fn add_borders(&self, object: u32, plane: &Plane, chain: &mut Chain) -> Result<(), GiveUp> {
-        let (number, bounds) = (object as usize, &self.bodies.boxes[object as usize]);
+        let (number, bounds) = (object as usize, &self.bodies.bounds(object as usize));
         if self.bodies.is_kept(number) {
             let Body::Flat(facets) = self.bodies.get(number) else { return Ok(()) };
             let (turns, silhouette) = (self.turns(object), self.silhouette(object, facets));
@@ -238,7 +238,7 @@ impl<'a> Occluders<'a> {
     /// The box of an object's box in a frame; the ties last.
     fn view_of_body(&self, object: u32, frame: usize) -> Option<&Aabb> {
         let views = self.seen(object).views.get_or_init(|| {
-            let corners = box_corners(&self.bodies.boxes[object as usize]);
+            let corners = box_corners(&self.bodies.bounds(object as usize));
             self.frames.iter().chain(&self.ties).map(|frame| frame.bounds(&corners)).collect()
         });
         views[frame].as_ref()
@@ -329,7 +329,7 @@ impl<'a> Occluders<'a> {
                 let (points, count) = corners_of(facets, id.facet as usize);
                 frame.bounds(&points[..count])
             }
-            Body::Analytic(_) => frame.bounds(&box_corners(&self.bodies.boxes[id.object as usize])),
+            Body::Analytic(_) => frame.bounds(&box_corners(&self.bodies.bounds(id.object as usize))),
         }
     }
 
@@ -383,7 +383,7 @@ impl<'a> Occluders<'a> {
             }
             match self.bodies.get(object as usize) {
                 Body::Flat(facets) => self.trees_of(facets, |_| true).map_or(ObjectIndex::Unbuilt, ObjectIndex::Own),
-                Body::Analytic(_) => self.index_analytic(&self.bodies.boxes[object as usize]),
+                Body::Analytic(_) => self.index_analytic(&self.bodies.bounds(object as usize)),
             }
         })
     }
@@ -472,7 +472,7 @@ mod tests {
     fn what_is_nearer_than_all_of_a_face_is_expected_over_it() {
         let scene = sheet_over_floor();
         let bodies = Bodies::new(&scene);
-        let floor = box_corners(&bodies.boxes[0]);
+        let floor = box_corners(&bodies.bounds(0));
         let expected = |direction: [f64; 3]| {
             let sun = LightSource::sun(direction).expect("a sun");
             Occluders::new(&bodies, &sun).expected_facets(&[1], &floor)

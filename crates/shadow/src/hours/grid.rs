@@ -64,7 +64,7 @@ pub(super) struct HourGrid {
 impl HourGrid {
     /// Every face with area as one leaf, never lit.
     pub(super) fn new(bodies: &Bodies, object: usize, detail: Detail) -> Self {
-        let finest = |size: &FaceSize| of_face(detail, true, &bodies.boxes[object], size).interior;
+        let finest = |size: &FaceSize| of_face(detail, true, &bodies.bounds(object), size).interior;
         let of_facet = |facets: &umbriel_geometry::Facets, face: usize| {
             let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
             let corner = facets.base(face).corner;

@@ -69,7 +69,7 @@ impl Queries<'_> {
     /// False when the face certainly has no point in the slack box.
     fn may_touch(&self, (object, face): (usize, usize), slack: &SlackBox) -> bool {
         match self.bodies.get(object) {
-            Body::Analytic(_) => self.bodies.boxes[object].meets(&slack.bounds),
+            Body::Analytic(_) => self.bodies.bounds(object).meets(&slack.bounds),
             Body::Flat(facets) => {
                 let corners = facets.facet(face).corners();
                 let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| facets.point(corner));

@@ -37,8 +37,8 @@ impl<'a> Pieces<'a> {
     /// Places every object of the scene that has no holes. `None` when 32 bits cannot number the pieces.
     pub(super) fn of(bodies: &'a Bodies) -> Option<Self> {
         let mut pieces = Self { objects: Vec::new(), count: 0, bounds: Aabb::EMPTY };
-        for (object, &bounds) in bodies.boxes.iter().enumerate() {
-            let body = bodies.get(object);
+        for object in 0..bodies.scene.objects.len() {
+            let (bounds, body) = (bodies.bounds(object), bodies.get(object));
             if matches!(body, Body::Flat(facets) if facets.has_holes()) {
                 continue;
             }

@@ -211,7 +211,7 @@ impl Bake<'_> {
                 Receiver::patch(self.queries, light, number, *side, &shape.cell(Quadrant::ROOT))
             }
         };
-        let finest = levels::of_face(self.detail, false, &self.queries.bodies.boxes[object], &shape.size()).finest;
+        let finest = levels::of_face(self.detail, false, &self.queries.bodies.bounds(object), &shape.size()).finest;
         let cells = FaceCells { bake: self, receiver, shape, number, finest };
         cells.divide(Quadrant::ROOT, None, &candidates)
     }

@@ -236,7 +236,7 @@ impl<'a> Receiver<'a> {
             };
         }
         for &body in &candidates.bodies {
-            if !shaft.may_meet(&self.queries.bodies.boxes[body as usize]) {
+            if !shaft.may_meet(&self.queries.bodies.bounds(body as usize)) {
                 continue;
             }
             kept.bodies.push(body);

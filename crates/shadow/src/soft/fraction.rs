@@ -248,7 +248,7 @@ impl Queries<'_> {
     /// A ball round a curved body.
     fn ball_round(&self, body: u32) -> Ball {
         self.ball(body).unwrap_or_else(|| {
-            let bounds = self.bodies.boxes[body as usize];
+            let bounds = self.bodies.bounds(body as usize);
             Ball { center: bounds.center(), radius: 0.5 * bounds.size().length() * (1.0 + 8.0 * f64::EPSILON) }
         })
     }

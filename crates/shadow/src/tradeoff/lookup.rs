@@ -113,7 +113,7 @@ impl SampleLookup {
                     .collect(),
             }
         };
-        let objects = (0..bodies.boxes.len()).map(of_object).collect::<Option<Vec<_>>>()?;
+        let objects = (0..bodies.scene.objects.len()).map(of_object).collect::<Option<Vec<_>>>()?;
         Some(Self { objects })
     }
 

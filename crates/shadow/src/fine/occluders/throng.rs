@@ -82,7 +82,7 @@ fn see(occluders: &Occluders, object: usize, body: &Body, seen: &mut [Vec<Seen>]
                 add(facet, &points[..count], tickets::halvings(tickets[facet]));
             }
         }
-        Body::Analytic(_) => add(0, &box_corners(&occluders.bodies.boxes[object]), 0),
+        Body::Analytic(_) => add(0, &box_corners(&occluders.bodies.bounds(object)), 0),
     }
 }
 

@@ -67,7 +67,7 @@ fn is_lit_by_definition(
     let own = Own::Face { object, face };
     let blocks = |object: usize, face: usize| face_blocks(bodies, (object, face), &probe, own, light);
     flat_face_is_turned_to(bodies, object, face, light)
-        && !(0..bodies.boxes.len()).any(|other| (0..facets_of(other).len()).any(|face| blocks(other, face)))
+        && !(0..bodies.scene.objects.len()).any(|other| (0..facets_of(other).len()).any(|face| blocks(other, face)))
 }
 
 fn object(shape: Shape, map: DAffine3, sides: Sides) -> Object {

@@ -26,7 +26,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 use umbriel_bvh::{BoxTree, Influences, TriangleBvh, influences, may_shadow};
 use umbriel_geometry::{Aabb, Facets, LightSource, Mesh};
-use umbriel_scene::Object;
 
 pub use faults::Faults;
 
@@ -66,8 +65,7 @@ impl<'a> Method<'a> {
     fn new(polygons: &'a Polygons, light: &'a LightSource) -> Self {
         let objects = polygons.boxes().len();
         let scene = polygons.scene();
-        let boxes: Vec<Aabb> = scene.objects.par_iter().map(Object::bounds).collect();
-        let influences = influences(&object_tree(&boxes, |_| false, &scene.families), light, |_| true);
+        let influences = influences(&object_tree(&scene.objects, |_| false, &scene.families), light, |_| true);
         let bodies = (0..objects).into_par_iter().map(|object| Body::new(polygons.facets(object))).collect();
         Self { bodies, influences, light }
     }
