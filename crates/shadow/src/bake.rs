@@ -186,17 +186,17 @@ impl<'a> Stage<'a> {
         if self.is_of_samples() {
             let is_first = |receiver: usize| self.answered_by[receiver] == receiver;
             let samples = Samples::new(self, receivers.light, receivers.influences, is_first);
-            let sums = run(&receivers, |receiver| is_first(receiver) && !samples.takes(receiver), progress)?;
-            let mut objects = reports(sums, self.request, work);
+            let mut objects =
+                run(&receivers, |receiver| is_first(receiver) && !samples.takes(receiver), progress, work)?;
             work.rays += samples.run(&mut objects, progress)?;
             self.repeat(&mut objects);
             return Ok(objects);
         }
         if let Some(limit) = self.limit(lights_done) {
-            return Ok(reports(refine(&mut receivers, &limit, progress)?, self.request, work));
+            let sums = refine(&mut receivers, &limit, progress)?.into_iter().zip(&self.request.receivers);
+            return Ok(sums.map(|(sums, &object)| report(sums, object, self.request, work)).collect());
         }
-        let sums = run(&receivers, |receiver| self.answered_by[receiver] == receiver, progress)?;
-        let mut objects = reports(sums, self.request, work);
+        let mut objects = run(&receivers, |receiver| self.answered_by[receiver] == receiver, progress, work)?;
         self.repeat(&mut objects);
         Ok(objects)
     }
@@ -243,26 +243,25 @@ fn answered_by(coarse: &Coarse, scene: &Scene, request: &Request) -> Vec<usize> 
     request.receivers.iter().enumerate().map(of_receiver).collect()
 }
 
-/// The reports, with what was done for them.
-pub(crate) fn reports(sums: Vec<FaceSums>, request: &Request, work: &mut Work) -> Vec<ObjectReport> {
-    let report = |(sums, &object): (FaceSums, &usize)| {
-        work.octrees_built += u64::from(sums.divided);
-        work.cells += sums.examined;
-        work.rays += sums.points;
-        sums.report(object, request)
-    };
-    sums.into_iter().zip(&request.receivers).map(report).collect()
+/// The report of a receiver, with what was done for it.
+fn report(sums: FaceSums, object: usize, request: &Request, work: &mut Work) -> ObjectReport {
+    work.octrees_built += u64::from(sums.divided);
+    work.cells += sums.examined;
+    work.rays += sums.points;
+    sums.report(object, request)
 }
 
-/// Runs the jobs of the receivers that are `asked`, and adds them up per object.
+/// Runs the jobs of the receivers that are `asked`, and adds them up per object: the sums of a group are reports before the next one begins.
 fn run(
     receivers: &Receivers,
     asked: impl Fn(usize) -> bool,
     progress: &dyn Progress,
-) -> Result<Vec<FaceSums>, Cancelled> {
-    let all = 0..receivers.request.receivers.len();
-    let mut totals: Vec<FaceSums> = all.clone().map(|_| FaceSums::default()).collect();
-    let asked: Vec<usize> = all.filter(|&receiver| asked(receiver)).collect();
+    work: &mut Work,
+) -> Result<Vec<ObjectReport>, Cancelled> {
+    let request = receivers.request;
+    let nothing = |&object: &usize| FaceSums::default().report(object, request);
+    let mut objects: Vec<ObjectReport> = request.receivers.iter().map(nothing).collect();
+    let asked: Vec<usize> = (0..objects.len()).filter(|&receiver| asked(receiver)).collect();
     let count = asked.iter().map(|&receiver| receivers.jobs_of(receiver).len() as u64).sum();
     let done = AtomicU64::new(0);
     let advance = || progress.advance("shadows", done.fetch_add(1, Ordering::Relaxed) + 1, count);
@@ -276,9 +275,11 @@ fn run(
         } else {
             run_group(receivers, &group, &advance, progress)
         };
-        group.into_iter().zip(sums).for_each(|(receiver, sums)| totals[receiver] = sums);
+        for (receiver, sums) in group.into_iter().zip(sums) {
+            objects[receiver] = report(sums, request.receivers[receiver], request, work);
+        }
     }
-    if progress.is_cancelled() { Err(Cancelled) } else { Ok(totals) }
+    if progress.is_cancelled() { Err(Cancelled) } else { Ok(objects) }
 }
 
 /// The sums of some receivers. They are added up receiver by receiver: those of all jobs together would be most of what a scene of many faces takes.
