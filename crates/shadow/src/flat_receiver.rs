@@ -9,7 +9,7 @@ use crate::{
     bodies::Body,
     exact::{Own, face_blocks, flat_face_is_turned_to},
     fine::{
-        Blocker, Blockers, Entry, FacetId, GiveUp, Receiver,
+        Blockers, Entry, FacetId, GiveUp, Receiver,
         crowd::{Crowd, Effort, PAIRS},
         flat,
         flat::{FLAT, FaceShape, FlatFace, Levels},
@@ -163,10 +163,7 @@ impl<'a> FlatReceiver<'a> {
             plane: Some([corners[0], corners[1], corners[FLAT - 1]]),
         };
         let blocks_exactly = |blockers: &Blockers<FLAT>, entry: Entry, probe: &Probe| {
-            let (object, facet) = match entry.blocker() {
-                Blocker::Polygon(index) => (blockers.polygons[index].id.object, blockers.polygons[index].id.facet),
-                Blocker::Body(index) => (blockers.bodies[index].object, 0),
-            };
+            let FacetId { object, facet } = blockers.id(entry);
             face_blocks(bodies, (object as usize, facet as usize), probe, Own::Nothing, light)
         };
         let is_blocked = |u: f64, v: f64| self.point_is_blocked(u, v);
@@ -188,6 +185,6 @@ impl<'a> FlatReceiver<'a> {
         }
         let mut candidates = occluders.candidates(self.among(), &corners);
         candidates.facets.retain(|&candidate| candidate != self.id);
-        under(occluders.blockers(&candidates, &receiver)).run()
+        under(occluders.blockers(&candidates.facets, &candidates.bodies, &receiver)).run()
     }
 }

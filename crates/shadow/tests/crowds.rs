@@ -4,21 +4,16 @@
 
 #![allow(clippy::print_stdout, reason = "figures are part of what these tests tell")]
 
+mod judged;
+
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use umbriel_geometry::{LightSource, Mesh, Placement, decisions::Decisions};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
-use umbriel_shadow::{Detail, ObjectReport, Place, Queries, Report, Request, Silent, Verdict, bake};
+use umbriel_shadow::{Detail, ObjectReport, Report, Request, Silent, bake};
 
-/// Numbers between 0 and 1: the top bits of a linear congruential generator, with Knuth's constants.
-fn dice() -> impl FnMut() -> f64 {
-    let mut state = 1u64;
-    move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 40) as f64 / f64::from(1u32 << 24)
-    }
-}
+use judged::{dice, judged};
 
 /// Triangles from one corner to places all over a cube.
 fn fan(count: u32) -> Mesh {
@@ -57,30 +52,6 @@ fn triangles(count: u32, is_one_mesh: bool, light: LightSource) -> Scene {
         Object::new(format!("{k}"), Shape::Mesh(mesh), placement, Sides::Two).expect("an object")
     };
     Scene { objects: (0..count).map(object).collect(), lights: vec![Light::new("light", light)], ..Scene::default() }
-}
-
-/// Exact answers at some points of every 251st stored cell, which must be what is proved of it; how many cells have each verdict.
-fn judged(scene: &Scene, report: &Report) -> [usize; 3] {
-    let (queries, light) = (Queries::new(scene), &scene.lights[0].source);
-    let mut counts = [0; 3];
-    for receiver in &report.lights[0].objects {
-        for cell in receiver.cells.iter().step_by(251) {
-            let is_lit = |place: [f64; 2]| {
-                let [u, v] = cell.point(place);
-                let place = Place::Surface { object: receiver.object, face: cell.face as usize, u, v };
-                queries.lit(&place, light).expect("a place on a face").lit
-            };
-            let mut inside = [[0.125, 0.125], [0.125, 0.75], [0.75, 0.125], [0.375, 0.375]].into_iter();
-            let is_right = match cell.verdict {
-                Verdict::Lit => inside.all(is_lit),
-                Verdict::Shadowed => !inside.any(is_lit),
-                Verdict::Undecided => true,
-            };
-            assert!(is_right, "object {}: {cell:?}", receiver.object);
-            counts[cell.verdict as usize] += 1;
-        }
-    }
-    counts
 }
 
 fn answers(scene: &Scene) -> Report {
@@ -168,7 +139,7 @@ fn the_square_of_the_input_is_not_measured_and_proofs_are_right() {
             undecided < if mean > 1.0 / 32.0 { 0.5 } else { 0.75 } * area,
             "{undecided} m² of {area} m², {mean} m² a face"
         );
-        let [_, shadowed, _] = judged(&scene, &report);
+        let [_, shadowed, _] = judged(&scene, &report, 251);
         assert!(shadowed > 100, "{shadowed} cells looked at");
         no_order_and_no_scale_changes_an_answer(&scene, &report);
         if scene.objects.len() == 1 {

@@ -202,6 +202,14 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     }
 }
 
+impl AnalyticBlocker<'_, 1> {
+    /// The likely answer for the point that the body was measured against.
+    pub(crate) fn probably_blocks_point(mut self) -> bool {
+        self.values.forget_errors();
+        self.judge(&self.values) == Influence::All
+    }
+}
+
 impl<const N: usize> Values<N> {
     /// Whether x lies in a piece: q ≤ 0 at the pair, planes ≥ 0 at its points.
     fn is_inside(&self, piece: &Piece, [k, l]: [usize; 2]) -> bool {

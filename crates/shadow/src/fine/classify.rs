@@ -18,7 +18,7 @@ use super::{
     borders::{Border, DirectedEdge, mark_borders},
     field::{Field, Weights},
     outline::ParamBox,
-    polygon_blocker::{NEARER, PolygonBlocker},
+    polygon_blocker::{FacetId, NEARER, PolygonBlocker},
 };
 use crate::report::Verdict;
 
@@ -40,13 +40,13 @@ pub(crate) struct Entry {
 }
 
 /// Where an entry's blocker stands in [`Blockers`].
-pub(crate) enum Blocker {
+enum Blocker {
     Polygon(usize),
     Body(usize),
 }
 
 impl Entry {
-    pub(crate) fn blocker(self) -> Blocker {
+    fn blocker(self) -> Blocker {
         if self.is_body { Blocker::Body(self.index as usize) } else { Blocker::Polygon(self.index as usize) }
     }
 }
@@ -81,6 +81,14 @@ impl<'a, const N: usize> Blockers<'a, N> {
         let polygons = (0..self.polygons.len() as u32).map(|index| Entry { index, is_body: false, known: 0 });
         let bodies = (0..self.bodies.len() as u32).map(|index| Entry { index, is_body: true, known: 0 });
         polygons.chain(bodies).collect()
+    }
+
+    /// What an entry stands for: a body is its first facet.
+    pub(crate) fn id(&self, entry: Entry) -> FacetId {
+        match entry.blocker() {
+            Blocker::Polygon(index) => self.polygons[index].id,
+            Blocker::Body(index) => FacetId { object: self.bodies[index].object, facet: 0 },
+        }
     }
 
     /// What is proved of a cell, given the blockers in question over a cell that holds it. Those still in question are

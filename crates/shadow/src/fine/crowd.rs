@@ -177,7 +177,7 @@ impl<'a> Crowd<'a> {
     /// The face under some facets alone.
     fn under_these(&self, mut candidates: Candidates) -> FlatFace<'_> {
         candidates.facets.retain(|&facet| facet != self.own);
-        (self.under)(self.occluders.blockers(&candidates, self.receiver))
+        (self.under)(self.occluders.blockers(&candidates.facets, &candidates.bodies, self.receiver))
     }
 }
 

@@ -18,13 +18,14 @@ pub(crate) mod occluders;
 mod outline;
 pub(crate) mod patch;
 mod pattern;
+mod pile;
 mod polygon_blocker;
 pub(crate) mod raster;
 mod receiver;
 pub(crate) mod scan;
 pub(crate) mod tally;
 
-pub(crate) use classify::{Blocker, Blockers, Entry};
+pub(crate) use classify::{Blockers, Entry};
 pub(crate) use instance_tree::tree_of;
 pub(crate) use occluders::{Candidates, Occluders};
 pub(crate) use polygon_blocker::FacetId;

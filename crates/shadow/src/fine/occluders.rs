@@ -5,6 +5,7 @@
 //! out, since boxes are rounded outward.
 
 pub(crate) mod few;
+mod promise;
 pub(crate) mod throng;
 pub(crate) mod tickets;
 
@@ -333,11 +334,24 @@ impl<'a> Occluders<'a> {
         }
     }
 
-    /// The candidates measured against a receiver; those that cannot block it after all are left out.
-    pub(crate) fn blockers<const N: usize>(&self, candidates: &Candidates, receiver: &Receiver<N>) -> Blockers<'_, N> {
+    /// An analytic body measured against a receiver; `None` for objects that are none.
+    pub(crate) fn body<const N: usize>(&self, object: u32, receiver: &Receiver<N>) -> Option<AnalyticBlocker<'_, N>> {
+        match self.bodies.get(object as usize) {
+            Body::Analytic(body) => Some(AnalyticBlocker::new(object, body, self.light_at(object, body), receiver)),
+            Body::Flat(_) => None,
+        }
+    }
+
+    /// Facets and bodies measured against a receiver; those that cannot block it after all are left out.
+    pub(crate) fn blockers<const N: usize>(
+        &self,
+        facets: &[FacetId],
+        bodies: &[u32],
+        receiver: &Receiver<N>,
+    ) -> Blockers<'_, N> {
         let mut polygons = Vec::new();
         let (mut edges, mut holes) = (Vec::new(), Vec::new());
-        for (number, &id) in candidates.facets.iter().enumerate() {
+        for (number, &id) in facets.iter().enumerate() {
             if number % LOOKS == LOOKS - 1 && self.is_over() {
                 break;
             }
@@ -363,10 +377,7 @@ impl<'a> Occluders<'a> {
             }
             polygons.push(blocker);
         }
-        let bodies = candidates.bodies.iter().filter_map(|&object| match self.bodies.get(object as usize) {
-            Body::Analytic(body) => Some(AnalyticBlocker::new(object, body, self.light_at(object, body), receiver)),
-            Body::Flat(_) => None,
-        });
+        let bodies = bodies.iter().filter_map(|&object| self.body(object, receiver));
         Blockers::new(polygons, bodies.collect(), holes, edges)
     }
 

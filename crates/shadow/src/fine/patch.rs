@@ -13,13 +13,15 @@ use umbriel_geometry::{
 use umbriel_octree::Quadrant;
 
 use super::{
-    Blocker, Candidates, Occluders, Receiver,
+    Candidates, Occluders, Receiver,
+    analytic_blocker::AnalyticBlocker,
     classify::Hull,
     field::Weights,
     flat::{Levels, PixelStop},
     lattice::Lattice,
     occluders::Among,
     pattern,
+    pile::Pile,
     tally::{Measure, Tally},
 };
 use crate::report::{Cell, Verdict};
@@ -59,8 +61,8 @@ enum Facing {
 /// How many cells must say nothing before a patch is not divided further.
 const ENOUGH: usize = 256;
 
-/// From this many facets in question, it is sooner to look up those over a point than to ask each.
-const LOOK_UP_FACETS: usize = 64;
+/// From this many facets and bodies in question, it is sooner to look up those over a point than to ask each.
+const LOOK_UP: usize = 64;
 
 impl Patch<'_> {
     /// Classifies the whole patch.
@@ -153,8 +155,8 @@ impl Patch<'_> {
         let points = hull.placed(self.body.placement());
         match self.facing(&hull) {
             Facing::Dark => (Verdict::Shadowed, Candidates::default()),
-            Facing::Turned => self.classify(points, candidates),
-            Facing::Unknown => match self.classify(points, candidates) {
+            Facing::Turned => self.classify(place, points, candidates),
+            Facing::Unknown => match self.classify(place, points, candidates) {
                 (Verdict::Lit, left) => (Verdict::Undecided, left),
                 judged => judged,
             },
@@ -244,22 +246,32 @@ impl Patch<'_> {
         }
     }
 
-    fn classify(&self, points: [Point; HULL], candidates: &Candidates) -> (Verdict, Candidates) {
-        let receiver = Receiver { points, light: self.occluders.light, facing: None, plane: self.plane };
-        let blockers = self.occluders.blockers(candidates, &receiver);
+    /// What others do to a cell in the hull of some points.
+    fn classify(&self, place: Quadrant, points: [Point; HULL], candidates: &Candidates) -> (Verdict, Candidates) {
         let unit = |k: usize| -> Weights<HULL> { std::array::from_fn(|l| f64::from(u8::from(k == l))) };
         let corners = (0..HULL).map(unit).collect();
         let cell = Hull { corners, center: [1.0 / HULL as f64; HULL], parameters: None };
+        let receiver = Receiver { points, light: self.occluders.light, facing: None, plane: self.plane };
+        let ([u, v], half) = (place.low_corner(), 0.5 * place.edge());
+        let pile = Pile {
+            occluders: self.occluders,
+            receiver: &receiver,
+            corners: &cell.corners,
+            middle: &self.point([u + half, v + half]),
+            is_divisible: !self.is_finest(place),
+        };
+        let Some(bodies) = pile.in_question(&candidates.bodies) else {
+            return (Verdict::Shadowed, Candidates::default());
+        };
+        let mut left = Candidates { bodies, facets: Vec::new() };
+        let blockers = self.occluders.blockers(&candidates.facets, &[], &receiver);
         let mut entries = Vec::new();
-        let verdict = blockers.classify(&cell, &blockers.entries(), &mut entries);
-        let mut left = Candidates::default();
-        for entry in entries {
-            match entry.blocker() {
-                Blocker::Polygon(index) => left.facets.push(blockers.polygons[index].id),
-                Blocker::Body(index) => left.bodies.push(blockers.bodies[index].object),
-            }
+        let under_facets = blockers.classify(&cell, &blockers.entries(), &mut entries);
+        left.facets = entries.into_iter().map(|entry| blockers.id(entry)).collect();
+        match under_facets {
+            Verdict::Lit if !left.bodies.is_empty() => (Verdict::Undecided, left),
+            verdict => (verdict, left),
         }
-        (verdict, left)
     }
 
     fn hull(&self, place: Quadrant) -> CellHull {
@@ -272,7 +284,7 @@ impl Patch<'_> {
         let is_turned = self.facing(&self.hull(place)) == Facing::Turned;
         let is_lit = |[s, t]: [f64; 2]| {
             let (u, v) = (u + s * edge, v + t * edge);
-            if left.facets.len() >= LOOK_UP_FACETS {
+            if left.facets.len() + left.bodies.len() >= LOOK_UP {
                 (self.is_lit_exactly)(u, v) == Some(true)
             } else if is_turned {
                 self.chart().occupied([u, v], 0.0) != Occupied::Nowhere && self.is_probably_clear([u, v], left)
@@ -284,11 +296,24 @@ impl Patch<'_> {
     }
 
     /// Whether floats say that no candidate is in a point's way.
-    fn is_probably_clear(&self, [u, v]: [f64; 2], left: &Candidates) -> bool {
+    fn is_probably_clear(&self, place: [f64; 2], left: &Candidates) -> bool {
+        let point = self.point(place);
+        let is_behind_facets = || {
+            let blockers = self.occluders.blockers(&left.facets, &[], &point);
+            blockers.entries().into_iter().any(|entry| blockers.probably_blocks(entry, &[1.0]))
+        };
+        !left.bodies.iter().any(|&object| self.probably_blocks(object, &point)) && !is_behind_facets()
+    }
+
+    /// Whether floats say that a body is in a point's way.
+    fn probably_blocks(&self, object: u32, point: &Receiver<1>) -> bool {
+        self.occluders.body(object, point).is_some_and(AnalyticBlocker::probably_blocks_point)
+    }
+
+    /// A point of the patch.
+    fn point(&self, [u, v]: [f64; 2]) -> Receiver<'_, 1> {
         let points = [self.chart().bounded_point(self.body.placement(), u, v)];
-        let receiver = Receiver { points, light: self.occluders.light, facing: None, plane: self.plane };
-        let blockers = self.occluders.blockers(left, &receiver);
-        !blockers.entries().into_iter().any(|entry| blockers.probably_blocks(entry, &[1.0]))
+        Receiver { points, light: self.occluders.light, facing: None, plane: self.plane }
     }
 
     fn count(&self, place: Quadrant, verdict: Verdict, area: &Approx, left: &Candidates, tally: &mut Tally<Approx>) {

@@ -1,0 +1,77 @@
+//! A cell of a patch under analytic bodies, hundreds of them if need be.
+//!
+//! Measuring a body against a cell takes microseconds, and of a coarse cell it often tells nothing yet. So where many bodies are over a cell, those that hide its
+//! middle are asked whether they cover it, and the others whether they miss it; each kind in the order of boxes in light space, from that end where an answer is
+//! likeliest. Over a cell that may yet be divided, either is given up when [`PATIENCE`] bodies in a row have told nothing; what was not asked stays in question.
+//! Guarantee: what is told of a cell is proved, and goes by the bodies and the cell, whatever the order of bodies and of axes. Cost: some hundred nanoseconds a body
+//! over the cell, and microseconds each one asked.
+
+use umbriel_geometry::analytic::HULL;
+
+use super::{
+    Occluders, Receiver,
+    analytic_blocker::{AnalyticBlocker, Influence},
+    field::Weights,
+};
+
+/// Up to so many bodies all are asked.
+const FEW: usize = 16;
+
+/// Bodies in a row that tell nothing.
+const PATIENCE: usize = 8;
+
+/// A cell under bodies.
+pub(super) struct Pile<'a, 'b> {
+    pub(super) occluders: &'a Occluders<'b>,
+    /// Its hull, and the corners of that.
+    pub(super) receiver: &'a Receiver<'a, HULL>,
+    pub(super) corners: &'a [Weights<HULL>],
+    /// Its middle.
+    pub(super) middle: &'a Receiver<'a, 1>,
+    /// Whether it may yet be divided.
+    pub(super) is_divisible: bool,
+}
+
+/// How far a body reaches beyond a cell, and the body.
+type Promise = (f64, u32);
+
+impl Pile<'_, '_> {
+    /// Those of some bodies that are in question; `None` if one covers the cell.
+    pub(super) fn in_question(&self, bodies: &[u32]) -> Option<Vec<u32>> {
+        if bodies.len() <= FEW {
+            let all: Vec<Promise> = bodies.iter().map(|&object| (0.0, object)).collect();
+            return self.ask(std::iter::once(all.as_slice()));
+        }
+        let over = self.occluders.over_cell(bodies, &self.receiver.points);
+        let hides = |&(_, object): &Promise| {
+            self.occluders.body(object, self.middle).is_some_and(AnalyticBlocker::probably_blocks_point)
+        };
+        let (hiding, others): (Vec<Promise>, Vec<Promise>) = over.into_iter().partition(hides);
+        let mut left = self.ask(hiding.chunk_by(|a, b| a.0 == b.0))?;
+        left.extend(self.ask(others.chunk_by(|a, b| a.0 == b.0).rev())?);
+        Some(left)
+    }
+
+    /// The same, in groups that promise the same each: a group is asked or left as a whole.
+    fn ask<'p>(&self, groups: impl Iterator<Item = &'p [Promise]>) -> Option<Vec<u32>> {
+        let (mut left, mut in_vain) = (Vec::new(), 0);
+        for group in groups {
+            let first = left.len();
+            for &(_, object) in group {
+                let is_given_up = self.is_divisible && in_vain >= PATIENCE;
+                match if is_given_up { Influence::Unknown } else { self.influence(object) } {
+                    Influence::None => {}
+                    Influence::Unknown => left.push(object),
+                    Influence::All => return None,
+                }
+            }
+            let has_told = left.len() < first + group.len();
+            in_vain = if has_told { 0 } else { in_vain + group.len() };
+        }
+        Some(left)
+    }
+
+    fn influence(&self, object: u32) -> Influence {
+        self.occluders.body(object, self.receiver).map_or(Influence::None, |body| body.influence(self.corners))
+    }
+}

@@ -1,0 +1,77 @@
+//! Scores of curved bodies in one place: what is proved of cells is right, and no order changes it.
+
+mod judged;
+
+use glam::{DAffine3, DQuat, DVec3};
+use umbriel_geometry::{Analytic, LightSource, Placement};
+use umbriel_scene::{Light, Object, Scene, Shape, Sides};
+use umbriel_shadow::{Detail, Report, Request, Silent, bake};
+
+use judged::{dice, judged};
+
+fn scene(bodies: impl Iterator<Item = (Analytic, DAffine3)>, light: LightSource) -> Scene {
+    let object = |(number, (body, map)): (usize, (Analytic, DAffine3))| {
+        let placement = Placement::new(map).expect("regular");
+        Object::new(format!("{number}"), Shape::Analytic(body), placement, Sides::Auto).expect("an object")
+    };
+    let objects = bodies.enumerate().map(object).collect();
+    Scene { objects, lights: vec![Light::new("light", light)], ..Scene::default() }
+}
+
+/// Balls of two sizes all over a cube.
+fn balls(count: usize, light: LightSource) -> Scene {
+    let mut dice = dice();
+    let ball = |k: usize| {
+        let radius = if k.is_multiple_of(2) { 0.25 } else { 0.5 };
+        (Analytic::Sphere { radius }, DAffine3::from_translation([(); 3].map(|()| dice()).into()))
+    };
+    scene((0..count).map(ball), light)
+}
+
+/// Balls round one point, each in the next one.
+fn shells(count: usize, light: LightSource) -> Scene {
+    let ball = |k: usize| (Analytic::Sphere { radius: 1.0 + k as f64 / 256.0 }, DAffine3::IDENTITY);
+    scene((0..count).map(ball), light)
+}
+
+/// Cones, turned any way.
+fn cones(count: usize, light: LightSource) -> Scene {
+    let mut dice = dice();
+    let cone = |_| {
+        let mut number = || dice();
+        let place = DVec3::new(number(), number(), number());
+        let axis = DVec3::new(number() - 0.5, number() - 0.5, 0.5).normalize();
+        let map = DAffine3::from_rotation_translation(DQuat::from_axis_angle(axis, 6.0 * number()), place);
+        (Analytic::Cone { radius: 0.75, height: 1.5 }, map)
+    };
+    scene((0..count).map(cone), light)
+}
+
+fn answers(scene: &Scene) -> Report {
+    let detail = Detail::Depth { interior: 3, boundary: 6 };
+    let request = Request { keep_cells: true, ..Request::everything(scene, detail) };
+    bake(scene, &request, &Silent).expect("nobody cancels")
+}
+
+/// More bodies than are asked of every cell, under lights outside of them and among them.
+#[test]
+fn what_is_proved_in_a_pile_is_right_in_any_order() {
+    let sun = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
+    let [above, among] = [[0.5, 4.0, 0.25], [0.5, 0.5, 0.5]].map(|at| LightSource::point(at).expect("a lamp"));
+    let mut all_lit = 0;
+    for scene in
+        [balls(64, sun), balls(48, above), balls(48, among), shells(40, sun), shells(40, above), cones(40, sun)]
+    {
+        let report = answers(&scene);
+        let [lit, shadowed, _] = judged(&scene, &report, 5);
+        assert!(shadowed > 100, "{shadowed} cells looked at");
+        all_lit += lit;
+        let objects = scene.objects.iter().rev().cloned().collect();
+        let mut reversed = answers(&Scene { objects, ..scene.clone() });
+        reversed.lights[0].objects.reverse();
+        for (before, after) in report.lights[0].objects.iter().zip(&reversed.lights[0].objects) {
+            assert!(before.cells == after.cells && before.lit == after.lit, "object {}", before.object);
+        }
+    }
+    assert!(all_lit > 100, "{all_lit} cells looked at");
+}
