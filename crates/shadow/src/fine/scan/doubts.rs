@@ -43,10 +43,22 @@ pub(super) fn settle(
     if !doubts.is_empty() {
         asked.resize(patches.len() * EDGE as usize, 0);
     }
+    // Doubts of one pair follow each other, so it is asked once.
+    let mut last = None;
+    let mut may_block = |face: Face, occluder: Face| {
+        let pair = (face, occluder);
+        match last {
+            Some((known, may_block)) if known == pair => may_block,
+            _ => last.insert((pair, sampler.may_block(face, occluder))).1,
+        }
+    };
     for doubt in doubts {
         let number = doubt.patch as usize - first;
         let patch = &mut patches[number];
         let mut columns = doubt.columns & patch.open[doubt.row as usize] as u32;
+        if matches!(doubt.occluder, Occluder::Face(occluder) if !may_block(patch.face, occluder)) {
+            continue;
+        }
         asked[number * EDGE as usize + doubt.row as usize] |= columns;
         while columns != 0 {
             let column = columns.trailing_zeros();

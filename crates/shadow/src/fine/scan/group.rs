@@ -11,6 +11,7 @@ use umbriel_geometry::{
 use super::{
     batch::{Batch, Storage},
     faces::{Face, Piece, Rect},
+    large::Large,
     layout::FaceLattice,
     patch::{EDGE, Extent, Frame, Patch},
     sampler::Sampler,
@@ -112,9 +113,9 @@ fn is_clear<S: Simd>(simd: S, sampler: &Sampler, room: &mut Room) -> bool {
 }
 
 /// Decides patches.
-pub(super) struct Block<'a, 'b> {
-    pub(super) sampler: &'a Sampler<'b>,
-    pub(super) room: &'a mut Room,
+struct Block<'a, 'b> {
+    sampler: &'a Sampler<'b>,
+    room: &'a mut Room,
 }
 
 impl Kernel for Block<'_, '_> {
@@ -132,6 +133,27 @@ impl Kernel for Block<'_, '_> {
         for patch in patches.iter() {
             write(self.sampler, patch);
         }
+    }
+}
+
+/// Decides the patches of a block of a large face.
+pub(super) struct LargeBlock<'a, 'b> {
+    pub(super) sampler: &'a Sampler<'b>,
+    pub(super) large: &'a Large,
+    /// The block's first row and column.
+    pub(super) origin: [u32; 2],
+    pub(super) room: &'a mut Room,
+}
+
+impl Kernel for LargeBlock<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { sampler, large, origin, room } = self;
+        room.patches.clear();
+        large.add(sampler, origin, &mut room.patches);
+        Block { sampler, room }.run(simd);
     }
 }
 

@@ -52,6 +52,7 @@ impl Large {
     }
 
     /// Adds the patches of the block that begins at a row and a column.
+    #[inline(always)]
     pub(super) fn add(&self, sampler: &Sampler, [row, column]: [u32; 2], patches: &mut Vec<Patch>) {
         let counts = self.lattice.counts();
         let starts = |k: usize, first: u32| (first..counts[k].min(first + BLOCK)).step_by(EDGE as usize);
@@ -60,7 +61,9 @@ impl Large {
             for column in starts(1, column) {
                 let origin = [row, column];
                 let patch = Patch::part((self.face, origin), &self.frame, &self.extent, &self.lattice, view);
-                patches.extend(patch.map(|patch| Patch { solid: self.solid, ..patch }));
+                if let Some(patch) = patch {
+                    patches.push(Patch { solid: self.solid, ..patch });
+                }
             }
         }
     }

@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
+use umbriel_geometry::simd::{Kernel, Simd, dispatch};
+
 /// Bits, set where a sample is lit. Rows of lattices begin at whole bytes, so that faces share none.
 pub(crate) struct LitBits(Vec<AtomicU8>);
 
@@ -42,7 +44,29 @@ impl LitBits {
     }
 
     /// How many are set.
-    pub(crate) fn count(&self) -> u64 {
-        self.0.iter().map(|byte| u64::from(byte.load(Ordering::Relaxed).count_ones())).sum()
+    pub(crate) fn count(&mut self) -> u64 {
+        dispatch(Count(&mut self.0))
+    }
+}
+
+/// How many bits of some bytes are set: nobody else can see them, so eight are one word.
+struct Count<'a>(&'a mut [AtomicU8]);
+
+impl Kernel for Count<'_> {
+    type Output = u64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> u64 {
+        let (words, rest) = self.0.as_chunks_mut::<8>();
+        let mut count = 0;
+        for [a, b, c, d, e, f, g, h] in words {
+            let bytes = [*a.get_mut(), *b.get_mut(), *c.get_mut(), *d.get_mut()];
+            let more = [*e.get_mut(), *f.get_mut(), *g.get_mut(), *h.get_mut()];
+            count += u64::from(u32::from_ne_bytes(bytes).count_ones() + u32::from_ne_bytes(more).count_ones());
+        }
+        for byte in rest {
+            count += u64::from(byte.get_mut().count_ones());
+        }
+        count
     }
 }

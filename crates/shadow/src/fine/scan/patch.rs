@@ -114,6 +114,7 @@ impl Extent {
 
     /// Of the patch `rows` × `columns` from `origin` on, within the extent of its face; all of that where a corner of
     /// the patch has no image.
+    #[inline(always)]
     fn of_part(frame: &Frame, origin: [u32; 2], [rows, columns]: [u32; 2], whole: &Self) -> Self {
         let [row, column] = origin.map(f64::from);
         let ends = [row + f64::from(rows - 1), column + f64::from(columns - 1)];
@@ -181,6 +182,7 @@ impl Patch {
 
     /// The patch from `origin` on of a face with extent `whole`; `None` if it holds no samples, or none in the window of a
     /// `view` that does not see all of the face.
+    #[inline(always)]
     pub(super) fn part(
         (face, origin): (Face, [u32; 2]),
         frame: &Frame,

@@ -4,12 +4,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbriel_geometry::{Aabb, Facet, Facets, LightSource, Sign, simd::dispatch};
+use umbriel_geometry::{Aabb, Facet, Facets, LightSource, Sign, predicates::side, simd::dispatch};
 
 use super::{
     beside_lamp::decide_beside_lamp,
     faces::{Face, Faces, Rect, Source},
-    group::{Block, Group, Room},
+    group::{Group, LargeBlock, Room},
     images::Images,
     large::{BLOCK, Large},
     layout::{FaceLattice, Layout},
@@ -156,9 +156,8 @@ impl Sampler<'_> {
             if progress.is_cancelled() {
                 return;
             }
-            room.patches.clear();
-            large.add(self, [block / columns * BLOCK, block % columns * BLOCK], &mut room.patches);
-            dispatch(Block { sampler: self, room });
+            let origin = [block / columns * BLOCK, block % columns * BLOCK];
+            dispatch(LargeBlock { sampler: self, large: &large, origin, room });
         };
         if blocks <= FEW_BLOCKS {
             (0..blocks).for_each(|block| run(block, room));
@@ -197,6 +196,22 @@ impl Sampler<'_> {
             let is_over = !Rect::of(&corners[..count]).intersection(&rect).is_empty();
             is_over && self.blocks_exactly(patch.face, place, occluder)
         })
+    }
+
+    /// Whether a face may block samples of another one: not if it is nowhere before that one's plane as seen from the light, nor if that one is nowhere
+    /// behind its own. Exact.
+    pub(super) fn may_block(&self, face: Face, occluder: Face) -> bool {
+        let own = (self.objects[face.source as usize].facets, face.number as usize);
+        let other = (self.faces.sources[occluder.source as usize].facets, occluder.number as usize);
+        let lies = |(facets, number): (&Facets, usize), plane: (&Facets, usize), aside: Sign| {
+            let [a, b, _, c] = flat_corners(plane.0, plane.1, 0);
+            let corners = facets.facet(number);
+            corners.corners().iter().all(|&corner| side(&a, &b, &c, &facets.point(corner)) != aside)
+        };
+        let [toward, beyond] = [own, other].map(|(facets, number)| facets.turn(number, self.light));
+        let is_behind = toward != Sign::Zero && lies(other, own, toward);
+        let is_before = beyond != Sign::Zero && lies(own, other, beyond.flipped());
+        !is_behind && !is_before
     }
 
     /// Whether a face blocks the sample of another face at a row and column. Exact.

@@ -203,6 +203,36 @@ fn contact_and_coincidence() {
 }
 
 #[test]
+fn faces_that_all_but_lie_in_one_plane() {
+    // Tiles of a slanted plane, one over the other and edge to edge, with corners some roundings off it.
+    let nudge = |k: u32| f64::from(k * 7919 % 5) - 2.0;
+    let corner = move |x: u32, z: u32, k: u32| {
+        let [x, z] = [f64::from(x) - 2.0, f64::from(z) - 2.0];
+        [x, (0.3 * x - 0.7 * z) + nudge(k) * 2f64.powi(-50), z]
+    };
+    for (shared, step) in [(true, 1), (false, 1), (false, 2)] {
+        let tiles = (0..16u32).flat_map(|tile| {
+            let (x, z) = (tile % 4, tile / 4);
+            let at = |i: u32, j: u32| {
+                let [x, z] = [(x + i).min(4), (z + j).min(4)];
+                corner(x, z, if shared { 5 * x + z } else { 31 * tile + 5 * i + j })
+            };
+            [[at(0, 0), at(0, step), at(step, 0)], [at(step, 0), at(0, step), at(step, step)]]
+        });
+        let tiles: Vec<_> = tiles.collect();
+        for light in [
+            LightSource::sun([0.3, -1.0, 0.2]),
+            LightSource::sun([1.0, 0.29, 0.0]),
+            LightSource::point([0.5, 3.0, -0.25]),
+            LightSource::point([0.5, 0.150_000_1, 0.0]),
+        ] {
+            let tiles = object(mesh(&tiles), DAffine3::IDENTITY, Sides::Two);
+            check(vec![tiles, floor(8.0, -4.0)], light.expect("a light"), 4_000);
+        }
+    }
+}
+
+#[test]
 fn a_lamp_half_an_ulp_before_a_wall() {
     // No float is the wall's place, and the nearest one is the lamp's.
     let size = [1.0 - f64::EPSILON, 1.0, 1.0];
