@@ -21,14 +21,17 @@ const PLATES: [u32; 2] = [4, 48];
 const EDGE: f64 = 40.0;
 /// Pixels across.
 const SIDE: u32 = 1024;
+/// Places that a pass goes over which no cache holds: 192 MiB.
+const VAST: u32 = 1 << 24;
 
 #[expect(clippy::print_stdout, reason = "a benchmark shows what it measured")]
 fn main() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    let [volumes, depths, memory] = pool.install(|| [volumes(), depths(), memory()]);
+    let [volumes, depths, memory, cache] = pool.install(|| [volumes(), depths(), memory(VAST), memory(SIDE * SIDE)]);
     println!("a point to a polygon of a shadow volume {volumes:>6.2} ns");
     println!("a pixel to a face in the depth buffer   {depths:>6.2} ns: {:.2} of its rate", depths / volumes);
     println!("a depth and a count in memory           {memory:>6.2} ns: {:.2} of its rate", memory / volumes);
+    println!("the same of a picture, as caches hold   {cache:>6.2} ns: {:.2} of its rate", cache / volumes);
 }
 
 /// A floor, and plates over it in the order of their numbers, the lowest first.
@@ -84,8 +87,9 @@ fn depths() -> f64 {
     })
 }
 
-fn memory() -> f64 {
-    let depths: Vec<f64> = (0..SIDE * SIDE).map(|pixel| f64::from(pixel % 977)).collect();
+/// Over so many places.
+fn memory(places: u32) -> f64 {
+    let depths: Vec<f64> = (0..places).map(|place| f64::from(place % 977)).collect();
     rate(|plates| {
         let mut counts = vec![0i32; depths.len()];
         let begun = Instant::now();

@@ -92,17 +92,19 @@ impl<'a> Stage<'a> {
     /// The object tree and the sample spacing; bodies are placed when they are first asked for. With the lights that will be asked about, what matters to
     /// none of them is left out.
     pub(crate) fn new(scene: &'a Scene, request: &'a Request, lights: Option<&[LightSource]>) -> Self {
-        Self::of_bodies(Instant::now(), request, lights, Bodies::new(scene))
+        Self::of_bodies(Instant::now(), request, lights, Bodies::bare(scene))
     }
 
     /// As [`Stage::new`], with what is known of the objects that light may reach.
     pub(crate) fn with_reached(scene: &'a Scene, request: &'a Request, reached: Vec<bool>) -> Self {
-        Self::of_bodies(Instant::now(), request, None, Bodies::new(scene).reached(reached))
+        Self::of_bodies(Instant::now(), request, None, Bodies::bare(scene).reached(reached))
     }
 
     fn of_bodies(begun: Instant, request: &'a Request, lights: Option<&[LightSource]>, bodies: Bodies<'a>) -> Self {
         let scene = bodies.scene;
-        let (coarse, spacing) = (Coarse::new(&bodies, &request.receivers, lights), spacing(&bodies, request));
+        let coarse = Coarse::new(&bodies, &request.receivers, lights);
+        let bodies = bodies.sharing(coarse.present());
+        let spacing = spacing(&bodies, request);
         let answered_by = answered_by(&coarse, scene, request);
         let (layouts, solids) = (ByObject::new(scene.objects.len()), ByObject::new(scene.objects.len()));
         let seconds = begun.elapsed().as_secs_f64();
@@ -228,8 +230,8 @@ impl<'a> Stage<'a> {
 fn answered_by(coarse: &Coarse, scene: &Scene, request: &Request) -> Vec<usize> {
     let mut firsts: HashMap<usize, Vec<usize>> = HashMap::new();
     let of_receiver = |(place, &object): (usize, &usize)| {
-        let first = coarse.alike().first_of(object);
-        if coarse.alike().is_alone(first) {
+        let (first, is_alone) = coarse.first_of(object);
+        if is_alone {
             return place;
         }
         let what = |object: usize| (scene.objects[object].sides, request.own.objects.get(&object));

@@ -60,17 +60,30 @@ struct Built {
 impl<'a> Bodies<'a> {
     /// Nothing is built yet.
     pub(crate) fn new(scene: &'a Scene) -> Self {
-        let of_meshes = shared_meshes(scene);
-        let is_instance = |object: &Object| mesh_of(object).is_some_and(|mesh| of_meshes.contains_key(&address(mesh)));
-        let instances = if of_meshes.is_empty() { Vec::new() } else { scene.objects.iter().map(is_instance).collect() };
+        let all: Vec<u32> = (0..scene.objects.len() as u32).collect();
+        Self::bare(scene).sharing(&all)
+    }
+
+    /// As [`Bodies::new`], before it is known what instances share.
+    pub(crate) fn bare(scene: &'a Scene) -> Self {
         Self {
             scene,
             reached: None,
             built: ByObject::new(scene.objects.len()),
-            of_meshes: Arc::new(of_meshes),
-            instances: instances.into(),
+            of_meshes: Arc::default(),
+            instances: Arc::default(),
             of_all: None,
         }
+    }
+
+    /// With what instances share, those of these objects; none of the others is asked for.
+    pub(crate) fn sharing(self, objects: &[u32]) -> Self {
+        let of_meshes = shared_meshes(self.scene, objects);
+        let mut instances = vec![false; if of_meshes.is_empty() { 0 } else { self.scene.objects.len() }];
+        let mesh = |object: u32| mesh_of(&self.scene.objects[object as usize]);
+        let is_instance = |&&object: &&u32| mesh(object).is_some_and(|mesh| of_meshes.contains_key(&address(mesh)));
+        objects.iter().filter(is_instance).for_each(|&object| instances[object as usize] = true);
+        Self { of_meshes: of_meshes.into(), instances: instances.into(), ..self }
     }
 
     /// For a group of receivers: instances that are asked for here are placed here, and forgotten with it.
@@ -242,11 +255,18 @@ fn address(mesh: &Arc<Mesh>) -> usize {
     Arc::as_ptr(mesh).addr()
 }
 
-/// The meshes that several objects are instances of.
-fn shared_meshes(scene: &Scene) -> HashMap<usize, OfMesh> {
-    let mut instances: HashMap<usize, u32> = HashMap::new();
-    for mesh in scene.objects.iter().filter_map(mesh_of) {
-        *instances.entry(address(mesh)).or_default() += 1;
+/// The meshes that several objects are instances of, some of `objects` among them. Others are not looked at unless one of these meshes has another owner.
+fn shared_meshes(scene: &Scene, objects: &[u32]) -> HashMap<usize, OfMesh> {
+    let meshes = objects.iter().filter_map(|&object| mesh_of(&scene.objects[object as usize]));
+    let owned = meshes.filter(|mesh| Arc::strong_count(mesh) > 1);
+    let mut instances: HashMap<usize, u32> = owned.map(|mesh| (address(mesh), 0)).collect();
+    let mut open = instances.len();
+    let mut meshes = scene.objects.iter().filter_map(mesh_of);
+    while let Some(mesh) = meshes.next().filter(|_| open > 0) {
+        if let Some(count) = instances.get_mut(&address(mesh)) {
+            *count += 1;
+            open -= usize::from(*count == 2);
+        }
     }
     instances.retain(|_, count| *count > 1);
     instances.into_keys().map(|mesh| (mesh, OfMesh::default())).collect()

@@ -4,6 +4,8 @@
 //! another than that one blocks of itself, since faces that coincide are in contact. So equal objects cost their boxes, not the square of their number. Lists of
 //! occluders that would take too much memory are not kept, but found anew for each face; where there are so many pairs the step ends before it has seen them all,
 //! and goes on ([`Influences::see_all`]) unless the scene is one in which pairs are not gone through ([`throng`](crate::throng)).
+//!
+//! Objects that cannot matter to what is asked are left out before: one test of their boxes, and nothing that is made here has a place for them.
 
 use std::{borrow::Cow, ops::ControlFlow};
 
@@ -23,21 +25,34 @@ const PAIRS_AN_OBJECT: usize = 64;
 /// Pairs that are seen in any scene before it is asked whether all are to be, and [`PAIRS_AN_OBJECT`] besides: a tenth of a second.
 const FIRST_PAIRS: usize = 1 << 18;
 
-/// The objects of a scene as the coarse step looks at them; made once for all lights.
+/// Objects that one thread tests at least: a test takes some ten nanoseconds.
+const TESTS: usize = 1 << 11;
+
+/// The objects of a scene as the coarse step looks at them, in places that follow each other; made once for all lights.
 pub(crate) struct Coarse {
+    present: Present,
+    /// Over places, without those of what has no influence and of what is like one before it.
     tree: ObjectTree,
+    /// Whether each place is of an object that may shadow something and is like none before it.
+    is_occluder: Vec<bool>,
     alike: Alike,
-    /// Which objects the tree does not have.
-    is_left_out: Vec<bool>,
-    /// How many faces each object has, at most.
+    /// How many faces the object at each place has, at most.
     faces: Vec<u32>,
 }
 
+/// The objects that are not left out.
+struct Present {
+    /// Ascending.
+    objects: Vec<u32>,
+    /// How many objects the scene has.
+    of: usize,
+}
+
 /// Which objects are one body in one place.
-pub(crate) struct Alike {
-    /// For each object the first that is the same.
+struct Alike {
+    /// For each place the first that is the same.
     firsts: Vec<u32>,
-    /// How many objects each first one stands for; 0 for all others.
+    /// How many places each first one stands for; 0 for all others.
     counts: Vec<u32>,
 }
 
@@ -45,9 +60,9 @@ pub(crate) struct Alike {
 pub(crate) struct Influences<'a> {
     coarse: &'a Coarse,
     light: LightSource,
-    /// For each first object how many asked receivers it stands for.
+    /// For each place of a first object how many asked receivers it stands for.
     asked: Vec<u32>,
-    /// `None` where there are too many pairs to keep.
+    /// Objects by the place of what they may shadow. `None` where there are too many pairs to keep.
     kept: Option<umbriel_bvh::Influences>,
     counts: PairCounts,
     /// Pairs of a face and a face of an object that may shadow it, equal objects once.
@@ -57,33 +72,53 @@ pub(crate) struct Influences<'a> {
 }
 
 impl Coarse {
-    /// What no light reaches is left out, and so is what may shadow none of the receivers under `lights`, if these are known.
+    /// What no light reaches is left out unless it is asked for, and so is what may shadow none of the receivers under `lights`, if these are known.
     pub(crate) fn new(bodies: &Bodies, receivers: &[usize], lights: Option<&[LightSource]>) -> Self {
         let Scene { objects, families, .. } = bodies.scene;
-        let mut is_left_out = left_out(bodies, receivers, lights.filter(|_| receivers.len() < objects.len()));
-        let present: Vec<usize> = (0..objects.len()).filter(|&object| !is_left_out[object]).collect();
-        let alike = Alike::of(objects, &present);
-        let mut faces = vec![0; objects.len()];
-        for &object in &present {
-            faces[object] = most_faces(&objects[object]) as u32;
-            is_left_out[object] = alike.first_of(object) != object;
+        let present = Present::of(bodies, receivers, lights.filter(|_| receivers.len() < objects.len()));
+        let has_part = |&object: &u32| !is_nothing(bodies, object as usize);
+        let mut is_occluder: Vec<bool> = present.objects.iter().map(has_part).collect();
+        let alike = Alike::of(&present.bodies(objects), &is_occluder);
+        let mut faces = vec![0; is_occluder.len()];
+        for (place, &object) in present.objects.iter().enumerate().filter(|(place, _)| is_occluder[*place]) {
+            faces[place] = most_faces(&objects[object as usize]) as u32;
         }
-        Self { tree: object_tree(objects, |object| is_left_out[object], families), alike, is_left_out, faces }
+        is_occluder.iter_mut().zip(0u32..).for_each(|(is, place)| *is &= alike.firsts[place as usize] == place);
+        let bounds =
+            |place: u32| is_occluder[place as usize].then(|| bodies.bounds(present.objects[place as usize] as usize));
+        let place_of = |object: usize| match objects.get(object) {
+            Some(_) => present.place_of(object).filter(|&place| is_occluder[place]).map(|place| place as u32),
+            // No place either.
+            None => Some(u32::MAX),
+        };
+        let tree = object_tree(present.objects.len(), bounds, families, place_of);
+        Self { present, tree, is_occluder, alike, faces }
     }
 
-    /// Which objects are one.
-    pub(crate) fn alike(&self) -> &Alike {
-        &self.alike
+    /// The objects that are not left out, ascending.
+    pub(crate) fn present(&self) -> &[u32] {
+        &self.present.objects
+    }
+
+    /// The first object that is the same as this one, which is asked for, and whether it stands for itself only.
+    pub(crate) fn first_of(&self, receiver: usize) -> (usize, bool) {
+        let first = self.first_place(receiver);
+        (self.present.objects[first] as usize, self.alike.counts[first] == 1)
+    }
+
+    fn first_place(&self, receiver: usize) -> usize {
+        let place = self.present.place_of(receiver).expect("receivers are present");
+        self.alike.firsts[place] as usize
     }
 
     /// Which objects may shadow each asked receiver. Ends where there are many pairs for so many objects.
     pub(crate) fn step(&self, receivers: &[usize], light: &LightSource) -> Influences<'_> {
-        self.step_with(receivers, light, FIRST_PAIRS + PAIRS_AN_OBJECT * self.alike.firsts.len())
+        self.step_with(receivers, light, FIRST_PAIRS + PAIRS_AN_OBJECT * self.present.of)
     }
 
     /// As [`Coarse::step`]; it ends with more pairs than that.
     fn step_with(&self, receivers: &[usize], light: &LightSource, most: usize) -> Influences<'_> {
-        let asked = self.alike.asked(receivers);
+        let asked = self.asked(receivers);
         let (counts, face_pairs, is_whole) = Default::default();
         let mut influences =
             Influences { coarse: self, light: *light, asked, kept: None, counts, face_pairs, is_whole };
@@ -91,53 +126,85 @@ impl Coarse {
         influences
     }
 
+    /// For each place of a first object how many asked receivers it stands for.
+    fn asked(&self, receivers: &[usize]) -> Vec<u32> {
+        let (mut is_asked, mut asked) = (vec![false; self.faces.len()], vec![0; self.faces.len()]);
+        for place in receivers.iter().filter_map(|&receiver| self.present.place_of(receiver)) {
+            let is_new = !std::mem::replace(&mut is_asked[place], true);
+            asked[self.alike.firsts[place] as usize] += u32::from(is_new);
+        }
+        asked
+    }
+
     /// Objects of which others stand for none and that may shadow anything, ascending.
     pub(crate) fn occluders(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.is_left_out.len()).filter(|&object| !self.is_left_out[object])
+        let places = self.present.objects.iter().zip(&self.is_occluder);
+        places.filter(|(_, is_occluder)| **is_occluder).map(|(&object, _)| object as usize)
+    }
+}
+
+impl Present {
+    /// Without what is nothing, or dark, or, if the lights are known, in no shaft from all of the receivers together to a light; receivers are present in any case. The
+    /// test of a shaft is monotone in both boxes, so nothing that may shadow one of the receivers goes. Cost: one test an object and light.
+    fn of(bodies: &Bodies, receivers: &[usize], lights: Option<&[LightSource]>) -> Self {
+        let of = bodies.scene.objects.len();
+        let some = receivers.iter().copied().filter(|&receiver| !is_nothing(bodies, receiver));
+        let all = some.fold(Aabb::EMPTY, |all, receiver| all.union(bodies.bounds(receiver)));
+        let shafts: Option<Vec<Shaft>> =
+            lights.map(|lights| lights.iter().map(|light| Shaft::new(&all, light)).collect());
+        let is_met = |bounds: &Aabb| shafts.as_ref().is_none_or(|all| all.iter().any(|shaft| shaft.may_meet(bounds)));
+        let may_matter = |object: &u32| {
+            let bounds = bodies.bounds(*object as usize);
+            is_met(&bounds) && !is_nothing(bodies, *object as usize)
+        };
+        let tested = (0..of as u32).into_par_iter().with_min_len(TESTS);
+        let mut objects: Vec<u32> = tested.filter(may_matter).collect();
+        objects.extend(receivers.iter().map(|&receiver| receiver as u32));
+        // Two runs, most often.
+        objects.sort();
+        objects.dedup();
+        Self { objects, of }
+    }
+
+    /// Where an object is, if it is present.
+    fn place_of(&self, object: usize) -> Option<usize> {
+        if self.objects.len() == self.of {
+            return Some(object).filter(|&object| object < self.of);
+        }
+        self.objects.binary_search(&(object as u32)).ok()
+    }
+
+    fn bodies<'o>(&self, objects: &'o [Object]) -> Vec<&'o Object> {
+        self.objects.iter().map(|&object| &objects[object as usize]).collect()
     }
 }
 
 impl Alike {
-    /// An object that is not `present` is like none.
-    fn of(objects: &[Object], present: &[usize]) -> Self {
-        let (mut firsts, mut counts): (Vec<u32>, _) = ((0..objects.len() as u32).collect(), vec![1; objects.len()]);
-        let alike = first_alike(present.iter().map(|&object| &objects[object]));
-        for (&object, first) in present.iter().zip(alike).filter(|(object, first)| **object != present[*first]) {
-            firsts[object] = present[first] as u32;
-            counts[object] = 0;
-            counts[present[first]] += 1;
+    /// What has no part is like nothing.
+    fn of(bodies: &[&Object], has_part: &[bool]) -> Self {
+        let (mut firsts, mut counts): (Vec<u32>, _) = ((0..bodies.len() as u32).collect(), vec![1; bodies.len()]);
+        let places: Vec<usize> = (0..bodies.len()).filter(|&place| has_part[place]).collect();
+        let alike = first_alike(places.iter().map(|&place| bodies[place]));
+        for (&place, first) in places.iter().zip(alike).filter(|(place, first)| **place != places[*first]) {
+            firsts[place] = places[first] as u32;
+            counts[place] = 0;
+            counts[places[first]] += 1;
         }
         Self { firsts, counts }
-    }
-
-    /// The first object that is the same as this one.
-    pub(crate) fn first_of(&self, object: usize) -> usize {
-        self.firsts[object] as usize
-    }
-
-    /// Whether a first object stands for itself only.
-    pub(crate) fn is_alone(&self, first: usize) -> bool {
-        self.counts[first] == 1
-    }
-
-    /// For each first object how many asked receivers it stands for.
-    fn asked(&self, receivers: &[usize]) -> Vec<u32> {
-        let (mut is_asked, mut asked) = (vec![false; self.firsts.len()], vec![0; self.firsts.len()]);
-        for &receiver in receivers {
-            asked[self.first_of(receiver)] += u32::from(!std::mem::replace(&mut is_asked[receiver], true));
-        }
-        asked
     }
 }
 
 impl Influences<'_> {
     /// The objects that may shadow an asked receiver, ascending, of equal ones one: `receiver` itself where it is among them, unless it is flat.
     pub(crate) fn occluders_of(&self, receiver: u32) -> Cow<'_, [u32]> {
-        let first = self.coarse.alike.firsts[receiver as usize];
+        let Coarse { present, tree, .. } = self.coarse;
+        let place = self.coarse.first_place(receiver as usize) as u32;
+        let object_at = |place: u32| present.objects[place as usize];
         let found = match &self.kept {
-            Some(kept) => Cow::Borrowed(kept.occluders_of(first)),
-            None => Cow::Owned(occluders_of(&self.coarse.tree, &self.light, first)),
+            Some(kept) => Cow::Borrowed(kept.occluders_of(place)),
+            None => Cow::Owned(occluders_of(tree, &self.light, place).into_iter().map(object_at).collect()),
         };
+        let first = object_at(place);
         let own = if first == receiver { None } else { found.binary_search(&first).ok() };
         let Some(own) = own else { return found };
         let mut found = found.into_owned();
@@ -151,7 +218,7 @@ impl Influences<'_> {
         if !self.is_whole {
             return self.coarse.occluders().map(|object| object as u32).collect();
         }
-        let mut is_over = vec![false; self.coarse.faces.len()];
+        let mut is_over = vec![false; self.coarse.present.of];
         for receiver in receivers {
             let occluders = self.occluders_of(receiver as u32);
             occluders.iter().for_each(|&occluder| is_over[occluder as usize] = true);
@@ -189,15 +256,15 @@ impl Influences<'_> {
     }
 
     fn most_kept(&self) -> usize {
-        KEPT_PAIRS + PAIRS_AN_OBJECT * self.coarse.faces.len()
+        KEPT_PAIRS + PAIRS_AN_OBJECT * self.coarse.present.of
     }
 
     /// Keeps the pairs if they are no more than that; with more it goes on or breaks.
     fn see(&mut self, most: usize, beyond: ControlFlow<()>) {
-        let mut pairs = Some(Vec::new());
+        let (mut pairs, objects) = (Some(Vec::new()), &self.coarse.present.objects);
         self.count(|receiver, occluder| match &mut pairs {
             Some(kept) if kept.len() < most => {
-                kept.push((receiver, occluder));
+                kept.push((receiver, objects[occluder as usize]));
                 ControlFlow::Continue(())
             }
             _ => {
@@ -205,11 +272,11 @@ impl Influences<'_> {
                 beyond
             }
         });
-        let objects = self.coarse.tree.objects();
-        self.kept = pairs.map(|pairs| umbriel_bvh::Influences::of_pairs(pairs, objects, self.counts));
+        let places = self.coarse.tree.objects();
+        self.kept = pairs.map(|pairs| umbriel_bvh::Influences::of_pairs(pairs, places, self.counts));
     }
 
-    /// Counts the pairs of first objects, and gives each to `take` until that breaks.
+    /// Counts the pairs of first objects, and gives the places of each to `take` until that breaks.
     fn count(&mut self, mut take: impl FnMut(u32, u32) -> ControlFlow<()>) {
         let (Coarse { tree, alike, faces, .. }, asked) = (self.coarse, &self.asked);
         let (mut registered, mut face_pairs, mut is_whole) = (0, 0u64, true);
@@ -217,13 +284,13 @@ impl Influences<'_> {
             // Of a class that is its own occluder, each but itself.
             let others = alike.counts[occluder as usize] - u32::from(occluder == receiver);
             registered += u64::from(asked[receiver as usize]) * u64::from(others);
-            let [of_receiver, of_occluder] = [receiver, occluder].map(|object| u64::from(faces[object as usize]));
+            let [of_receiver, of_occluder] = [receiver, occluder].map(|place| u64::from(faces[place as usize]));
             face_pairs = face_pairs.saturating_add(of_receiver * of_occluder);
             let taken = take(receiver, occluder);
             is_whole &= taken.is_continue();
             taken
         };
-        let counts = for_each_influence(tree, &self.light, |object| asked[object as usize] > 0, register);
+        let counts = for_each_influence(tree, &self.light, |place| asked[place as usize] > 0, register);
         (self.counts, self.face_pairs, self.is_whole) = (PairCounts { registered, ..counts }, face_pairs, is_whole);
     }
 }
@@ -237,36 +304,34 @@ pub(crate) fn most_faces(object: &Object) -> usize {
     }
 }
 
-/// The tree of bounding cubes over a scene's families. A scene whose families do not form a tree over its objects is grouped by place instead.
-pub(crate) fn object_tree(
-    objects: &[Object],
-    is_left_out: impl Fn(usize) -> bool,
+/// Whether an object has no part in anything: it is empty, or no light reaches it.
+fn is_nothing(bodies: &Bodies, object: usize) -> bool {
+    bodies.is_dark(object) || bodies.bounds(object).is_empty()
+}
+
+/// The tree of bounding cubes over all objects of a scene, by its families.
+pub(crate) fn tree_of_all(scene: &Scene) -> ObjectTree {
+    let bounds = |object: u32| Some(scene.objects[object as usize].bounds());
+    object_tree(scene.objects.len(), bounds, &scene.families, |object| Some(object as u32))
+}
+
+/// The tree of bounding cubes over places, by families of objects, each of which has a place or is left out. A scene whose families do not form a tree over its
+/// objects is grouped by place instead.
+fn object_tree(
+    places: usize,
+    bounds: impl Fn(u32) -> Option<Aabb>,
     families: &FamilyTree,
+    place_of: impl Fn(usize) -> Option<u32>,
 ) -> ObjectTree {
-    let bounds = |object: u32| (!is_left_out(object as usize)).then(|| objects[object as usize].bounds());
-    let build = |families: &Families| ObjectTree::build_of(objects.len(), bounds, families);
-    build(&families_of(families, |object| object < objects.len() && is_left_out(object)))
+    let build = |families: &Families| ObjectTree::build_of(places, &bounds, families);
+    build(&families_of(families, place_of))
         .unwrap_or_else(|_| build(&Families::default()).expect("fewer than 2^30 objects without families"))
 }
 
-/// Which objects are nothing, or dark, or, if the lights are known, in no shaft from all of the receivers together to a light. The test of a shaft is monotone in
-/// both boxes, so nothing that may shadow one of the receivers goes. Cost: one test an object and light.
-fn left_out(bodies: &Bodies, receivers: &[usize], lights: Option<&[LightSource]>) -> Vec<bool> {
-    let is_nothing = |object: usize| bodies.is_dark(object) || bodies.bounds(object).is_empty();
-    let present = receivers.iter().copied().filter(|&receiver| !is_nothing(receiver));
-    let all = present.fold(Aabb::EMPTY, |all, receiver| all.union(bodies.bounds(receiver)));
-    let shafts: Option<Vec<Shaft>> = lights.map(|lights| lights.iter().map(|light| Shaft::new(&all, light)).collect());
-    let is_idle = |bounds: &Aabb| shafts.as_ref().is_some_and(|all| !all.iter().any(|shaft| shaft.may_meet(bounds)));
-    let is_left_out = |object: usize| is_nothing(object) || is_idle(&bodies.bounds(object));
-    let mut all: Vec<bool> = (0..bodies.scene.objects.len()).into_par_iter().map(is_left_out).collect();
-    receivers.iter().for_each(|&receiver| all[receiver] = is_nothing(receiver));
-    all
-}
-
-/// The families as the tree takes them, without what is left out.
-fn families_of(tree: &FamilyTree, is_left_out: impl Fn(usize) -> bool) -> Families {
+/// The families as the tree takes them, without what has no place in it.
+fn families_of(tree: &FamilyTree, place_of: impl Fn(usize) -> Option<u32>) -> Families {
     let member = |member: &umbriel_scene::Member| match *member {
-        umbriel_scene::Member::Object(object) => (!is_left_out(object)).then_some(Member::Object(object as u32)),
+        umbriel_scene::Member::Object(object) => place_of(object).map(Member::Object),
         umbriel_scene::Member::Family(family) => Some(Member::Family(family as u32)),
     };
     Families {

@@ -271,7 +271,9 @@ impl FaceSums {
     }
 
     /// What is told of an object whose faces these are.
-    pub(crate) fn report(self, object: usize, request: &Request) -> ObjectReport {
+    pub(crate) fn report(mut self, object: usize, request: &Request) -> ObjectReport {
+        // Cells came face by face; what is kept has no room for more.
+        self.cells.shrink_to_fit();
         let (area, area_error) = self.areas.area();
         let AreaSums { lower, upper, estimate, .. } = self.areas;
         let (lower, upper) = (lower.rounded_down(), upper.rounded_up());

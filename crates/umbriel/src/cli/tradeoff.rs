@@ -71,7 +71,7 @@ pub(crate) fn run(args: &TradeoffArgs) -> Result<(), Failure> {
         threads: rayon::current_num_threads(),
         ..Tradeoff::default()
     };
-    for ladder in ladders(args, scene) {
+    for ladder in ladders(args, scene).into_iter().enumerate() {
         climb(&course, ladder, args, &mut tradeoff, interrupt)?;
     }
     write(&tradeoff, &files, interrupt)?;
@@ -111,14 +111,14 @@ fn two_digits(value: f64) -> f64 {
 /// Measures the settings of a ladder, the quickest of some runs each, until one takes longer than it may.
 fn climb(
     course: &Course,
-    ladder: Vec<Setting>,
+    (number, ladder): (usize, Vec<Setting>),
     args: &TradeoffArgs,
     tradeoff: &mut Tradeoff,
     interrupt: &Interrupt,
 ) -> Result<(), Failure> {
     for setting in ladder {
         interrupt.check()?;
-        match best(course, &setting, args.runs) {
+        match best(course, &setting, number, args.runs) {
             Err(MeasureDefect::Cancelled(cancelled)) => return Err(cancelled.into()),
             Err(reason) => {
                 tradeoff.refused.push((setting.name(), reason.to_string()));
@@ -137,7 +137,7 @@ fn climb(
 }
 
 /// The quickest of some runs, and the memory of another.
-fn best(course: &Course, setting: &Setting, runs: u32) -> Result<Row, MeasureDefect> {
+fn best(course: &Course, setting: &Setting, ladder: usize, runs: u32) -> Result<Row, MeasureDefect> {
     let mut best: Option<Measurement> = None;
     for _ in 0..runs.max(1) {
         let measured = measure(course, setting, &Silent)?;
@@ -146,7 +146,7 @@ fn best(course: &Course, setting: &Setting, runs: u32) -> Result<Row, MeasureDef
         }
     }
     let measured = best.ok_or(MeasureDefect::NoAnswers)?;
-    Ok(Row { measured, peak_bytes: peak_of(setting) })
+    Ok(Row { measured, ladder, peak_bytes: peak_of(setting) })
 }
 
 /// The most memory that one run of a setting holds beside the scene and the points, bytes: [`print_peak`] in a process of its own.

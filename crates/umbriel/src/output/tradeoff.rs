@@ -13,6 +13,8 @@ const SCHEMA: u32 = 1;
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     pub(crate) measured: Measurement,
+    /// Which settings it is one of that differ in one number; they are joined in charts.
+    pub(crate) ladder: usize,
     pub(crate) peak_bytes: Option<u64>,
 }
 
@@ -244,11 +246,14 @@ impl Tradeoff {
         }
     }
 
-    /// The settings of each family, joined.
+    /// The settings of each ladder, joined, in the colour of their family.
     fn curves(&self, drawing: &mut Drawing, points: &[[f64; 2]], place: &dyn Fn([f64; 2]) -> [f64; 2]) {
-        for (kind, colour) in self.families() {
-            let own = self.rows.iter().zip(points).filter(|(row, _)| row.measured.family == kind);
-            let own: Vec<[f64; 2]> = own.map(|(_, point)| place(*point)).collect();
+        let mut rest = points;
+        for ladder in self.rows.chunk_by(|a, b| a.ladder == b.ladder) {
+            let (own, others) = rest.split_at(ladder.len());
+            rest = others;
+            let own: Vec<[f64; 2]> = own.iter().map(|&point| place(point)).collect();
+            let (_, colour) = family(ladder[0].measured.family);
             drawing.line(&own, 1.5, colour);
             own.iter().for_each(|at| drawing.dot(*at, 3.5, colour, true));
         }
@@ -326,7 +331,7 @@ mod tests {
             bytes: 1000,
             score,
         };
-        Row { measured, peak_bytes: None }
+        Row { measured, ladder: family as usize, peak_bytes: None }
     }
 
     #[test]

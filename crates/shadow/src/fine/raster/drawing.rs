@@ -2,15 +2,15 @@
 //!
 //! Few borders wait until all are there; then each tile is needed for a moment only. Many are drawn in parts: the tiles that they meet are kept, with the
 //! crossings in their cells for the estimate, and the list begins again. Both add up whole numbers, segment by segment, so the result is the same. Memory: some
-//! 70 bytes a waiting border, looked at after each body, and of what is drawn 34 KiB a tile and 64 bytes a cell that a border touches; so besides
-//! the borders of one body it goes with the cells of the face, however many borders there are.
+//! 70 bytes a waiting border, looked at after each body, and of what is drawn 34 KiB a tile and 16 bytes a cell that a border touches (64 in tiles where a byte
+//! does not hold the changes in each cell); so besides the borders of one body it goes with the cells of the face, however many borders there are.
 
 use rayon::prelude::*;
 
 use super::{
     Raster,
     bins::Bins,
-    chain::{Chain, Veil},
+    chain::{Chain, Segment, Veil},
     estimate::{Crossings, Estimate},
     span::{Walk, floor},
     tally::{Outcome, TileGrid, TileMasks},
@@ -23,6 +23,9 @@ const LEAST_WAITING: usize = 1 << 12;
 
 /// Cells for which one border waits: a border takes about as much memory as so many cells of tiles that are drawn on.
 const CELLS_A_SEGMENT: usize = 16;
+
+/// Once tiles are drawn on, waiting spares no tile: this part of the borders waits then.
+const WAITING_BESIDE_TILES: usize = 4;
 
 /// The borders on a face, drawn or waiting.
 pub(super) struct Drawing<'a> {
@@ -59,7 +62,8 @@ impl<'a> Drawing<'a> {
 
     /// Draws what waits if it is much.
     pub(super) fn relieve(&mut self) {
-        if self.chain.segments.len().max(self.chain.veils.len()) < self.most {
+        let most = if self.kept.is_empty() { self.most } else { self.most.div_ceil(WAITING_BESIDE_TILES) };
+        if self.chain.segments.len().max(self.chain.veils.len()) < most {
             return;
         }
         let tiles = self.tiles();
@@ -69,8 +73,8 @@ impl<'a> Drawing<'a> {
         self.kept.par_iter_mut().enumerate().for_each(|(number, kept)| {
             Band { raster, chain, number, size }.draw([segments.of(number), veils.of(number)], kept);
         });
-        self.chain.segments.clear();
-        self.chain.veils.clear();
+        // The room of the first list is more than those that follow need.
+        self.chain = Chain::default();
     }
 
     /// The sums over the face.
@@ -116,6 +120,19 @@ impl Kept {
         tile.move_to(place);
         Self { tile, crossings: Crossings::new() }
     }
+
+    fn draw<'s>(
+        &mut self,
+        raster: &Raster,
+        segments: impl Iterator<Item = &'s Segment>,
+        veils: impl Iterator<Item = &'s Veil>,
+    ) {
+        for segment in segments {
+            self.tile.add(segment);
+            self.crossings.add(raster, &self.tile, segment);
+        }
+        veils.for_each(|veil| self.tile.add_veil(veil));
+    }
 }
 
 /// A row of tiles.
@@ -149,12 +166,8 @@ impl Band<'_> {
             if segments.len() + veils.len() == 0 || self.is_off(&place) || (self.raster.is_cancelled)() {
                 continue;
             }
-            let Kept { tile, crossings } = kept.get_or_insert_with(|| Box::new(Kept::new(place))).as_mut();
-            for segment in segments.map(|k| &self.chain.segments[k]) {
-                tile.add(segment);
-                crossings.add(self.raster, tile, segment);
-            }
-            veils.for_each(|k| tile.add_veil(&self.chain.veils[k]));
+            let kept = kept.get_or_insert_with(|| Box::new(Kept::new(place)));
+            kept.draw(self.raster, segments.map(|k| &self.chain.segments[k]), veils.map(|k| &self.chain.veils[k]));
         }
     }
 
@@ -170,39 +183,42 @@ impl Band<'_> {
                     return Outcome::Off;
                 }
                 let [segments, veils] = in_band.tile(number);
-                let mut kept = kept.get_mut(number).and_then(Option::take);
+                let kept = kept.get_mut(number).and_then(Option::take);
                 if segments.len() + veils.len() == 0 && kept.is_none() {
                     return Outcome::clear(carry[0]);
                 }
-                let (tile, crossings) = match &mut kept {
-                    Some(kept) => (&mut kept.tile, Some(&kept.crossings)),
-                    None => {
-                        fresh.move_to(place);
-                        (&mut fresh, None)
-                    }
+                let segments = segments.map(|k| &self.chain.segments[k]);
+                let veils = veils.map(|k| &self.chain.veils[k]);
+                let Some(mut kept) = kept else {
+                    fresh.move_to(place);
+                    segments.clone().for_each(|segment| fresh.add(segment));
+                    veils.for_each(|veil| fresh.add_veil(veil));
+                    return self.settle_tile(&fresh, &mut carry, |open, before| {
+                        let mut estimate = Estimate::new(self.raster, &fresh, open, before);
+                        segments.clone().for_each(|segment| estimate.add(&fresh, open, segment));
+                        estimate.lit_points()
+                    });
                 };
-                segments.clone().for_each(|k| tile.add(&self.chain.segments[k]));
-                veils.for_each(|k| tile.add_veil(&self.chain.veils[k]));
-                self.settle_tile(tile, &mut carry, (segments, crossings))
+                kept.draw(self.raster, segments, veils);
+                let Kept { tile, crossings } = kept.as_ref();
+                self.settle_tile(tile, &mut carry, |open, before| crossings.lit_points(tile, open, before))
             })
             .collect()
     }
 
+    /// `lit_points` answers how many points of each undecided cell are lit, given the windings at the left.
     fn settle_tile(
         &self,
         tile: &Tile,
         carry: &mut [i32; TILE],
-        (segments, crossings): (impl Iterator<Item = usize>, Option<&Crossings>),
+        lit_points: impl Fn(&[u64; TILE], &[i32; TILE]) -> Vec<u8>,
     ) -> Outcome {
         let before = *carry;
         let proofs = tile.settle(carry);
         let masks = TileMasks::new(self.raster, tile.place, &proofs);
-        if let Some(outcome) = masks.whole() {
-            return outcome;
-        }
-        let mut estimate = Estimate::new(self.raster, tile, &masks.open, &before, crossings);
-        segments.for_each(|k| estimate.add(tile, &masks.open, &self.chain.segments[k]));
-        Outcome::Mixed(Box::new(masks.tally(self.raster, &estimate)))
+        masks
+            .whole()
+            .unwrap_or_else(|| Outcome::Mixed(Box::new(masks.tally(self.raster, &lit_points(&masks.open, &before)))))
     }
 
     fn place(&self, number: usize) -> TilePlace {
@@ -249,10 +265,7 @@ mod tests {
     use umbriel_octree::Face;
 
     use super::*;
-    use crate::fine::{
-        flat::{FaceShape, Levels},
-        raster::chain::Segment,
-    };
+    use crate::fine::flat::{FaceShape, Levels};
 
     /// Counter-clockwise borders of triangles with corners on a grid finer than the cells, and here and there one as a veil.
     fn triangles(count: usize, cells: f64) -> impl Iterator<Item = Result<[Segment; 3], Veil>> {

@@ -41,8 +41,14 @@ pub(crate) struct Estimate {
 pub(crate) struct Crossings {
     /// Which of `cells` each cell is, row by row; [`NONE`] where no segment touches it.
     places: Vec<u16>,
-    /// Changes from the winding of the middle. Points are found anew for each segment: they would take twice as much memory.
-    cells: Vec<Windings>,
+    cells: Changes,
+}
+
+/// Changes from the winding of the middle, cell by cell. Points are found anew for each segment: they would take eight times as much memory.
+enum Changes {
+    /// As long as a byte holds each: so it is but where very much is crowded over a cell.
+    Narrow(Vec<[i8; POINTS]>),
+    Wide(Vec<Windings>),
 }
 
 /// No cell of a tile has this number.
@@ -51,7 +57,7 @@ const NONE: u16 = u16::MAX;
 impl Crossings {
     /// No segment yet.
     pub(crate) fn new() -> Self {
-        Self { places: vec![NONE; TILE * TILE], cells: Vec::new() }
+        Self { places: vec![NONE; TILE * TILE], cells: Changes::Narrow(Vec::new()) }
     }
 
     /// Takes a segment's crossings into account in all cells that it touches.
@@ -61,30 +67,86 @@ impl Crossings {
             let Some(points) = CellPoints::new(raster, tile, [row, column]) else { return };
             let place = &mut self.places[row * TILE + column];
             if *place == NONE {
-                *place = self.cells.len() as u16;
-                self.cells.push([0; POINTS]);
+                *place = self.cells.push();
             }
-            let windings = &mut self.cells[usize::from(*place)];
-            points.cross_about(middle, segment, if is_left { -net } else { net }, windings);
+            let mut changes = [0; POINTS];
+            points.cross_about(middle, segment, if is_left { -net } else { net }, &mut changes);
+            self.cells.add(*place, &changes);
         });
     }
 
-    fn of(&self, row: usize, column: usize) -> Option<&Windings> {
-        self.cells.get(usize::from(self.places[row * TILE + column]))
+    /// How many of the points of each cell of `open` are lit, in the order of rows and columns; `carry` is the winding at the left of the tile's rows.
+    pub(crate) fn lit_points(&self, tile: &Tile, open: &[u64; TILE], carry: &[i32; TILE]) -> Vec<u8> {
+        let mut lit = Vec::with_capacity(count(open));
+        for (row, &bits) in open.iter().enumerate().filter(|(_, bits)| **bits != 0) {
+            let windings = tile.windings(row, carry[row]);
+            let columns = (0..TILE).filter(|column| bits >> column & 1 == 1);
+            lit.extend(columns.map(|column| lit_of(self.of(row, column).map(|change| windings[column] + change))));
+        }
+        lit
+    }
+
+    /// The changes in a cell; none where nothing touches it.
+    fn of(&self, row: usize, column: usize) -> Windings {
+        match self.places[row * TILE + column] {
+            NONE => [0; POINTS],
+            place => self.cells.get(place),
+        }
+    }
+}
+
+/// How many cells these are.
+fn count(cells: &[u64; TILE]) -> usize {
+    cells.iter().map(|bits| bits.count_ones() as usize).sum()
+}
+
+fn lit_of(windings: Windings) -> u8 {
+    windings.iter().filter(|&&winding| winding <= 0).count() as u8
+}
+
+impl Changes {
+    /// One more cell; answers its place.
+    fn push(&mut self) -> u16 {
+        let place = match self {
+            Self::Narrow(cells) => {
+                cells.push([0; POINTS]);
+                cells.len() - 1
+            }
+            Self::Wide(cells) => {
+                cells.push([0; POINTS]);
+                cells.len() - 1
+            }
+        };
+        place as u16
+    }
+
+    fn get(&self, place: u16) -> Windings {
+        match self {
+            Self::Narrow(cells) => cells[usize::from(place)].map(i32::from),
+            Self::Wide(cells) => cells[usize::from(place)],
+        }
+    }
+
+    fn add(&mut self, place: u16, changes: &Windings) {
+        let mut sums = self.get(place);
+        sums.iter_mut().zip(changes).for_each(|(sum, change)| *sum += change);
+        if let Self::Narrow(cells) = self {
+            if sums.iter().all(|&sum| i8::try_from(sum).is_ok()) {
+                cells[usize::from(place)] = sums.map(|sum| sum as i8);
+                return;
+            }
+            *self = Self::Wide(cells.iter().map(|cell| cell.map(i32::from)).collect());
+        }
+        if let Self::Wide(cells) = self {
+            cells[usize::from(place)] = sums;
+        }
     }
 }
 
 impl Estimate {
-    /// For the cells `open` of a tile; `carry` is the winding at the left of the tile's rows, `crossings` what is known of segments that are not added.
-    pub(crate) fn new(
-        raster: &Raster,
-        tile: &Tile,
-        open: &[u64; TILE],
-        carry: &[i32; TILE],
-        crossings: Option<&Crossings>,
-    ) -> Self {
-        let count = open.iter().map(|bits| bits.count_ones() as usize).sum();
-        let mut estimate = Self { before: [0; TILE], cells: Vec::with_capacity(count) };
+    /// For the cells `open` of a tile; `carry` is the winding at the left of the tile's rows.
+    pub(crate) fn new(raster: &Raster, tile: &Tile, open: &[u64; TILE], carry: &[i32; TILE]) -> Self {
+        let mut estimate = Self { before: [0; TILE], cells: Vec::with_capacity(count(open)) };
         for (row, &bits) in open.iter().enumerate() {
             estimate.before[row] = estimate.cells.len();
             if bits == 0 {
@@ -93,9 +155,7 @@ impl Estimate {
             let windings = tile.windings(row, carry[row]);
             for column in (0..TILE).filter(|column| bits >> column & 1 == 1) {
                 let Some(points) = CellPoints::new(raster, tile, [row, column]) else { continue };
-                let known = crossings.and_then(|crossings| crossings.of(row, column));
-                let changes = known.unwrap_or(&[0; POINTS]);
-                estimate.cells.push(OpenCell { points, windings: changes.map(|change| windings[column] + change) });
+                estimate.cells.push(OpenCell { points, windings: [windings[column]; POINTS] });
             }
         }
         estimate
@@ -112,8 +172,8 @@ impl Estimate {
     }
 
     /// How many of the points of each cell are lit, in the order of rows and columns.
-    pub(crate) fn lit_points(&self) -> impl Iterator<Item = u64> + '_ {
-        self.cells.iter().map(|cell| cell.windings.iter().filter(|&&winding| winding <= 0).count() as u64)
+    pub(crate) fn lit_points(&self) -> Vec<u8> {
+        self.cells.iter().map(|cell| lit_of(cell.windings)).collect()
     }
 }
 
@@ -153,5 +213,26 @@ impl CellPoints {
             let is_between = (x * a[1] - y * a[0] > 0.0) != (x * b[1] - y * b[0] > 0.0);
             *winding += if is_other_side & is_between { change } else { 0 };
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_that_a_byte_does_not_hold_are_kept_all_the_same() {
+        let mut changes = Changes::Narrow(Vec::new());
+        let places = [changes.push(), changes.push()];
+        let step: Windings = std::array::from_fn(|k| k as i32 - 8);
+        for count in 1..=20 {
+            changes.add(places[1], &step);
+            assert_eq!(changes.get(places[1]), step.map(|change| change * count));
+            // Eight times sixteen below nothing is the last that fits.
+            assert_eq!(matches!(changes, Changes::Narrow(_)), count <= 16);
+        }
+        let last = changes.push();
+        changes.add(last, &step);
+        assert_eq!([places[0], last].map(|place| changes.get(place)), [[0; POINTS], step]);
     }
 }

@@ -7,7 +7,6 @@ use umbriel_octree::Quadrant;
 
 use super::{
     Raster,
-    estimate::Estimate,
     tile::{Proofs, TILE, TilePlace},
 };
 use crate::{
@@ -95,11 +94,11 @@ impl TileMasks {
         }
     }
 
-    /// Counts all cells.
-    pub(super) fn tally(&self, raster: &Raster, estimate: &Estimate) -> Tally<Units> {
+    /// Counts all cells; of the undecided ones it is known how many points are lit.
+    pub(super) fn tally(&self, raster: &Raster, lit_points: &[u8]) -> Tally<Units> {
         let mut tally = Tally::new();
         let level = raster.levels.finest;
-        let mut lit_points = estimate.lit_points();
+        let mut lit_points = lit_points.iter().map(|&points| u64::from(points));
         for row in 0..self.place.size as usize {
             tally.examined += u64::from(self.on_face[row].count_ones());
             let mut left = self.open[row];

@@ -30,7 +30,7 @@ use umbriel_geometry::{Aabb, Facets, LightSource, Mesh};
 pub use faults::Faults;
 
 use super::{Polygons, Rival, RivalAnswer, RivalPoint, RivalRefusal, polygons::triangles_of};
-use crate::{coarse::object_tree, query::Precision, slack::SlackBox};
+use crate::{coarse::tree_of_all, query::Precision, slack::SlackBox};
 
 /// The method read literally.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +65,7 @@ impl<'a> Method<'a> {
     fn new(polygons: &'a Polygons, light: &'a LightSource) -> Self {
         let objects = polygons.boxes().len();
         let scene = polygons.scene();
-        let influences = influences(&object_tree(&scene.objects, |_| false, &scene.families), light, |_| true);
+        let influences = influences(&tree_of_all(scene), light, |_| true);
         let bodies = (0..objects).into_par_iter().map(|object| Body::new(polygons.facets(object))).collect();
         Self { bodies, influences, light }
     }

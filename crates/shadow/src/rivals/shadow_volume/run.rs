@@ -85,13 +85,24 @@ impl Run<'_> {
 
     #[inline(always)]
     fn fill_by(self, decide: impl Fn(i32, i32, u64) -> i32) {
-        if self.is_inside { self.fill_within::<0>(decide) } else { self.fill_within::<4>(decide) }
+        if self.is_inside { self.fill_inside(decide) } else { self.fill_within(decide) }
+    }
+
+    /// As [`Run::fill_within`] without edges, point by point: blocks of so little would be gathered, not loaded.
+    #[inline(always)]
+    fn fill_inside(self, decide: impl Fn(i32, i32, u64) -> i32) {
+        let Run { cone, points: Points { x, y, nearness, owner }, counts, .. } = self;
+        for ((((x, y), nearness), &owner), count) in x.iter().zip(y).zip(nearness).zip(owner).zip(counts) {
+            let own = cone.nearness.x * x + cone.nearness.y * y + cone.nearness.z;
+            let beyond = if own < *nearness { cone.leaves } else { 0 };
+            *count += decide(beyond, cone.leaves, owner);
+        }
     }
 
     /// `decide` has the last word on what is added: by what it would be as the polygon lies beyond the point or not, by what it would be if it did, and by
     /// the point's owner.
     #[inline(always)]
-    fn fill_within<const EDGES: usize>(self, decide: impl Fn(i32, i32, u64) -> i32) {
+    fn fill_within(self, decide: impl Fn(i32, i32, u64) -> i32) {
         let Run { cone, points, counts, .. } = self;
         let (x, x_rest) = points.x.as_chunks::<BLOCK>();
         let (y, y_rest) = points.y.as_chunks::<BLOCK>();
@@ -99,18 +110,18 @@ impl Run<'_> {
         let (owner, owner_rest) = points.owner.as_chunks::<BLOCK>();
         let (counts, counts_rest) = counts.as_chunks_mut::<BLOCK>();
         for ((((x, y), nearness), owner), counts) in x.iter().zip(y).zip(nearness).zip(owner).zip(counts) {
-            fill_block::<EDGES, _>(cone, [x, y, nearness], owner, counts, &decide);
+            fill_block(cone, [x, y, nearness], owner, counts, &decide);
         }
         for (k, count) in counts_rest.iter_mut().enumerate() {
             let columns = [&[x_rest[k]], &[y_rest[k]], &[nearness_rest[k]]];
-            fill_block::<EDGES, _>(cone, columns, &[owner_rest[k]], std::array::from_mut(count), &decide);
+            fill_block(cone, columns, &[owner_rest[k]], std::array::from_mut(count), &decide);
         }
     }
 }
 
-/// A block of points: each test is made for all of them before the next one, without a branch; none for edges beyond the first so many.
+/// A block of points: each test is made for all of them before the next one, without a branch.
 #[inline(always)]
-fn fill_block<const EDGES: usize, const N: usize>(
+fn fill_block<const N: usize>(
     cone: &Cone,
     [x, y, nearness]: [&[f64; N]; 3],
     owner: &[u64; N],
@@ -118,7 +129,7 @@ fn fill_block<const EDGES: usize, const N: usize>(
     decide: impl Fn(i32, i32, u64) -> i32,
 ) {
     let mut held = [cone.leaves; N];
-    for (edge, least) in cone.edges.iter().zip(cone.least).take(EDGES) {
+    for (edge, least) in cone.edges.iter().zip(cone.least) {
         for k in 0..N {
             let value = edge.x * x[k] + edge.y * y[k] + edge.z;
             held[k] = if value >= least { held[k] } else { 0 };
