@@ -41,10 +41,10 @@ impl Check<'_> {
         if node.rotation.is_some_and(|rotation| !is_unit(rotation)) {
             self.tell(&place(), "its rotation is no unit quaternion");
         }
-        if node.matrix.is_some_and(|matrix| is_skewed(&matrix)) {
+        if node.matrix.as_ref().is_some_and(|matrix| is_skewed(matrix)) {
             self.tell(&place(), "its matrix skews");
         }
-        if node.matrix.is_some_and(|matrix| !is_affine(&matrix)) {
+        if node.matrix.as_ref().is_some_and(|matrix| !is_affine(matrix)) {
             self.tell(&place(), "the last row of its matrix is not quite 0 0 0 1");
         }
     }
