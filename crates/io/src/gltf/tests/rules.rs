@@ -108,13 +108,23 @@ fn rules_broken_without_harm_are_told() {
 }
 
 #[test]
+fn halves_of_characters_are_told_and_replaced() {
+    let text = br#"{"asset": {"version": "2.0"}, "nodes": [{"name": "\ud83c\udfe0"}, {"name": "a\ud83c"}]}"#;
+    let (document, _) = super::super::parse(text).expect("a document");
+    assert_eq!(document.nodes[1].name.as_deref(), Some("a\u{fffd}"));
+    let model = read(text, &folder(), &reading()).expect("a model");
+    let told: Vec<_> = found(model).into_iter().filter(|(_, subject, _)| subject.starts_with("JSON")).collect();
+    assert!(matches!(&told[..], [(FindingKind::BrokenRule, _, 1)]), "{told:?}");
+}
+
+#[test]
 fn whole_numbers_may_be_written_as_floats() {
     let (mut document, data) = changed(|document, _| document["scenes"] = json!([{ "nodes": [0.0] }]));
     document["scene"] = json!(0.0);
     assert_eq!(model((document.clone(), data)).objects.len(), 1);
     let digits = "0".repeat(70_000);
     let long = format!("{{ \"asset\": {{ \"version\": \"2.0\" }}, \"scene\": 0.{digits} }}");
-    assert!(super::super::parse(long.as_bytes()).is_ok_and(|document| document.scene == Some(0)));
+    assert!(super::super::parse(long.as_bytes()).is_ok_and(|(document, _)| document.scene == Some(0)));
     for scene in [json!(0.5), json!(-1.0), json!(1e300)] {
         document["scene"] = scene;
         assert!(parse((document.clone(), Data::default())).is_err());
