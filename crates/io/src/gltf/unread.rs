@@ -93,9 +93,9 @@ fn sums(document: &Document, accessors: &Accessors, sets: &[usize], left: &mut u
     Some(sums)
 }
 
-/// The elements of an accessor that has a view, at hand, and nothing sparse.
+/// The elements of an accessor without anything sparse: those of a view at hand, or zeros.
 struct Plain<'a> {
-    bytes: Cow<'a, [u8]>,
+    bytes: Option<Cow<'a, [u8]>>,
     component: Component,
     normalized: bool,
     offset: usize,
@@ -108,24 +108,35 @@ impl<'a> Plain<'a> {
     /// Takes what looking at them costs from `left`; `None` where that is too little.
     fn of(document: &Document, accessors: &'a Accessors, index: usize, left: &mut u64) -> Option<Self> {
         let accessor = &document.accessors[index];
-        let view = accessor.buffer_view.filter(|_| accessor.sparse.is_none())?;
+        if accessor.sparse.is_some() {
+            return None;
+        }
         *left = left.checked_sub(accessor.count as u64)?;
         let component = Component::of(accessor.component_type).ok()?;
         let size = super::validate::element_size(&accessor.kind, component)?;
+        let bytes = match accessor.buffer_view {
+            Some(view) => Some(accessors.views().at_hand(view, left)?.ok()?),
+            None => None,
+        };
+        let view = accessor.buffer_view.map(|view| &document.buffer_views[view]);
         Some(Self {
-            bytes: accessors.views().at_hand(view, left)?.ok()?,
+            bytes,
             component,
             normalized: accessor.normalized,
             offset: accessor.byte_offset(),
             count: accessor.count,
-            stride: document.buffer_views[view].stride(size),
+            stride: view.map_or(size, |view| view.stride(size)),
             size,
         })
     }
 
     /// The components of each vector, up to where they leave the view.
     fn for_each(&self, mut look: impl FnMut(usize, &[f64])) {
-        let element = |number: usize| element_at(&self.bytes, self.offset, number.checked_mul(self.stride)?, self.size);
+        let zeros = vec![0; self.size];
+        let element = |number: usize| match &self.bytes {
+            Some(bytes) => element_at(bytes, self.offset, number.checked_mul(self.stride)?, self.size),
+            None => Some(&zeros[..]),
+        };
         for (number, element) in (0..self.count).map_while(element).enumerate() {
             let mut values = [0.0; 4];
             let components = element.chunks_exact(self.component.size());

@@ -268,13 +268,16 @@ fn values_of_kinds_that_no_member_has_are_told() {
         document["materials"] = unlit;
     });
     assert!(expected.iter().all(|expected| found.iter().any(|found| found.starts_with(expected))), "{found:?}");
-    // What it holds may be anything.
+    // What it holds may be anything where nothing reads it.
     let open = json!({ "VENDOR_thing": { "a": null, "b": [[1]], "asset": [] } });
     let found = told(|document, _| {
         document["extensionsUsed"] = json!(["VENDOR_thing"]);
         document["extensions"] = open;
     });
     assert_eq!(found, Vec::<String>::new());
+    let deep = format!("{}1{}", "{ \"odd\": ".repeat(1000), "}".repeat(1000));
+    let told = validate::kinds::check(deep.as_bytes(), &Default::default());
+    assert!(told.keys().any(|told| told.starts_with("JSON: what follows is not looked at")), "{told:?}");
 }
 
 #[test]
@@ -376,6 +379,11 @@ fn directions_have_length_one() {
     for second in [[0.0; 3], [0.0, 0.0, 1.001], [0.5; 3], [3.0, 0.0, 4.0]] {
         assert_eq!(normals(second), ["1 accessor 1: normals that are not of length 1"], "{second:?}");
     }
+    let zeros = attribute("NORMAL", |data| {
+        data.accessors.push(json!({ "componentType": 5126, "type": "VEC3", "count": 3 }));
+        data.accessors.len() - 1
+    });
+    assert_eq!(zeros, ["3 accessor 1: normals that are not of length 1"]);
     let tangents = |w: f32| {
         attribute("TANGENT", |data| data.floats(&[[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, w], [1.0, 0.0, 0.0, -1.0]]))
     };

@@ -1,6 +1,9 @@
 //! Rules that a document breaks without leaving a doubt about what it shows: they are told.
 
-use std::{collections::HashSet, f64::consts::FRAC_PI_4};
+use std::{
+    collections::HashSet,
+    f64::consts::{FRAC_PI_2, FRAC_PI_4},
+};
 
 use super::Check;
 use crate::{
@@ -122,10 +125,10 @@ impl Check<'_> {
     }
 }
 
-/// Whether the angles of a spot are in order.
+/// Whether the angles of a spot are in order, and not above a right angle as 32 bits hold it.
 fn is_cone(spot: &SpotCone) -> bool {
     let (inner, outer) = (spot.inner_cone_angle.unwrap_or(0.0), spot.outer_cone_angle.unwrap_or(FRAC_PI_4));
-    0.0 <= inner && inner <= outer
+    0.0 <= inner && inner < outer && outer as f32 <= FRAC_PI_2 as f32
 }
 
 /// Whether an extension brings pictures of other kinds.
