@@ -97,12 +97,15 @@ fn rules_broken_without_harm_are_told() {
     assert_eq!(counts, ["mesh 0, primitive 0: its attributes differ in their number of vertices"]);
     let empty = told(|document, data| {
         document["meshes"].as_array_mut().expect("meshes").push(json!({ "primitives": [] }));
+        let still = json!({ "primitives": [{ "attributes": { "POSITION": 0 }, "targets": [{}] }] });
+        document["meshes"].as_array_mut().expect("meshes").push(still);
         data.accessors.push(json!({ "componentType": 5126, "type": "MAT3", "count": 0, "normalized": true }));
     });
     let rules = [
         "accessor 1: it has no elements",
         "accessor 1: its components cannot be normalised",
         "mesh 1: it has no primitives",
+        "mesh 2, primitive 0: a morph target of it has no attributes",
     ];
     assert_eq!(empty, rules);
 }
