@@ -46,6 +46,12 @@ pub(crate) struct Model {
     pub(crate) findings: Findings,
 }
 
+/// Findings that are told apart. Three bytes may break a rule, and its words take a hundred: what is beyond this many only counts.
+const MOST_SUBJECTS: usize = 1 << 16;
+
+/// The subject of those.
+const OTHERS: &str = "(others)";
+
 /// Findings by kind and subject, counts added up, the first places kept.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Findings(BTreeMap<(FindingKind, String), Found>);
@@ -84,7 +90,9 @@ impl Findings {
     }
 
     fn entry(&mut self, kind: FindingKind, subject: &str) -> &mut Found {
-        self.0.entry((kind, subject.to_owned())).or_default()
+        let key = (kind, subject.to_owned());
+        let is_one_more = self.0.len() >= MOST_SUBJECTS && !self.0.contains_key(&key);
+        self.0.entry(if is_one_more { (kind, OTHERS.to_owned()) } else { key }).or_default()
     }
 
     /// Takes over the findings of a part; `rename` says what its subjects are called in the whole.
@@ -346,4 +354,22 @@ fn copy_members(
         target.families[new].members = copy(&source.families[old].members, target, &mut open);
     }
     roots
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn findings_beyond_a_number_only_count() {
+        let mut findings = Findings::default();
+        (0..MOST_SUBJECTS + 1000)
+            .for_each(|number| findings.add(FindingKind::BrokenRule, &format!("image {number}"), 1));
+        findings.add(FindingKind::BrokenRule, "image 7", 1);
+        let list = findings.into_list();
+        assert_eq!(list.len(), MOST_SUBJECTS + 1);
+        assert_eq!(list.iter().map(|finding| finding.count).sum::<usize>(), MOST_SUBJECTS + 1001);
+        let others = list.iter().find(|finding| finding.subject == OTHERS).expect("told");
+        assert_eq!(others.count, 1000);
+    }
 }

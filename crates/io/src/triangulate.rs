@@ -80,9 +80,16 @@ fn newell_normal(corners: &[DVec3]) -> DVec3 {
     (1..corners.len().saturating_sub(1)).map(|i| from_first(i).cross(from_first(i + 1))).sum()
 }
 
+/// As [`newell_normal`], each triangle of the fan by its size: as much area one way round as the other (a bow tie) is still seen.
+fn sizes(corners: &[DVec3]) -> DVec3 {
+    let from_first = |i: usize| corners[i] - corners[0];
+    (1..corners.len().saturating_sub(1)).map(|i| from_first(i).cross(from_first(i + 1)).abs()).sum()
+}
+
 /// The corners seen along the dominant axis of the normal, counter-clockwise.
 fn project(corners: &[DVec3]) -> Vec<Coord<f64>> {
     let normal = newell_normal(corners);
+    let normal = if normal == DVec3::ZERO { sizes(corners) } else { normal };
     let axis = (0..3).fold(0, |best, axis| if normal[axis].abs() > normal[best].abs() { axis } else { best });
     let (mut first, mut second) = ((axis + 1) % 3, (axis + 2) % 3);
     if normal[axis] < 0.0 {

@@ -79,6 +79,11 @@ impl Component {
         }
     }
 
+    /// From one normalised number to the next; 0 for floats.
+    pub(super) fn step(self) -> f64 {
+        if self == Self::F32 { 0.0 } else { 1.0 / self.one() }
+    }
+
     /// What stands for 1 when components are normalised.
     fn one(self) -> f64 {
         match self {

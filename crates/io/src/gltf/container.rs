@@ -175,11 +175,24 @@ impl<'a> Buffers<'a> {
         if length < declared.byte_length as u64 { Err(too_short(index, declared, length)) } else { Ok(()) }
     }
 
-    /// The file that a URI names.
+    /// The file that a URI names; what is odd about the URI is told.
     fn file(&self, uri: &str, place: &str) -> Result<Located, LoadProblem> {
+        let (file, is_turned) = self.located(uri, place)?;
+        if is_turned {
+            self.broken.borrow_mut().insert(format!("{place}: its uri has backslashes, taken as slashes"));
+        }
+        Ok(file)
+    }
+
+    /// The file that a URI names, and whether its backslashes were taken as slashes: so browsers do, and so it is where no file has them in its name.
+    fn located(&self, uri: &str, place: &str) -> Result<(Located, bool), LoadProblem> {
         let path = percent_encoding::percent_decode_str(uri).decode_utf8();
         let path = path.map_err(|_| LoadProblem::element(place, "its uri is not UTF-8 once percent-decoded"))?;
-        self.folder.resolve(&path, place)
+        let turned = || {
+            let turned = path.contains('\\').then(|| path.replace('\\', "/"))?;
+            self.folder.resolve(&turned, place).ok().map(|file| (file, true))
+        };
+        self.folder.resolve(&path, place).map(|file| (file, false)).or_else(|problem| turned().ok_or(problem))
     }
 
     fn fetch(&self, index: usize, declared: &Buffer) -> Result<Bytes<'a>, LoadProblem> {
@@ -244,7 +257,7 @@ impl<'a> Buffers<'a> {
             let mut needs = HashMap::new();
             for (uri, length) in of_uri {
                 // What does not lead to a file is told where it is asked for.
-                if let Ok(file) = self.file(uri, "") {
+                if let Ok((file, _)) = self.located(uri, "") {
                     let most: &mut usize = needs.entry(file.real).or_default();
                     *most = length.max(*most);
                 }

@@ -203,7 +203,8 @@ pub(super) struct Node {
     pub(super) name: Option<String>,
     #[serde(default)]
     pub(super) children: Vec<usize>,
-    pub(super) matrix: Option<[f64; 16]>,
+    /// Boxed, as is all that few nodes have: files may have millions of nodes.
+    pub(super) matrix: Option<Box<[f64; 16]>>,
     pub(super) translation: Option<[f64; 3]>,
     pub(super) rotation: Option<[f64; 4]>,
     pub(super) scale: Option<[f64; 3]>,
@@ -224,7 +225,7 @@ pub(super) struct NodeExtensions {
     #[serde(rename = "EXT_mesh_gpu_instancing")]
     pub(super) instancing: Option<Instancing>,
     #[serde(rename = "KHR_physics_rigid_bodies")]
-    pub(super) rigid_body: Option<RigidBody>,
+    pub(super) rigid_body: Option<Box<RigidBody>>,
 }
 
 #[derive(Debug, Deserialize)]

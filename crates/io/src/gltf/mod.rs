@@ -32,10 +32,13 @@ mod primitive;
 mod rooms;
 mod shapes;
 mod skins;
+mod text;
 mod textures;
 mod unread;
 mod validate;
 mod views;
+
+use std::borrow::Cow;
 
 use umbriel_scene::FindingKind;
 
@@ -102,7 +105,7 @@ const LIKELY_WITHOUT_EFFECT: [&str; 6] =
 /// Reads a glTF file.
 pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<Model, LoadProblem> {
     let container = container::split(bytes)?;
-    let document = parse(container.text)?;
+    let (document, text) = parse(container.text)?;
     check_version(&document)?;
     check_required(&document)?;
     let buffers = Buffers::new(&document.buffers, container.binary, folder);
@@ -120,8 +123,12 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     for rule in accessors.views().broken_rules() {
         model.findings.add(FindingKind::BrokenRule, &rule, 1);
     }
-    for (fault, count) in validate::kinds::check(container.text, &document.extensions_used) {
+    for (fault, count) in validate::kinds::check(&text, &document.extensions_used) {
         model.findings.add(FindingKind::BrokenRule, &fault, count);
+    }
+    if let Cow::Owned(_) = text {
+        let subject = "JSON: halves of characters, which no text has, taken as U+FFFD";
+        model.findings.add(FindingKind::BrokenRule, subject, text::halves(container.text));
     }
     for rule in container.broken {
         model.tell("GLB container", rule);
@@ -132,16 +139,20 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     Ok(model)
 }
 
-/// The document of a text. Some exporters write whole numbers as `3.0`, which is the same number in JSON; a text that is
-/// not glTF is read once more with those as `3`.
-fn parse(text: &[u8]) -> Result<Document, LoadProblem> {
+/// The document of a text, and the text as it was read. Some exporters write whole numbers as `3.0`, which is the same number in JSON, or
+/// halves of characters, which its grammar has; a text that is not glTF is read once more with `3`, and U+FFFD.
+fn parse(text: &[u8]) -> Result<(Document, Cow<'_, [u8]>), LoadProblem> {
     check_encoding(text)?;
-    let again = |_| serde_json::from_slice(&whole_numbers(text));
-    serde_json::from_slice(text).or_else(again).map_err(|fault| LoadProblem::Text {
+    if let Ok(document) = serde_json::from_slice(text) {
+        return Ok((document, text.into()));
+    }
+    let plain = text::plain(text);
+    let document = serde_json::from_slice(&plain).map_err(|fault| LoadProblem::Text {
         line: fault.line(),
         column: Some(fault.column().max(1)),
         message: format!("its JSON is not glTF 2.0: {}", without_place(&fault)),
-    })
+    })?;
+    Ok((document, plain.into()))
 }
 
 /// Refuses what is not UTF-8, which members that are not read may hold, too.
@@ -151,51 +162,6 @@ fn check_encoding(text: &[u8]) -> Result<(), LoadProblem> {
     let last = lines.next_back().map_or(0, <[u8]>::len);
     let message = "its JSON is not UTF-8".to_owned();
     Err(LoadProblem::Text { line: lines.count() + 1, column: Some(last + 1), message })
-}
-
-/// The text with floats that are whole numbers as integers, in the same place where there is room.
-fn whole_numbers(text: &[u8]) -> Vec<u8> {
-    let mut changed = Vec::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(&first) = rest.first() {
-        let length = match first {
-            b'"' => string_length(rest),
-            b'-' | b'0'..=b'9' => {
-                rest.iter().take_while(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'e' | b'E')).count()
-            }
-            _ => 1,
-        };
-        let (token, behind) = rest.split_at(length);
-        let end = changed.len() + length;
-        match whole_number(token).filter(|_| first != b'"') {
-            Some(number) => changed.extend(number.to_string().bytes()),
-            None => changed.extend(token),
-        }
-        changed.resize(end.max(changed.len()), b' ');
-        rest = behind;
-    }
-    changed
-}
-
-/// The integer that a float stands for, if it is one.
-fn whole_number(token: &[u8]) -> Option<i64> {
-    let is_float = token.iter().any(|byte| matches!(byte, b'.' | b'e' | b'E'));
-    let float: f64 = str::from_utf8(token).ok().filter(|_| is_float)?.parse().ok()?;
-    // Floats hold all whole numbers up to 2^53.
-    (float.fract() == 0.0 && float.abs() <= 9_007_199_254_740_992.0).then_some(float as i64)
-}
-
-/// The length of the string that a text begins with, its quotes included.
-fn string_length(text: &[u8]) -> usize {
-    let mut at = 1;
-    while let Some(&byte) = text.get(at) {
-        match byte {
-            b'"' => return at + 1,
-            b'\\' => at += 2,
-            _ => at += 1,
-        }
-    }
-    text.len()
 }
 
 /// The message without the line and column that end it, in words of the format.

@@ -69,14 +69,14 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     /// Adds what a node is: a cell or portal, a body, or objects with its mesh.
-    fn take(&mut self, placed: &Placed, room: Option<Room>) -> Result<(), LoadProblem> {
+    fn take(&mut self, placed: &Placed, room: Option<Box<Room>>) -> Result<(), LoadProblem> {
         let node = &self.document.nodes[placed.node];
         let shape = match (node.mesh, self.colliders) {
             (Some(_), Colliders::WithoutMesh) => Ok(None),
             _ => shapes::declared(self.document, node),
         };
         let shape = shape.map_err(|message| LoadProblem::element(place(placed.node, node), message))?;
-        match (room, shape, node.mesh) {
+        match (room.map(|room| *room), shape, node.mesh) {
             (Some(Room::Cell(cell)), ..) => self.model.cells.push(cell),
             (Some(Room::Portal(portal)), ..) => self.model.portals.push(portal),
             (None, Some(shape), _) => add_body(&mut self.model, placed, node, shape),

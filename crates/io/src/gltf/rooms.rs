@@ -51,7 +51,7 @@ pub(super) fn of_nodes(
     meshes: &mut Meshes,
     findings: &mut Findings,
     ledger: &Ledger,
-) -> Result<Vec<Option<Room>>, LoadProblem> {
+) -> Result<Vec<Option<Box<Room>>>, LoadProblem> {
     let place_of = |placed: &Placed| place(placed.node, &document.nodes[placed.node]);
     let mut rooms = Vec::with_capacity(hierarchy.placed.len());
     let mut named = Vec::new();
@@ -62,7 +62,7 @@ pub(super) fn of_nodes(
             Ok(Some((role, is_stated))) => match room(role, placed, node, meshes)? {
                 Ok(room) => {
                     named.extend((!is_stated).then_some(number));
-                    Ok(Some(room))
+                    Ok(Some(Box::new(room)))
                 }
                 Err(fault) if is_stated => return Err(LoadProblem::element(place_of(placed), fault)),
                 Err(fault) => Err(fault),
@@ -82,13 +82,13 @@ pub(super) fn of_nodes(
 }
 
 /// Whether they do not place too much, before anything exact is asked of them.
-fn check_sizes(rooms: &[Option<Room>], ledger: &Ledger) -> Result<(), LoadProblem> {
+fn check_sizes(rooms: &[Option<Box<Room>>], ledger: &Ledger) -> Result<(), LoadProblem> {
     let mesh = |room: &Room| match room {
         Room::Cell(ModelCell { shape: CellShape::Mesh(mesh), .. })
         | Room::Portal(ModelPortal { outline: Outline::HullOf(mesh), .. }) => Some(Arc::clone(mesh)),
         _ => None,
     };
-    let meshes = || rooms.iter().flatten().filter_map(mesh);
+    let meshes = || rooms.iter().flatten().filter_map(|room| mesh(room));
     ledger.check(Quantity::Parts, rooms.iter().flatten().count() as u64)?;
     ledger.check(Quantity::PlacedTriangles, meshes().map(|mesh| mesh.triangles().len() as u64).sum())?;
     ledger.check(Quantity::PlacedVertices, meshes().map(|mesh| mesh.positions().len() as u64).sum())
@@ -161,7 +161,7 @@ struct Known {
 }
 
 /// Leaves out what names alone make unsound cells or portals, and says why.
-fn drop_unsound(rooms: &mut [Option<Room>], named: &[usize]) -> Vec<(usize, String)> {
+fn drop_unsound(rooms: &mut [Option<Box<Room>>], named: &[usize]) -> Vec<(usize, String)> {
     let mut faults = Vec::new();
     if named.is_empty() {
         return faults;
@@ -170,7 +170,7 @@ fn drop_unsound(rooms: &mut [Option<Room>], named: &[usize]) -> Vec<(usize, Stri
     let mut is_stated = vec![true; rooms.len()];
     named.iter().for_each(|&number| is_stated[number] = false);
     for (room, _) in rooms.iter().zip(&is_stated).filter(|&(_, is_stated)| *is_stated) {
-        if let Some(Room::Cell(cell)) = room {
+        if let Some(Room::Cell(cell)) = room.as_deref() {
             known.has_outdoors |= matches!(cell.shape, CellShape::Outdoors);
             known.cells.insert(cell.name.clone(), cell_in_file(cell).ok());
         }
@@ -179,7 +179,7 @@ fn drop_unsound(rooms: &mut [Option<Room>], named: &[usize]) -> Vec<(usize, Stri
     for is_cell in [true, false] {
         for &number in named {
             let room = &mut rooms[number];
-            let Some(found) = room.as_ref().filter(|room| matches!(room, Room::Cell(_)) == is_cell) else { continue };
+            let Some(found) = room.as_deref().filter(|room| matches!(room, Room::Cell(_)) == is_cell) else { continue };
             let checked = match faults.len() {
                 MOST_UNSOUND.. => Err("so many others are none".to_owned()),
                 _ => known.check(found),

@@ -521,6 +521,9 @@ fn buffers_come_from_files_in_the_folder() {
         assert!(matches!(with(outside), Err(LoadProblem::Outside { .. })), "{outside}");
     }
     assert!(matches!(with("missing.bin"), Err(LoadProblem::Unreadable { .. })));
+    let told = with(".\\my%20data.bin").map(found).expect("backslashes are slashes");
+    assert!(told.iter().any(|(_, subject, _)| subject.contains("backslashes")), "{told:?}");
+    assert!(with("..\\my%20data.bin").is_err());
     for refused in
         ["http://example.invalid/x.bin", "file:///etc/hostname", "data:;base64,?", "data:x", "data:,ab", "%ff"]
     {

@@ -1,10 +1,15 @@
 //! Elements of accessors that nothing reads: normals, joints, motions.
 //!
 //! They say nothing about surfaces, but a file that is broken there is broken. Only bytes that are at hand are looked at: of buffers
-//! that something else has read, as many elements as the scene has left, each one once, times twice. What is wrong with them is told. Of sparse accessors the places and values are
-//! looked at, too, and whether the weights of joints add up.
+//! that something else has read, as many elements as the scene has left, each one twice at most. What is wrong with them is told. Of sparse accessors the places and values are
+//! looked at, too, whether the weights of joints add up, and the [`values`] of attributes.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+mod values;
+
+use std::{
+    borrow::Cow,
+    collections::{BTreeSet, HashMap, HashSet},
+};
 
 use umbriel_scene::FindingKind;
 
@@ -51,6 +56,7 @@ pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
         tell(&mut findings, &format!("accessor {index}: sparse components that are not finite"), wrong);
     }
     check_weights(document, accessors, &mut left, &mut findings);
+    values::check(document, accessors, &mut left, &mut findings);
     findings
 }
 
@@ -75,26 +81,72 @@ fn check_weights(document: &Document, accessors: &Accessors, left: &mut u64, fin
 
 /// For each vertex the sum of its weights in some accessors; `None` where these are not all at hand, plain, and of one length.
 fn sums(document: &Document, accessors: &Accessors, sets: &[usize], left: &mut u64) -> Option<Vec<f64>> {
-    let all: Vec<&Accessor> = sets.iter().map(|&set| &document.accessors[set]).collect();
-    let count = all[0].count;
-    if all.iter().any(|accessor| accessor.sparse.is_some() || accessor.count != count) {
+    let count = document.accessors[sets[0]].count;
+    if sets.iter().any(|&set| document.accessors[set].count != count) {
         return None;
     }
-    *left = left.checked_sub((count as u64).checked_mul(sets.len() as u64)?)?;
+    let sets: Vec<Plain> = sets.iter().map(|&set| Plain::of(document, accessors, set, left)).collect::<Option<_>>()?;
     let mut sums = vec![0.0; count];
-    for accessor in all {
-        let view = accessor.buffer_view?;
-        let component = Component::of(accessor.component_type).ok()?;
-        let size = super::validate::element_size(&accessor.kind, component)?;
-        let bytes = accessors.views().at_hand(view, left)?.ok()?;
-        let stride = document.buffer_views[view].stride(size);
-        for (number, sum) in sums.iter_mut().enumerate() {
-            let element = element_at(&bytes, accessor.byte_offset(), number.checked_mul(stride)?, size)?;
-            let weights = element.chunks_exact(component.size());
-            *sum += weights.map(|bytes| component.decode(bytes, accessor.normalized)).sum::<f64>();
-        }
+    for set in sets {
+        set.for_each(|vertex, weights| sums[vertex] += weights.iter().sum::<f64>());
     }
     Some(sums)
+}
+
+/// The elements of an accessor without anything sparse: those of a view at hand, or zeros.
+struct Plain<'a> {
+    bytes: Option<Cow<'a, [u8]>>,
+    component: Component,
+    normalized: bool,
+    offset: usize,
+    count: usize,
+    stride: usize,
+    size: usize,
+}
+
+impl<'a> Plain<'a> {
+    /// Takes what looking at them costs from `left`; `None` where that is too little.
+    fn of(document: &Document, accessors: &'a Accessors, index: usize, left: &mut u64) -> Option<Self> {
+        let accessor = &document.accessors[index];
+        if accessor.sparse.is_some() {
+            return None;
+        }
+        *left = left.checked_sub(accessor.count as u64)?;
+        let component = Component::of(accessor.component_type).ok()?;
+        let size = super::validate::element_size(&accessor.kind, component)?;
+        let bytes = match accessor.buffer_view {
+            Some(view) => Some(accessors.views().at_hand(view, left)?.ok()?),
+            None => None,
+        };
+        let view = accessor.buffer_view.map(|view| &document.buffer_views[view]);
+        Some(Self {
+            bytes,
+            component,
+            normalized: accessor.normalized,
+            offset: accessor.byte_offset(),
+            count: accessor.count,
+            stride: view.map_or(size, |view| view.stride(size)),
+            size,
+        })
+    }
+
+    /// The components of each vector, up to where they leave the view.
+    fn for_each(&self, mut look: impl FnMut(usize, &[f64])) {
+        let zeros = vec![0; self.size];
+        let element = |number: usize| match &self.bytes {
+            Some(bytes) => element_at(bytes, self.offset, number.checked_mul(self.stride)?, self.size),
+            None => Some(&zeros[..]),
+        };
+        for (number, element) in (0..self.count).map_while(element).enumerate() {
+            let mut values = [0.0; 4];
+            let components = element.chunks_exact(self.component.size());
+            let used = components.len().min(values.len());
+            for (value, bytes) in values.iter_mut().zip(components) {
+                *value = self.component.decode(bytes, self.normalized);
+            }
+            look(number, &values[..used]);
+        }
+    }
 }
 
 fn tell(findings: &mut Findings, problem: &dyn std::fmt::Display, count: usize) {

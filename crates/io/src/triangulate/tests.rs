@@ -86,6 +86,7 @@ fn a_crossing_or_flat_polygon_still_gives_its_triangles() {
         (cut.triangles.len(), cut.crosses)
     };
     assert_eq!(cut(&[[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 1.0]]), (2, true), "a bow tie");
+    assert_eq!(cut(&[[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), (2, true), "one of no area");
     assert_eq!(cut(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]), (2, false), "a needle");
     let doubled = flat(&[[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
     check(&doubled);

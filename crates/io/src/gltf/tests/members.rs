@@ -83,5 +83,14 @@ fn members_of_extensions_are_of_their_kinds() {
     assert!(lights(spot(json!({ "innerConeAngle": "x" }))).is_err());
     let turned = lights(spot(json!({ "innerConeAngle": 1.0, "outerConeAngle": 0.5 }))).expect("loads");
     assert!(found(turned)[0].1.starts_with("light 0: it has no spot, or the angles"));
+    for (cone, is_sound) in [([0.0, 1.570_796_4], true), ([0.5, 0.5], false), ([0.0, 1.58], false), ([0.0, 0.0], false)]
+    {
+        let told = found(lights(spot(json!({ "innerConeAngle": cone[0], "outerConeAngle": cone[1] }))).expect("loads"));
+        assert_eq!(told.is_empty(), is_sound, "{cone:?}: {told:?}");
+    }
     assert!(with("KHR_materials_variants", json!({ "variants": [{ "name": 5 }] })).is_err());
+    // Of a list the reader takes the elements for the members in their order.
+    let list = with("KHR_implicit_shapes", json!({ "shapes": [{ "type": "sphere", "sphere": [2.0] }] }));
+    let told = found(list.expect("loads"));
+    assert!(told.iter().any(|(_, subject, _)| subject == "sphere: a list where none is due"), "{told:?}");
 }

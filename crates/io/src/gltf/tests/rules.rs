@@ -97,14 +97,27 @@ fn rules_broken_without_harm_are_told() {
     assert_eq!(counts, ["mesh 0, primitive 0: its attributes differ in their number of vertices"]);
     let empty = told(|document, data| {
         document["meshes"].as_array_mut().expect("meshes").push(json!({ "primitives": [] }));
+        let still = json!({ "primitives": [{ "attributes": { "POSITION": 0 }, "targets": [{}] }] });
+        document["meshes"].as_array_mut().expect("meshes").push(still);
         data.accessors.push(json!({ "componentType": 5126, "type": "MAT3", "count": 0, "normalized": true }));
     });
     let rules = [
         "accessor 1: it has no elements",
         "accessor 1: its components cannot be normalised",
         "mesh 1: it has no primitives",
+        "mesh 2, primitive 0: a morph target of it has no attributes",
     ];
     assert_eq!(empty, rules);
+}
+
+#[test]
+fn halves_of_characters_are_told_and_replaced() {
+    let text = br#"{"asset": {"version": "2.0"}, "nodes": [{"name": "\ud83c\udfe0"}, {"name": "a\ud83c"}]}"#;
+    let (document, _) = super::super::parse(text).expect("a document");
+    assert_eq!(document.nodes[1].name.as_deref(), Some("a\u{fffd}"));
+    let model = read(text, &folder(), &reading()).expect("a model");
+    let told: Vec<_> = found(model).into_iter().filter(|(_, subject, _)| subject.starts_with("JSON")).collect();
+    assert!(matches!(&told[..], [(FindingKind::BrokenRule, _, 1)]), "{told:?}");
 }
 
 #[test]
@@ -114,7 +127,7 @@ fn whole_numbers_may_be_written_as_floats() {
     assert_eq!(model((document.clone(), data)).objects.len(), 1);
     let digits = "0".repeat(70_000);
     let long = format!("{{ \"asset\": {{ \"version\": \"2.0\" }}, \"scene\": 0.{digits} }}");
-    assert!(super::super::parse(long.as_bytes()).is_ok_and(|document| document.scene == Some(0)));
+    assert!(super::super::parse(long.as_bytes()).is_ok_and(|(document, _)| document.scene == Some(0)));
     for scene in [json!(0.5), json!(-1.0), json!(1e300)] {
         document["scene"] = scene;
         assert!(parse((document.clone(), Data::default())).is_err());

@@ -19,8 +19,8 @@ fn attribute(name: &str, change: impl FnOnce(&mut Data) -> usize) -> Vec<String>
 #[test]
 fn elements_that_nothing_reads_are_finite() {
     let normals =
-        |wrong: f32| attribute("NORMAL", |data| data.floats(&[[0.0, 0.0, 1.0], [0.0, wrong, 1.0], [wrong; 3]]));
-    assert!(normals(0.5).is_empty());
+        |wrong: f32| attribute("NORMAL", |data| data.floats(&[[0.0, 0.0, 1.0], [0.0, wrong, 0.8], [wrong; 3]]));
+    assert!(attribute("NORMAL", |data| data.floats(&[[0.0, 0.6, 0.8]; 3])).is_empty());
     for wrong in [f32::NAN, f32::INFINITY] {
         assert_eq!(normals(wrong), ["4 unused: accessor 1: components that are not finite"]);
     }
@@ -155,7 +155,7 @@ fn attributes_have_types_of_their_own() {
         ("_ANYTHING", 5126, "MAT4", false),
     ] {
         let told = plain(name, component, if kind == "MAT4" { "SCALAR" } else { kind }, normalized);
-        assert!(told.is_empty(), "{name}: {told:?}");
+        assert!(!told.iter().any(|told| told.contains("is no attribute")), "{name}: {told:?}");
     }
     for (name, component, kind, normalized) in [
         ("NORMAL", 5126, "VEC2", false),
@@ -268,13 +268,16 @@ fn values_of_kinds_that_no_member_has_are_told() {
         document["materials"] = unlit;
     });
     assert!(expected.iter().all(|expected| found.iter().any(|found| found.starts_with(expected))), "{found:?}");
-    // What it holds may be anything.
+    // What it holds may be anything where nothing reads it.
     let open = json!({ "VENDOR_thing": { "a": null, "b": [[1]], "asset": [] } });
     let found = told(|document, _| {
         document["extensionsUsed"] = json!(["VENDOR_thing"]);
         document["extensions"] = open;
     });
     assert_eq!(found, Vec::<String>::new());
+    let deep = format!("{}1{}", "{ \"odd\": ".repeat(1000), "}".repeat(1000));
+    let told = validate::kinds::check(deep.as_bytes(), &Default::default());
+    assert!(told.keys().any(|told| told.starts_with("JSON: what follows is not looked at")), "{told:?}");
 }
 
 #[test]
@@ -363,4 +366,68 @@ fn sparse_values_that_nothing_reads_are_finite() {
     };
     assert!(normals(0.5).is_empty(), "{:?}", normals(0.5));
     assert_eq!(normals(f32::NAN), ["1 unused: accessor 1: sparse components that are not finite"]);
+}
+
+#[test]
+fn directions_have_length_one() {
+    let normals =
+        |second: [f32; 3]| attribute("NORMAL", |data| data.floats(&[[0.0, 0.0, 1.0], second, [0.6, 0.0, 0.8]]));
+    // Exporters that divide by an estimate of the root, and those that write four decimals.
+    for second in [[0.0, 0.0, 1.000_3], [0.577_4; 3], [0.0, -0.999_7, 0.0]] {
+        assert!(normals(second).is_empty(), "{second:?}");
+    }
+    for second in [[0.0; 3], [0.0, 0.0, 1.001], [0.5; 3], [3.0, 0.0, 4.0]] {
+        assert_eq!(normals(second), ["1 accessor 1: normals that are not of length 1"], "{second:?}");
+    }
+    let zeros = attribute("NORMAL", |data| {
+        data.accessors.push(json!({ "componentType": 5126, "type": "VEC3", "count": 3 }));
+        data.accessors.len() - 1
+    });
+    assert_eq!(zeros, ["3 accessor 1: normals that are not of length 1"]);
+    let tangents = |w: f32| {
+        attribute("TANGENT", |data| data.floats(&[[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, w], [1.0, 0.0, 0.0, -1.0]]))
+    };
+    assert!(tangents(-1.0).is_empty());
+    for w in [0.0, 0.999, 2.0] {
+        assert_eq!(tangents(w), ["1 accessor 1: tangents whose w is neither 1 nor -1"], "{w}");
+    }
+    // What is not finite is told once.
+    assert_eq!(tangents(f32::NAN), ["1 unused: accessor 1: components that are not finite"]);
+}
+
+#[test]
+fn quantised_directions_are_as_long_as_their_steps_allow() {
+    let normals = |x: i8| {
+        told(|document, data| {
+            document["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+            document["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+            let bytes: Vec<u8> = [x, x, x, 0, 0, 0, 127, 0, 127, 0, 0, 0].into_iter().map(|byte| byte as u8).collect();
+            let normals = data.add(&bytes, 5120, "VEC3", 3, true);
+            let view = data.accessors[normals]["bufferView"].as_u64().expect("a view") as usize;
+            data.views[view]["byteStride"] = json!(4);
+            document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
+        })
+    };
+    // 127/√3 is 73.3.
+    for x in [73, 74, -74] {
+        assert!(normals(x).is_empty(), "{x}");
+    }
+    for x in [71, 76, 0] {
+        assert_eq!(normals(x), ["1 accessor 1: normals that are not of length 1"], "{x}");
+    }
+}
+
+#[test]
+fn colours_and_weights_are_shares() {
+    let colors = |red: f32| attribute("COLOR_0", |data| data.floats(&[[red, 0.0, 1.0], [0.5; 3], [red, 1.0, 1.0]]));
+    assert!(colors(1.0).is_empty());
+    for red in [-0.1, 1.1] {
+        assert_eq!(colors(red), ["2 accessor 1: colours that are not between 0 and 1"], "{red}");
+    }
+    let weights = told(|document, data| {
+        let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
+        attributes["WEIGHTS_0"] = json!(data.floats(&[[2.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.25; 4]]));
+        attributes["JOINTS_0"] = json!(data.add(&[0; 12], 5121, "VEC4", 3, false));
+    });
+    assert_eq!(weights, ["1 accessor 1: weights that are not between 0 and 1"]);
 }

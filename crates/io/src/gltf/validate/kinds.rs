@@ -2,7 +2,7 @@
 //! absent, and the others for the members of an object in order; so the text is walked once more, without keeping it. On the way empty lists are told, and
 //! values of members that nothing reads where they are of another kind than theirs.
 //!
-//! What `extras` and the extensions hold may be anything; whether an extension is among those that the document says it uses is looked at on the way. Depth is
+//! What `extras` and extensions that are not read hold may be anything; whether an extension is among those that the document says it uses is looked at on the way. Depth is
 //! limited by the reader of JSON.
 
 use std::{collections::BTreeMap, fmt};
@@ -12,25 +12,38 @@ use serde::{
     de::{self, DeserializeSeed, IgnoredAny, MapAccess, SeqAccess, Visitor},
 };
 
-use crate::{error::excerpt, gltf::json::ExtensionNames};
+use crate::{
+    error::excerpt,
+    gltf::{READ, json::ExtensionNames},
+};
 
 /// Members that are objects and never lists.
-const OBJECTS: [&str; 16] = [
+const OBJECTS: [&str; 26] = [
     "asset",
     "attributes",
     "baseColorTexture",
+    "box",
+    "capsule",
+    "collider",
+    "cylinder",
     "emissiveTexture",
     "extensions",
+    "geometry",
     "indices",
+    "joint",
     "metallicRoughnessTexture",
     "normalTexture",
     "occlusionTexture",
     "orthographic",
     "pbrMetallicRoughness",
     "perspective",
+    "plane",
     "sampler",
     "sparse",
+    "sphere",
+    "spot",
     "target",
+    "trigger",
     "values",
 ];
 
@@ -62,7 +75,9 @@ pub(in crate::gltf) fn check(text: &[u8], used: &ExtensionNames) -> BTreeMap<Str
     let member =
         Member { name: "the document", kind: Kind::Any, is_in_list: false, is_open: false, used, told: &mut told };
     // A text that is no JSON was refused before.
-    let _ = member.deserialize(&mut serde_json::Deserializer::from_slice(text));
+    if let Err(fault) = member.deserialize(&mut serde_json::Deserializer::from_slice(text)) {
+        told.insert(format!("JSON: what follows is not looked at: {fault}"), 1);
+    }
     told
 }
 
@@ -125,7 +140,7 @@ struct Member<'a> {
     name: &'a str,
     kind: Kind,
     is_in_list: bool,
-    /// An extension: what it holds is not looked at.
+    /// An extension: what it holds is looked at where something reads it.
     is_open: bool,
     used: &'a ExtensionNames,
     told: &'a mut BTreeMap<String, usize>,
@@ -224,7 +239,7 @@ impl<'de> Visitor<'de> for Member<'_> {
         }
         let Self { name: own, is_open, used, told, .. } = self;
         while let Some(name) = map.next_key::<String>()? {
-            if is_open || name == "extras" {
+            if is_open && !READ.contains(&own) || name == "extras" {
                 map.next_value::<IgnoredAny>()?;
             } else {
                 let is_open = own == "extensions";

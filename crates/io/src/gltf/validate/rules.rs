@@ -1,6 +1,9 @@
 //! Rules that a document breaks without leaving a doubt about what it shows: they are told.
 
-use std::{collections::HashSet, f64::consts::FRAC_PI_4};
+use std::{
+    collections::HashSet,
+    f64::consts::{FRAC_PI_2, FRAC_PI_4},
+};
 
 use super::Check;
 use crate::{
@@ -41,10 +44,10 @@ impl Check<'_> {
         if node.rotation.is_some_and(|rotation| !is_unit(rotation)) {
             self.tell(&place(), "its rotation is no unit quaternion");
         }
-        if node.matrix.is_some_and(|matrix| is_skewed(&matrix)) {
+        if node.matrix.as_ref().is_some_and(|matrix| is_skewed(matrix)) {
             self.tell(&place(), "its matrix skews");
         }
-        if node.matrix.is_some_and(|matrix| !is_affine(&matrix)) {
+        if node.matrix.as_ref().is_some_and(|matrix| !is_affine(matrix)) {
             self.tell(&place(), "the last row of its matrix is not quite 0 0 0 1");
         }
     }
@@ -122,10 +125,10 @@ impl Check<'_> {
     }
 }
 
-/// Whether the angles of a spot are in order.
+/// Whether the angles of a spot are in order, and not above a right angle as 32 bits hold it.
 fn is_cone(spot: &SpotCone) -> bool {
     let (inner, outer) = (spot.inner_cone_angle.unwrap_or(0.0), spot.outer_cone_angle.unwrap_or(FRAC_PI_4));
-    0.0 <= inner && inner <= outer
+    0.0 <= inner && inner < outer && outer as f32 <= FRAC_PI_2 as f32
 }
 
 /// Whether an extension brings pictures of other kinds.
