@@ -21,12 +21,18 @@ pub(crate) struct SmallRows {
     pub(crate) words: Vec<i32>,
     /// How many points there are.
     points: u64,
+    /// The greatest sum of row and column, counted in all rows and all columns.
+    pub(crate) reach: f32,
 }
 
 impl SmallRows {
     fn new(lattice: &Lattice) -> Self {
         let lens = || (0..lattice.counts[0]).map(|row| lattice.row_len(row));
-        Self { words: lens().map(first_bits).collect(), points: lens().map(u64::from).sum() }
+        let [rows, columns] = lattice.counts.map(f64::from);
+        let ends = lens().enumerate().filter(|&(_, len)| len > 0);
+        let sums = ends.map(|(row, len)| row as f64 / rows + f64::from(len - 1) / columns);
+        let reach = sums.fold(0.0, f64::max) as f32;
+        Self { words: lens().map(first_bits).collect(), points: lens().map(u64::from).sum(), reach }
     }
 }
 

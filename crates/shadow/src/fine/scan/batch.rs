@@ -64,6 +64,7 @@ pub(super) struct Storage {
     worlds: Vec<World>,
     path: Vec<Step>,
     inner_path: Vec<Step>,
+    beside: Beside,
     doubts: Vec<Doubt>,
     /// The samples of the patches' rows that are in doubt.
     asked: Vec<u32>,
@@ -176,6 +177,7 @@ impl Batch<'_, '_> {
         let solid = self.patches[first].solid;
         let is_common = solid >= 0 && self.patches[first..end].iter().all(|patch| patch.solid == solid);
         self.storage.doubts.clear();
+        self.storage.beside = Beside::default();
         self.storage.clear();
         let mut path = std::mem::take(&mut self.storage.path);
         self.gather_volumes(simd, (first, end), (&rect, farthest), is_common.then_some(solid), &mut path);
@@ -287,12 +289,13 @@ impl Batch<'_, '_> {
         if self.storage.found.is_empty() {
             return;
         }
-        let Self { sampler, storage: Storage { found, lanes, nodes, doubts, .. }, patches } = self;
+        let Self { sampler, storage: Storage { found, lanes, nodes, beside, doubts, .. }, patches } = self;
         for (number, patch) in (first..end).zip(&mut patches[first..end]) {
             let open = patch.count_open();
             if open != 0 {
                 let has_few = open <= FEW_SAMPLES;
-                Meeting { sampler, patch, number: number as u32, has_few, doubts }.run(simd, found, lanes, nodes);
+                Meeting { sampler, patch, number: number as u32, has_few, beside, doubts }
+                    .run(simd, found, lanes, nodes);
             }
         }
         self.storage.clear();
@@ -316,6 +319,27 @@ impl Batch<'_, '_> {
     }
 }
 
+/// Whether asking for occluders beside patches of a batch pays: where surfaces hang together it does, among leaves it does not.
+#[derive(Clone, Copy, Debug, Default)]
+struct Beside {
+    asked: u32,
+    /// How often all eight were beside.
+    all: u32,
+}
+
+impl Beside {
+    #[inline(always)]
+    fn is_worth_it(self) -> bool {
+        self.asked < 16 || 3 * self.all > self.asked
+    }
+
+    #[inline(always)]
+    fn note(&mut self, is_all: bool) {
+        self.asked += 1;
+        self.all += u32::from(is_all);
+    }
+}
+
 /// A patch that meets occluders.
 struct Meeting<'a, 'b> {
     sampler: &'a Sampler<'b>,
@@ -323,6 +347,7 @@ struct Meeting<'a, 'b> {
     number: u32,
     /// Whether samples take the occluders one by one.
     has_few: bool,
+    beside: &'a mut Beside,
     doubts: &'a mut Vec<Doubt>,
 }
 
@@ -368,7 +393,15 @@ impl Meeting<'_, '_> {
 
     #[inline(always)]
     fn meet<S: Simd>(&mut self, simd: S, pack: &Pack, lanes: u32) {
-        let functions = Functions::new(simd, &pack.load(simd), lanes, self.patch, &self.sampler.errors);
+        let triangles = pack.load(simd);
+        if self.beside.is_worth_it() {
+            let left = lanes & !self.patch.axes.beside(simd, &triangles, self.patch.center);
+            self.beside.note(left == 0);
+            if left == 0 {
+                return;
+            }
+        }
+        let functions = Functions::new(simd, &triangles, lanes, self.patch, &self.sampler.errors);
         if self.has_few {
             self.by_samples(simd, pack, lanes, &functions);
         } else {

@@ -232,7 +232,7 @@ impl Small {
     fn patch(&self, sampler: &Sampler) -> Patch {
         let Self { face, solid, ref corners, ref lattice, ref extent } = *self;
         let frame = Frame::of_images(counted_from(corners, lattice), &lattice.lattice, &sampler.view);
-        Patch { solid, ..Patch::whole(face, &frame, extent, lattice) }
+        Patch { solid, ..Patch::whole(face, &frame, extent, lattice, sampler.wide as f32) }
     }
 
     /// Keeps that all samples are lit.

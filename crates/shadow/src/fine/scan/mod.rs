@@ -13,6 +13,7 @@
 //! Guarantee: every answer is the exact one; NUMERICS.md, "Samples by scan conversion". Cost: some hundred nanoseconds a face and a few a
 //! sample; memory some 80 bytes a triangle, and a bit a sample.
 
+mod axes;
 mod batch;
 mod beside_lamp;
 mod clip;

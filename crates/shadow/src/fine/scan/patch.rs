@@ -5,6 +5,7 @@
 //! corners themselves; f32 within a patch, relative to its middle.
 
 use super::{
+    axes::Axes,
     faces::{Face, Rect, depths},
     layout::FaceLattice,
     view::{Image, View},
@@ -94,6 +95,7 @@ pub(super) struct Patch {
     pub(super) rect: Rect,
     pub(super) nearest: f32,
     pub(super) farthest: f32,
+    pub(super) axes: Axes,
     /// A bit a sample, a word a row.
     pub(super) open: [i32; EDGE as usize],
 }
@@ -141,36 +143,34 @@ impl Extent {
 impl Patch {
     /// All of a face that the view sees as a whole, with `open` samples.
     #[inline(always)]
-    pub(super) fn whole(face: Face, frame: &Frame, extent: &Extent, lattice: &FaceLattice) -> Self {
+    pub(super) fn whole(face: Face, frame: &Frame, extent: &Extent, lattice: &FaceLattice, wide: f32) -> Self {
         let [rows, columns] = lattice.lattice.counts();
+        let triangle = lattice.lattice.small_rows();
         let mut open = [0; EDGE as usize];
-        match lattice.lattice.small_rows() {
+        match triangle {
             Some(triangle) => open[..rows as usize].copy_from_slice(&triangle.words),
             None => open[..rows as usize].fill(first_bits(columns)),
         }
         let mut patch = Self::new((face, [0, 0]), frame, extent, [rows, columns], open);
-        patch.tighten();
+        match triangle {
+            Some(triangle) => patch.bound_triangle(triangle.reach, wide),
+            None => patch.bound_rectangle(wide),
+        }
         patch
     }
 
-    /// Makes the extent that of the samples, which lie between those at the ends of rows and columns; what the patch's own
+    /// Makes the extent that of the samples, which lie in the hull of the given ones; what the patch's own
     /// vectors say of them is off by less than 2^-18 of its reach and of its range of depths.
     #[inline(always)]
-    fn tighten(&mut self) {
-        let ends = [(self.rows - 1) as f32, (self.columns - 1) as f32];
+    fn tighten(&mut self, hull: &[[f32; 3]]) {
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for [row, column] in [[0.0, 0.0], [ends[0], 0.0], [0.0, ends[1]], ends] {
-            let z = self.z[0] + row * self.z[1] + column * self.z[2];
-            if z <= 0.0 {
-                return;
-            }
-            for (k, vector) in [&self.x, &self.y, &self.depth].into_iter().enumerate() {
-                let value = (vector[0] + row * vector[1] + column * vector[2]) / z;
-                low[k] = low[k].min(value);
-                high[k] = high[k].max(value);
+        for corner in hull {
+            for k in 0..3 {
+                low[k] = low[k].min(corner[k]);
+                high[k] = high[k].max(corner[k]);
             }
         }
-        let margin = self.reach * 2f32.powi(-18) + 2.0;
+        let margin = self.margin();
         let depth_margin = (self.farthest - self.nearest) * 2f32.powi(-18);
         for k in 0..2 {
             self.rect.min[k] = self.rect.min[k].max(self.center[k].saturating_add((low[k] - margin) as i32));
@@ -178,6 +178,51 @@ impl Patch {
         }
         self.nearest = self.nearest.max(self.middle + low[2] - depth_margin);
         self.farthest = self.farthest.min(self.middle + high[2] + depth_margin);
+    }
+
+    /// What the patch's vectors say of the images of samples is off by less than this, quanta.
+    #[inline(always)]
+    fn margin(&self) -> f32 {
+        self.reach * 2f32.powi(-18) + 2.0
+    }
+
+    /// Image and depth at a row and a column, relative to the patch's middle; what is not before the light has none.
+    #[inline(always)]
+    fn at(&self, row: f32, column: f32) -> Option<[f32; 3]> {
+        let at = |vector: &[f32; 3]| vector[0] + row * vector[1] + column * vector[2];
+        let z = at(&self.z);
+        let inverse = 1.0 / z;
+        (z > 0.0).then(|| [at(&self.x) * inverse, at(&self.y) * inverse, at(&self.depth) * inverse])
+    }
+
+    /// Which way rows and columns go in the image at its first sample.
+    #[inline(always)]
+    fn sides(&self, first: &[f32; 3]) -> [[f32; 2]; 2] {
+        [1, 2].map(|k| [self.x[k] - first[0] * self.z[k], self.y[k] - first[1] * self.z[k]])
+    }
+
+    /// Bounds the samples of a whole triangle: in units of the lattice they lie up to `reach` from the first corner.
+    #[inline(always)]
+    fn bound_triangle(&mut self, reach: f32, wide: f32) {
+        let (rows, columns) = (self.rows as f32, self.columns as f32);
+        let corners = [self.at(0.0, 0.0), self.at(reach * rows, 0.0), self.at(0.0, reach * columns)];
+        let [Some(a), Some(b), Some(c)] = corners else { return };
+        let hull = [a, b, c];
+        self.tighten(&hull);
+        let [row, column] = self.sides(&a);
+        let third = [0, 1].map(|k| rows * row[k] - columns * column[k]);
+        self.axes = Axes::across(&[row, column, third], &hull, self.margin() + wide);
+    }
+
+    /// Bounds the samples by the corners of all rows and columns.
+    #[inline(always)]
+    fn bound_rectangle(&mut self, wide: f32) {
+        let ends = [(self.rows - 1) as f32, (self.columns - 1) as f32];
+        let corners = [self.at(0.0, 0.0), self.at(ends[0], 0.0), self.at(0.0, ends[1]), self.at(ends[0], ends[1])];
+        let [Some(a), Some(b), Some(c), Some(d)] = corners else { return };
+        let hull = [a, b, c, d];
+        self.tighten(&hull);
+        self.axes = Axes::across(&self.sides(&a), &hull, self.margin() + wide);
     }
 
     /// The patch from `origin` on of a face with extent `whole`; `None` if it holds no samples, or none in the window of a
@@ -240,6 +285,7 @@ impl Patch {
             rect: extent.rect,
             nearest,
             farthest,
+            axes: Axes::NONE,
             open,
         };
         for (k, vector) in vectors.iter().enumerate() {
