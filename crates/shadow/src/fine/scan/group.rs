@@ -14,7 +14,7 @@ use super::{
     large::Large,
     layout::FaceLattice,
     patch::{EDGE, Extent, Frame, Patch},
-    sampler::Sampler,
+    sampler::{Sampled, Sampler},
     shade::Whole,
     tree::WIDTH,
     view::Image,
@@ -185,15 +185,12 @@ fn add_of_volume(sampler: &Sampler, volume: &Volume, faces: Range<usize>, room: 
 /// Adds a face if it has samples that may be lit; it may be at a place of the order, or one by which rays to the light leave a volume.
 #[inline(always)]
 fn add(sampler: &Sampler, face: Face, place: Option<usize>, volume: Option<&Volume>, room: &mut Room) {
-    let Some((layout, is_lit)) = sampler.objects[face.source as usize].receives else { return };
-    let lattice = layout.face(face.number as usize);
-    let [rows, columns] = lattice.lattice.counts();
-    if rows == 0 {
+    let Sampled { facets, receives: Some((layout, is_lit)), .. } = &sampler.objects[face.source as usize] else {
         return;
-    }
+    };
     let is_whole = sampler.faces.clipped(face).is_none();
     let (corners, corner_count) = match place {
-        Some(place) if is_whole && lattice.lattice.is_triangle() => {
+        Some(place) if is_whole && facets.triangles().is_some() => {
             let [a, b, c] = sampler.packs[place / WIDTH].corners(place % WIDTH);
             ([a, b, c, c], 3)
         }
@@ -205,6 +202,12 @@ fn add(sampler: &Sampler, face: Face, place: Option<usize>, volume: Option<&Volu
         None => None,
     };
     if !is_lit(face.number as usize, turn) {
+        return;
+    }
+    // Layouts lie scattered in memory: those of faces that are turned away are not looked at.
+    let lattice = layout.face(face.number as usize);
+    let [rows, columns] = lattice.lattice.counts();
+    if rows == 0 {
         return;
     }
     let extent = Extent::of_images(&corners[..corner_count]);
