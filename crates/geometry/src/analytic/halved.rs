@@ -53,8 +53,8 @@ pub(super) fn sum(whole: Part, most: usize, good: f64, measure: impl Fn(&Part) -
     let mut parts = vec![(whole, first)];
     let mut queue = BinaryHeap::from([rank(0, &first)]);
     let mut total = first.area;
-    // In the negative, since errors may be NaN.
-    while parts.len() < most && !(total.error <= total.value.abs() * good) {
+    let is_good = |total: Approx| total.error <= total.value.abs() * good;
+    while parts.len() < most && !is_good(total) {
         // A look at all of them now and then costs no more than one at each.
         let next = (parts.len() + parts.len().div_ceil(8)).min(most);
         while parts.len() < next {
