@@ -47,6 +47,17 @@ fn cones(count: usize, light: LightSource) -> Scene {
     scene((0..count).map(cone), light)
 }
 
+/// Long cylinders through one point.
+fn crossing(count: usize, light: LightSource) -> Scene {
+    let mut dice = dice();
+    let cylinder = |_| {
+        let axis = DVec3::new(dice() - 0.5, dice() - 0.5, dice() - 0.5).normalize_or(DVec3::X);
+        let map = DAffine3::from_quat(DQuat::from_axis_angle(axis, 6.0 * dice()));
+        (Analytic::Cylinder { radius: 0.0625, height: 3.0 }, map)
+    };
+    scene((0..count).map(cylinder), light)
+}
+
 fn answers(scene: &Scene) -> Report {
     let detail = Detail::Depth { interior: 3, boundary: 6 };
     let request = Request { keep_cells: true, ..Request::everything(scene, detail) };
@@ -74,4 +85,25 @@ fn what_is_proved_in_a_pile_is_right_in_any_order() {
         }
     }
     assert!(all_lit > 100, "{all_lit} cells looked at");
+}
+
+/// Cells that hundreds of bodies are over, and their quarters, too: the fourfold work each level would tell nothing.
+#[test]
+fn a_crowd_that_dividing_does_not_thin_is_not_divided() {
+    let scene = crossing(700, LightSource::sun([0.3, -1.0, 0.2]).expect("a sun"));
+    let at_depth = |boundary: u8| {
+        let detail = Detail::Depth { interior: 2, boundary };
+        let request = Request { receivers: (0..4).collect(), keep_cells: true, ..Request::everything(&scene, detail) };
+        bake(&scene, &request, &Silent).expect("nobody cancels")
+    };
+    let reports: Vec<Report> = (0..5).map(at_depth).collect();
+    for pair in reports.windows(2) {
+        for (coarse, fine) in pair[0].lights[0].objects.iter().zip(&pair[1].lights[0].objects) {
+            let slack = 1e-9 * coarse.area;
+            assert!(fine.lit.lower >= coarse.lit.lower - slack && fine.lit.upper <= coarse.lit.upper + slack);
+        }
+    }
+    let [first, last] = [&reports[2], &reports[4]].map(|report| report.work.cells);
+    assert!(last < 2 * first, "{first} cells at depth 2, {last} at depth 4");
+    judged(&scene, &reports[4], 7);
 }

@@ -1,15 +1,17 @@
 //! Areas of cells of a placed patch, with bounds.
 //!
 //! Gauss-Legendre quadrature along both parameters. With n points, h the edge and c the Taylor coefficient of order 2n of the
-//! density along one parameter, somewhere in the cell, the mean misses h^(2n)·c/180 for two points and h^(2n)·c/2800 for three
-//! (Davis & Rabinowitz, "Methods of Numerical Integration", §2.7); c is bounded by interval Taylor series. A cell whose
-//! bound is too wide is quartered; where the series says nothing, as where a flat ellipsoid turns round its rim, the range of the density over the cell does.
+//! density along one parameter, somewhere in the cell, the mean misses h^(2n)·c/180 for two points, /2800 for three, /698544 for five
+//! (Davis & Rabinowitz, "Methods of Numerical Integration", §2.7); c is bounded by interval Taylor series. Where the series says nothing, as where
+//! a flat ellipsoid turns round its rim, the range of the density over the cell does. A cell whose bound is too wide is halved where most is
+//! missed (`halved`), or quartered where borders cut it.
 
 use std::f64::consts::FRAC_PI_2;
 
 use super::{
     chart::{Chart, Kind, Occupied, quarter_direction},
     cut::share,
+    halved::{self, Measured, Part},
     jet::Jet,
     outline::Outline,
 };
@@ -25,6 +27,9 @@ const GOOD: f64 = 1e-8;
 /// The same on a trimmed patch, whose border is known far less well.
 const GOOD_IF_TRIMMED: f64 = 1e-6;
 
+/// How many times too wide a bound by two points may be for three to be tried before five.
+const NEARLY: f64 = 256.0;
+
 /// Relative width above which the mere range of the density may say more than quadrature.
 const ROUGH: f64 = 0.125;
 
@@ -34,7 +39,7 @@ const QUARTERINGS: u32 = 6;
 /// Cells are not quartered to below 2 to the minus this: where series still say nothing there, they never will.
 const FINEST: i32 = 9;
 
-/// How often a cell of this edge, a power of two, is quartered.
+/// How often a cell of this edge, a power of two, is quartered; or it is halved into as many parts as that would make.
 fn quarterings(edge: f64) -> u32 {
     (FINEST + libm::ilogb(edge)).clamp(1, QUARTERINGS as i32) as u32
 }
@@ -50,7 +55,7 @@ const GOOD_AT_BORDER: f64 = 1.0 / 16.0;
 
 /// A Gauss-Legendre rule on −1..1.
 struct Rule {
-    /// Nodes and weights; these are divided by their sum.
+    /// Nodes and weights, both to nearest; the weights are two together.
     nodes: &'static [(f64, f64)],
     /// With n nodes, edge h and the Taylor coefficient c of order 2n somewhere in the cell, h^(2n)·c over this is missed.
     remainder: f64,
@@ -61,8 +66,22 @@ const TWO_POINTS: Rule =
     Rule { nodes: &[(-0.577_350_269_189_625_8, 1.0), (0.577_350_269_189_625_8, 1.0)], remainder: 180.0 };
 
 /// The outer nodes are ±√(3/5).
-const THREE_POINTS: Rule =
-    Rule { nodes: &[(-0.774_596_669_241_483_4, 5.0), (0.0, 8.0), (0.774_596_669_241_483_4, 5.0)], remainder: 2800.0 };
+const THREE_POINTS: Rule = Rule {
+    nodes: &[(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)],
+    remainder: 2800.0,
+};
+
+/// The outer nodes are ±√(5 ± 2√(10/7))/3 with the weights (322 ∓ 13√70)/900, that of the inner one is 128/225.
+const FIVE_POINTS: Rule = Rule {
+    nodes: &[
+        (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
+        (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+        (0.0, 0.568_888_888_888_888_9),
+        (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+        (0.906_179_845_938_664, 0.236_926_885_056_189_08),
+    ],
+    remainder: 698_544.0,
+};
 
 /// The density of area over the parameters of one placed patch.
 #[derive(Clone, Debug)]
@@ -83,10 +102,14 @@ impl<'a> PatchArea<'a> {
 
     /// The area of the cell [u, u + edge] × [v, v + edge], square metres, world.
     ///
-    /// Cost: below a microsecond by formula; some microseconds where it is integrated, a thousand times that for a cell as
-    /// large as the patch.
+    /// Cost: below a microsecond by formula; some microseconds where it is integrated, a hundred times that for a large cell
+    /// over which a flat body turns, a thousand times where borders cut it.
     pub fn of_cell(&self, at: [f64; 2], edge: f64) -> Approx {
-        self.by_formula(at, edge).unwrap_or_else(|| self.quartered(at, edge, [quarterings(edge), BORDER_QUARTERINGS]))
+        let integrated = || match self.chart.kind {
+            Kind::Graph(_) => self.quartered(at, edge, [quarterings(edge), BORDER_QUARTERINGS]),
+            _ => halved::sum(Part::square(at, edge), 1 << (2 * quarterings(edge)), GOOD, |part| self.measured(part)),
+        };
+        self.by_formula(at, edge).unwrap_or_else(integrated)
     }
 
     /// The area of a cell that borders cut, if it is known as well as those of its parts with the edge `finest` would be together. Cost: some
@@ -140,8 +163,8 @@ impl<'a> PatchArea<'a> {
         let (area, left_here, good) = match self.chart.occupied([u, v], edge) {
             Occupied::Nowhere => return Approx::exact(0.0),
             Occupied::Whole => {
-                let area = self.integrated([u, v], edge);
-                (area, left[0], area.value.abs() * self.good())
+                let area = self.measured(&Part::square([u, v], edge)).area;
+                (area, left[0], area.value.abs() * GOOD_IF_TRIMMED)
             }
             Occupied::Partly => (self.cut([u, v], edge), left[1], self.at_most(edge) * GOOD_AT_BORDER),
         };
@@ -157,16 +180,12 @@ impl<'a> PatchArea<'a> {
         if parts.error < area.error || area.error.is_nan() { parts } else { area }
     }
 
-    fn good(&self) -> f64 {
-        if matches!(self.chart.kind, Kind::Graph(_)) { GOOD_IF_TRIMMED } else { GOOD }
-    }
-
     /// The area of a cell that borders cut: its share of the square between the least and the greatest density.
     fn cut(&self, at: [f64; 2], edge: f64) -> Approx {
         let most = self.at_most(edge);
         let Kind::Graph(graph) = &self.chart.kind else { return Approx::UNKNOWN };
         let Some(conditions) = graph.conditions(at, edge) else { return between(0.0, most) };
-        let area = share(&conditions) * self.over_range(at, edge);
+        let area = share(&conditions) * self.over_range(&Part::square(at, edge));
         // Where nothing is known of the density it is infinite or NaN.
         let (least, greatest) = (area.lower().max(0.0), area.upper().min(most));
         if least <= greatest { between(least, greatest) } else { between(0.0, most) }
@@ -181,52 +200,74 @@ impl<'a> PatchArea<'a> {
         (least + middle + greatest).sqrt() * edge * edge * (1.0 + 8.0 * f64::EPSILON)
     }
 
-    /// On small cells two points are as good, for a third of the work. Where the density bends too sharply for either, its own range bounds the area.
-    fn integrated(&self, at: [f64; 2], edge: f64) -> Approx {
-        let area = self.gauss::<5>(&TWO_POINTS, at, edge);
-        if area.error <= area.value.abs() * self.good() {
-            return area;
+    /// On small cells fewer points are as good, for a fraction of the work. Where the density bends too sharply for any, its own range bounds the area.
+    fn measured(&self, part: &Part) -> Measured {
+        let good = if matches!(self.chart.kind, Kind::Graph(_)) { GOOD_IF_TRIMMED } else { GOOD };
+        let miss = |by: &Measured| by.area.error / (by.area.value.abs() * good);
+        let by_two = self.gauss::<5>(&TWO_POINTS, part);
+        if miss(&by_two) <= 1.0 {
+            return by_two;
         }
-        let area = self.gauss::<7>(&THREE_POINTS, at, edge);
-        if area.error < ROUGH * area.value.abs() {
-            return area;
+        if miss(&by_two) <= NEARLY {
+            let by_three = self.gauss::<7>(&THREE_POINTS, part);
+            if miss(&by_three) <= 1.0 {
+                return by_three;
+            }
         }
-        let range = self.over_range(at, edge);
-        if range.error <= area.error || area.error.is_nan() { range } else { area }
+        let by_five = self.gauss::<11>(&FIVE_POINTS, part);
+        if by_five.area.error < ROUGH * by_five.area.value.abs() {
+            return by_five;
+        }
+        let range = self.over_range(part);
+        let is_better = range.error <= by_five.area.error || by_five.area.error.is_nan();
+        let area = if is_better { range } else { by_five.area };
+        Measured { area, missed: [0, 1].map(|axis| self.spread_along(axis, part)) }
     }
 
-    /// Between the least and the greatest density on the cell.
-    fn over_range(&self, at: [f64; 2], edge: f64) -> Approx {
-        let half = 0.5 * edge;
-        let whole = |axis: usize| Jet::<1>::constant(Approx { value: at[axis] + half, error: half });
+    /// Between the least and the greatest density on a part.
+    fn over_range(&self, part: &Part) -> Approx {
+        let [u, v] = [0, 1].map(|axis| Jet::<1>::constant(part.range(axis)));
         let density = match &self.chart.kind {
-            Kind::Graph(graph) => self.stretched(&graph.normal_over(at, edge).map(Jet::<1>::constant)),
-            _ => self.density(whole(0), whole(1)),
+            // Only squares are asked for of a graph.
+            Kind::Graph(graph) => self.stretched(&graph.normal_over(part.at, part.edges[0]).map(Jet::<1>::constant)),
+            _ => self.density(u, v),
         };
-        density.0[0] * Approx::exact(edge * edge)
+        density.0[0] * Approx::exact(part.edges[0] * part.edges[1])
+    }
+
+    /// How far the density ranges along a parameter through a part's middle.
+    fn spread_along(&self, axis: usize, part: &Part) -> f64 {
+        let mut middle = [0, 1].map(|axis| Jet::<1>::constant(Approx::exact(part.range(axis).value)));
+        middle[axis] = Jet::constant(part.range(axis));
+        self.density(middle[0], middle[1]).0[0].error
     }
 
     /// A rule along both parameters; K is one more than twice its number of nodes.
-    fn gauss<const K: usize>(&self, rule: &Rule, at: [f64; 2], edge: f64) -> Approx {
-        let half = 0.5 * edge;
+    fn gauss<const K: usize>(&self, rule: &Rule, part: &Part) -> Measured {
         let at_node = |axis: usize, node: f64| {
-            let offset = Approx { value: node, error: node.abs() * f64::EPSILON } * Approx::exact(half);
-            Jet::<1>::constant(Approx::exact(at[axis] + half) + offset)
+            let offset = Approx { value: node, error: node.abs() * f64::EPSILON };
+            let range = part.range(axis);
+            Jet::<1>::constant(Approx::exact(range.value) + offset * Approx::exact(range.error))
         };
-        let weight: f64 = rule.nodes.iter().map(|(_, weight)| weight).sum();
+        let weight = |weight: f64| Approx { value: weight, error: weight * f64::EPSILON };
         let mut sum = Approx::exact(0.0);
         for (node_u, weight_u) in rule.nodes {
             for (node_v, weight_v) in rule.nodes {
                 let density = self.density(at_node(0, *node_u), at_node(1, *node_v));
-                sum = sum + density.0[0] * Approx::exact(weight_u * weight_v);
+                sum = sum + density.0[0] * weight(*weight_u) * weight(*weight_v);
             }
         }
-        let whole = |axis: usize| Approx { value: at[axis] + half, error: half };
-        let along_u = self.density(Jet::<K>::variable(whole(0)), Jet::constant(whole(1)));
-        let along_v = self.density(Jet::<K>::constant(whole(0)), Jet::variable(whole(1)));
-        let missed = (along_u.0[K - 1] + along_v.0[K - 1]) * Approx::exact(edge.powi(K as i32 - 1));
-        let mean = sum.divided_by(Approx::exact(weight * weight)) + missed.divided_by(Approx::exact(rule.remainder));
-        mean * Approx::exact(edge * edge)
+        let [u, v] = [0, 1].map(|axis| part.range(axis));
+        let along_u = self.density(Jet::<K>::variable(u), Jet::constant(v));
+        let along_v = self.density(Jet::<K>::constant(u), Jet::variable(v));
+        let missed = |along: Jet<K>, edge: f64| along.0[K - 1] * Approx::exact(edge.powi(K as i32 - 1));
+        let missed = [missed(along_u, part.edges[0]), missed(along_v, part.edges[1])];
+        let remainder = (missed[0] + missed[1]).divided_by(Approx::exact(rule.remainder));
+        let mean = sum * Approx::exact(0.25) + remainder;
+        Measured {
+            area: mean * Approx::exact(part.edges[0] * part.edges[1]),
+            missed: missed.map(|missed| missed.value.abs() + missed.error),
+        }
     }
 
     /// Square metres for each unit of the parameters.
@@ -268,8 +309,11 @@ impl<'a> PatchArea<'a> {
         (self.stretched(&normal) * factor).scaled(Approx::exact(2.0)).divided_by(squared)
     }
 
-    /// |cof(M)·n|.
+    /// |cof(M)·n|; where the map stretches all areas alike, that times |n|, which is sharper over a range.
     fn stretched<const K: usize>(&self, normal: &[Jet<K>; 3]) -> Jet<K> {
+        if let Some(stretch) = self.stretch {
+            return length_squared(normal).square_root().scaled(stretch);
+        }
         let image =
             self.cofactors.map(|row| normal[0].scaled(row[0]) + normal[1].scaled(row[1]) + normal[2].scaled(row[2]));
         length_squared(&image).square_root()

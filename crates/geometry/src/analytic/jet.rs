@@ -31,11 +31,17 @@ impl<const K: usize> Jet<K> {
         Self(self.0.map(|coefficient| coefficient * factor))
     }
 
+    /// Above this all coefficients are exactly zero: those of lines and parabolas need not be gone through.
+    fn degree(&self) -> usize {
+        self.0.iter().rposition(|coefficient| coefficient.value != 0.0 || coefficient.error != 0.0).unwrap_or(0)
+    }
+
     /// The quotient; of no use where the divisor may be zero.
     pub(crate) fn divided_by(self, divisor: Self) -> Self {
         let mut quotient = [Approx::exact(0.0); K];
+        let degree = divisor.degree();
         for k in 0..K {
-            let carried = (1..=k).fold(self.0[k], |rest, j| rest - divisor.0[j] * quotient[k - j]);
+            let carried = (1..=k.min(degree)).fold(self.0[k], |rest, j| rest - divisor.0[j] * quotient[k - j]);
             quotient[k] = carried.divided_by(divisor.0[0]);
         }
         Self(quotient)
@@ -54,8 +60,10 @@ impl<const K: usize> Jet<K> {
         root[0] = self.0[0].square_root();
         let twice = root[0] + root[0];
         for k in 1..K {
-            let carried = (1..k).fold(self.0[k], |rest, j| rest - root[j] * root[k - j]);
-            root[k] = carried.divided_by(twice);
+            // Each product but the middle one comes twice.
+            let half = (1..k.div_ceil(2)).fold(Approx::exact(0.0), |sum, j| sum + root[j] * root[k - j]);
+            let middle = if k % 2 == 0 { root[k / 2].squared() } else { Approx::exact(0.0) };
+            root[k] = (self.0[k] - (half + half + middle)).divided_by(twice);
         }
         Self(root)
     }
@@ -84,7 +92,12 @@ impl<const K: usize> Sub for Jet<K> {
 impl<const K: usize> Mul for Jet<K> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
-        Self(std::array::from_fn(|k| (1..=k).fold(self.0[0] * other.0[k], |sum, j| sum + self.0[j] * other.0[k - j])))
+        let (own, others) = (self.degree(), other.degree());
+        let coefficient = |k: usize| {
+            let products = (k.saturating_sub(others)..=k.min(own)).map(|j| self.0[j] * other.0[k - j]);
+            products.reduce(Add::add).unwrap_or(Approx::exact(0.0))
+        };
+        Self(std::array::from_fn(coefficient))
     }
 }
 

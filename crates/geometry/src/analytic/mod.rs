@@ -12,6 +12,7 @@ mod crossing;
 mod cut;
 mod forms;
 mod graph;
+mod halved;
 mod jet;
 mod layout;
 mod outline;

@@ -133,18 +133,18 @@ pub(super) fn own_map(node: &Node) -> Result<DAffine3, String> {
         }
         Some(matrix) => from_almost_affine(matrix),
         None => from_parts(
-            node.translation.unwrap_or([0.0; 3]),
-            node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]),
-            node.scale.unwrap_or([1.0; 3]),
+            node.translation.as_deref().copied().unwrap_or([0.0; 3]),
+            node.rotation.as_deref().copied().unwrap_or([0.0, 0.0, 0.0, 1.0]),
+            node.scale.as_deref().copied().unwrap_or([1.0; 3]),
         ),
     }
 }
 
 /// How a node turns directions: by its rotation, or its matrix, whose scales cannot be told apart.
 fn own_turn(node: &Node) -> DMat3 {
-    match (&node.matrix, node.rotation) {
+    match (&node.matrix, &node.rotation) {
         (Some(_), _) => own_map(node).map_or(DMat3::ZERO, |map| map.matrix3),
-        (None, Some(rotation)) => rotation_matrix(rotation).unwrap_or(DMat3::ZERO),
+        (None, Some(rotation)) => rotation_matrix(**rotation).unwrap_or(DMat3::ZERO),
         (None, None) => DMat3::IDENTITY,
     }
 }

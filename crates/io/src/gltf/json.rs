@@ -203,27 +203,29 @@ pub(super) struct Node {
     pub(super) name: Option<String>,
     #[serde(default)]
     pub(super) children: Vec<usize>,
-    /// Boxed, as is all that few nodes have: files may have millions of nodes.
+    /// Boxed, as is all that not every node has: files may have millions of nodes.
     pub(super) matrix: Option<Box<[f64; 16]>>,
-    pub(super) translation: Option<[f64; 3]>,
-    pub(super) rotation: Option<[f64; 4]>,
-    pub(super) scale: Option<[f64; 3]>,
+    pub(super) translation: Option<Box<[f64; 3]>>,
+    pub(super) rotation: Option<Box<[f64; 4]>>,
+    pub(super) scale: Option<Box<[f64; 3]>>,
     pub(super) mesh: Option<usize>,
     pub(super) camera: Option<usize>,
     pub(super) skin: Option<usize>,
-    pub(super) weights: Option<Vec<f64>>,
+    pub(super) weights: Option<Box<[f64]>>,
     /// As written: it may be anything, however deep.
     pub(super) extras: Option<Box<RawValue>>,
     #[serde(default)]
     pub(super) extensions: NodeExtensions,
 }
 
+const _: () = assert!(size_of::<Node>() <= 192, "three million empty nodes are a file of nine megabytes");
+
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub(super) light: Option<LightReference>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub(super) instancing: Option<Instancing>,
+    pub(super) instancing: Option<Box<Instancing>>,
     #[serde(rename = "KHR_physics_rigid_bodies")]
     pub(super) rigid_body: Option<Box<RigidBody>>,
 }

@@ -86,10 +86,13 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
             }
         });
         let planes = (0..forms.planes().len()).map(|plane| {
+            let values = at.map(|point| forms.plane(plane, &point));
             // A receiver that lies in a plane of the body: its form is zero all over it.
-            let in_contact = receiver.plane.as_ref().is_some_and(|points| body.plane_holds(plane, points));
-            let value = |point| if in_contact { Approx::exact(0.0) } else { forms.plane(plane, &point) };
-            PlaneValues { points: at.map(value), light: light.planes[plane] }
+            let may_touch = || !values.iter().any(|&value| positive(value) || negative(value));
+            let in_contact =
+                receiver.plane.as_ref().is_some_and(|points| may_touch() && body.plane_holds(plane, points));
+            let points = if in_contact { [Approx::exact(0.0); N] } else { values };
+            PlaneValues { points, light: light.planes[plane] }
         });
         let values = Values { quadrics: quadrics.collect(), planes: planes.collect() };
         Self { object, body, light, values }

@@ -11,13 +11,16 @@
 
 use std::ops::Range;
 
-use umbriel_geometry::{Point, blocking::Probe};
+use umbriel_geometry::blocking::Probe;
 use umbriel_octree::Quadrant;
 
 use super::{
     classify::Blockers,
     flat::{self, FLAT, FlatFace, count, count_samples},
-    occluders::{Among, Candidates, Occluders, few::Picked},
+    occluders::{
+        Among, Candidates, Occluders,
+        few::{Picked, bounds_of},
+    },
     polygon_blocker::FacetId,
     receiver::Receiver,
     tally::{Tally, Units},
@@ -145,11 +148,15 @@ impl<'a> Crowd<'a> {
     fn under_picked(&self, bare: &FlatFace, picked: &Picked, place: Quadrant) -> (Tally<Units>, bool) {
         let mut tally = Tally::new();
         tally.examined += 1;
-        let (corners, middle) = (self.corners(bare, place), self.probe(bare.middle(place)));
-        match self.occluders.uncovered((picked, self.own), (&corners, &middle)) {
-            None => shadowed(bare, place, &mut tally),
-            Some(_) if !bare.is_finest(place) => return (tally, true),
-            Some(hiding) => self.under_parts(bare, parts_of(hiding), place, &mut tally),
+        let corners = self.corners(bare, place);
+        if self.occluders.is_covered((picked, self.own), &corners) {
+            shadowed(bare, place, &mut tally);
+        } else if !bare.is_finest(place) {
+            return (tally, true);
+        } else {
+            let middle = self.probe(bare.middle(place));
+            let hiding = self.occluders.hiding((picked, self.own), (&corners, &middle));
+            self.under_parts(bare, parts_of(hiding), place, &mut tally);
         }
         (tally, false)
     }
@@ -179,10 +186,6 @@ impl<'a> Crowd<'a> {
         candidates.facets.retain(|&facet| facet != self.own);
         (self.under)(self.occluders.blockers(&candidates.facets, &candidates.bodies, self.receiver))
     }
-}
-
-fn bounds_of(corners: &[Probe]) -> Vec<Point<'static>> {
-    corners.iter().map(|corner| corner.bounds).collect()
 }
 
 /// [`PARTS`] of some facets, by their tickets; of those with the same ticket all or none.

@@ -61,6 +61,9 @@ enum Facing {
 /// How many cells must say nothing before a patch is not divided further.
 const ENOUGH: usize = 256;
 
+/// So many bodies in question are a crowd.
+const CROWD: usize = 512;
+
 /// From this many facets and bodies in question, it is sooner to look up those over a point than to ask each.
 const LOOK_UP: usize = 64;
 
@@ -114,12 +117,20 @@ impl Patch<'_> {
             return;
         }
         tally.examined += 1;
-        let (verdict, left) = match known {
+        let is_divisible = !self.is_finest(place);
+        let (mut verdict, mut left) = match known {
             Some(verdict) => (verdict, Candidates::default()),
-            None => self.judge(place, candidates),
+            None => self.judge(place, candidates, is_divisible),
         };
+        let is_given_up = is_divisible && is_hopeless(place, candidates.bodies.len(), left.bodies.len());
+        if is_given_up {
+            // As if it were the finest level, so that a finer one tells no less.
+            (verdict, left) = self.judge(place, candidates, false);
+        }
         let is_decided = verdict != Verdict::Undecided;
-        if let Some(area) = self.area_to_count(place, is_decided, occupied) {
+        let whole = || self.area.of_cell(place.low_corner(), place.edge());
+        let counted = || self.area_to_count(place, is_decided, occupied);
+        if let Some(area) = if is_given_up { Some(whole()) } else { counted() } {
             self.count(place, verdict, &area, &left, tally);
         } else {
             for part in place.children() {
@@ -150,13 +161,13 @@ impl Patch<'_> {
     }
 
     /// What is proved of a cell, and the candidates in question if it is undecided.
-    fn judge(&self, place: Quadrant, candidates: &Candidates) -> (Verdict, Candidates) {
+    fn judge(&self, place: Quadrant, candidates: &Candidates, is_divisible: bool) -> (Verdict, Candidates) {
         let hull = self.hull(place);
         let points = hull.placed(self.body.placement());
         match self.facing(&hull) {
             Facing::Dark => (Verdict::Shadowed, Candidates::default()),
-            Facing::Turned => self.classify(place, points, candidates),
-            Facing::Unknown => match self.classify(place, points, candidates) {
+            Facing::Turned => self.classify(place, points, candidates, is_divisible),
+            Facing::Unknown => match self.classify(place, points, candidates, is_divisible) {
                 (Verdict::Lit, left) => (Verdict::Undecided, left),
                 judged => judged,
             },
@@ -247,7 +258,13 @@ impl Patch<'_> {
     }
 
     /// What others do to a cell in the hull of some points.
-    fn classify(&self, place: Quadrant, points: [Point; HULL], candidates: &Candidates) -> (Verdict, Candidates) {
+    fn classify(
+        &self,
+        place: Quadrant,
+        points: [Point; HULL],
+        candidates: &Candidates,
+        is_divisible: bool,
+    ) -> (Verdict, Candidates) {
         let unit = |k: usize| -> Weights<HULL> { std::array::from_fn(|l| f64::from(u8::from(k == l))) };
         let corners = (0..HULL).map(unit).collect();
         let cell = Hull { corners, center: [1.0 / HULL as f64; HULL], parameters: None };
@@ -258,7 +275,7 @@ impl Patch<'_> {
             receiver: &receiver,
             corners: &cell.corners,
             middle: &self.point([u + half, v + half]),
-            is_divisible: !self.is_finest(place),
+            is_divisible,
         };
         let Some(bodies) = pile.in_question(&candidates.bodies) else {
             return (Verdict::Shadowed, Candidates::default());
@@ -278,31 +295,37 @@ impl Patch<'_> {
         self.chart().hull(place.low_corner(), place.edge())
     }
 
-    /// How many of 16 points of an undecided cell are likely to be lit, with these candidates in question: for few of them floats tell.
+    /// How many of 16 points of an undecided cell are likely to be lit, by floats, with these candidates in question.
     fn count_probably_lit(&self, place: Quadrant, left: &Candidates) -> u64 {
         let ([u, v], edge) = (place.low_corner(), place.edge());
         let is_turned = self.facing(&self.hull(place)) == Facing::Turned;
-        let is_lit = |[s, t]: [f64; 2]| {
-            let (u, v) = (u + s * edge, v + t * edge);
-            if left.facets.len() + left.bodies.len() >= LOOK_UP {
-                (self.is_lit_exactly)(u, v) == Some(true)
-            } else if is_turned {
-                self.chart().occupied([u, v], 0.0) != Occupied::Nowhere && self.is_probably_clear([u, v], left)
-            } else {
-                (self.is_lit_alone_exactly)(u, v) == Some(true) && self.is_probably_clear([u, v], left)
-            }
+        let is_lit_alone = |[u, v]: [f64; 2]| match is_turned {
+            true => self.chart().occupied([u, v], 0.0) != Occupied::Nowhere,
+            false => (self.is_lit_alone_exactly)(u, v) == Some(true),
         };
-        pattern::points(place).filter(|&point| is_lit(point)).count() as u64
+        let is_lit = |&[s, t]: &[f64; 2]| {
+            let at = [u + s * edge, v + t * edge];
+            is_lit_alone(at) && self.is_probably_clear(&self.point(at), left)
+        };
+        pattern::points(place).filter(is_lit).count() as u64
     }
 
     /// Whether floats say that no candidate is in a point's way.
-    fn is_probably_clear(&self, place: [f64; 2], left: &Candidates) -> bool {
-        let point = self.point(place);
+    fn is_probably_clear(&self, point: &Receiver<1>, candidates: &Candidates) -> bool {
+        if candidates.facets.len() + candidates.bodies.len() < LOOK_UP {
+            return self.is_clear_of(point, candidates);
+        }
+        let mut over = self.occluders.candidates(self.among, &point.points);
+        over.bodies.retain(|&object| object != self.object);
+        self.is_clear_of(point, &over)
+    }
+
+    fn is_clear_of(&self, point: &Receiver<1>, candidates: &Candidates) -> bool {
         let is_behind_facets = || {
-            let blockers = self.occluders.blockers(&left.facets, &[], &point);
+            let blockers = self.occluders.blockers(&candidates.facets, &[], point);
             blockers.entries().into_iter().any(|entry| blockers.probably_blocks(entry, &[1.0]))
         };
-        !left.bodies.iter().any(|&object| self.probably_blocks(object, &point)) && !is_behind_facets()
+        !candidates.bodies.iter().any(|&object| self.probably_blocks(object, point)) && !is_behind_facets()
     }
 
     /// Whether floats say that a body is in a point's way.
@@ -343,6 +366,12 @@ impl Patch<'_> {
             tally.samples.lit += u64::from(lit == Some(true));
         }
     }
+}
+
+/// Whether a cell under a crowd of bodies is not divided any more: dividing its parent has shown less than half of them to be out of the way of it, so that thousands of
+/// cells under hundreds of bodies each would follow.
+fn is_hopeless(place: Quadrant, before: usize, left: usize) -> bool {
+    place.level() > 0 && left >= CROWD && 2 * left > before
 }
 
 /// The sign that all have.

@@ -41,7 +41,7 @@ impl Check<'_> {
         if node.skin.is_some() && node.mesh.is_none() {
             self.tell(&place(), "it has a skin and no mesh");
         }
-        if node.rotation.is_some_and(|rotation| !is_unit(rotation)) {
+        if node.rotation.as_deref().is_some_and(|rotation| !is_unit(*rotation)) {
             self.tell(&place(), "its rotation is no unit quaternion");
         }
         if node.matrix.as_ref().is_some_and(|matrix| is_skewed(matrix)) {

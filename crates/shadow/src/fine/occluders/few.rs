@@ -126,29 +126,32 @@ impl Occluders<'_> {
         }
     }
 
-    /// Looks among the facets picked for a face for one that covers a cell of it, given by the cell's corners and its middle. `None` if one does; else those
-    /// that hide the middle, with their tickets. Exact, but for those whose rectangle does not hold that of the cell: they are passed over.
-    pub(crate) fn uncovered(
+    /// Whether one of the facets picked for a face covers a cell of it, given by the cell's corners. Exact, but for those whose rectangle does not hold that of the cell: they
+    /// are passed over.
+    pub(crate) fn is_covered(&self, (picked, own): (&Picked, FacetId), corners: &[Probe]) -> bool {
+        // Most are beside a corner, which takes a few nanoseconds to tell. What lies behind a convex facet is convex.
+        let covers = |id: FacetId| {
+            self.is_solid(id)
+                && !corners.iter().any(|corner| self.is_beside(id, &corner.bounds))
+                && corners.iter().all(|corner| self.hides(id, corner))
+        };
+        self.that_may_cover(picked, &bounds_of(corners)).any(|id| id != own && covers(id))
+    }
+
+    /// Those of the same facets that hide the middle of a cell, with their tickets.
+    pub(crate) fn hiding(
         &self,
         (picked, own): (&Picked, FacetId),
         (corners, middle): (&[Probe], &Probe),
-    ) -> Option<Vec<(u64, FacetId)>> {
-        let points: Vec<Point> = corners.iter().map(|corner| corner.bounds).collect();
-        let hides = |id: FacetId, point: &Probe| {
-            face_blocks(self.bodies, (id.object as usize, id.facet as usize), point, Own::Nothing, self.light)
-        };
-        // What lies behind a convex facet is convex.
-        let covers = |id: FacetId| self.is_solid(id) && corners.iter().all(|corner| hides(id, corner));
-        let mut hiding = Vec::new();
-        for id in self.that_may_cover(picked, &points) {
-            if id != own && !self.is_beside(id, &middle.bounds) && hides(id, middle) {
-                if covers(id) {
-                    return None;
-                }
-                hiding.push((self.tickets(id.object)[id.facet as usize], id));
-            }
-        }
-        Some(hiding)
+    ) -> Vec<(u64, FacetId)> {
+        let may_cover = self.that_may_cover(picked, &bounds_of(corners)).filter(|&id| id != own);
+        let hiding = may_cover.filter(|&id| !self.is_beside(id, &middle.bounds) && self.hides(id, middle));
+        hiding.map(|id| (self.tickets(id.object)[id.facet as usize], id)).collect()
+    }
+
+    /// Whether a facet hides a point. Exact.
+    fn hides(&self, id: FacetId, point: &Probe) -> bool {
+        face_blocks(self.bodies, (id.object as usize, id.facet as usize), point, Own::Nothing, self.light)
     }
 
     /// Those picked whose rectangle holds that of a hull, in every frame that sees this.
@@ -209,6 +212,11 @@ impl Occluders<'_> {
             Body::Analytic(_) => Vec::new(),
         })
     }
+}
+
+/// Where some points surely are.
+pub(crate) fn bounds_of(probes: &[Probe]) -> Vec<Point<'static>> {
+    probes.iter().map(|probe| probe.bounds).collect()
 }
 
 /// Whether a box is over a hull and hides all of its rectangle, as far as boxes tell.
