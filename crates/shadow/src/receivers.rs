@@ -49,11 +49,21 @@ pub(crate) enum Depth {
     Paying(u8),
 }
 
-/// A face that nothing is expected to shadow is divided so deep at first: its cells cost about as much as the look.
-pub(crate) const FIRST_LEVEL: u8 = 4;
+/// A first look goes so deep at least: finding what may shadow a face costs as much.
+const FIRST_LEVEL: u8 = 4;
 
-/// Facets and bodies that are measured in about the time of the cells of [`FIRST_LEVEL`].
+/// The level of which the cells cost as much as measuring [`MEASURED`] facets and bodies; they are twice as many a level.
+const PAID_LEVEL: u8 = 2;
 const MEASURED: usize = 16;
+
+/// The deepest level of a first look.
+const DEEPEST_FIRST: u8 = 8;
+
+/// The level of a first look at a face under so many facets and bodies.
+pub(crate) fn first_level(measured: usize) -> u8 {
+    let paid = PAID_LEVEL + (1 + measured / MEASURED).ilog2() as u8;
+    paid.clamp(FIRST_LEVEL, DEEPEST_FIRST)
+}
 
 impl Depth {
     /// The level, if it is not the detail's, of a face under so many facets and bodies.
@@ -61,7 +71,7 @@ impl Depth {
         match self {
             Self::Asked => None,
             Self::To(level) => Some(level),
-            Self::Paying(level) => Some(level.max(FIRST_LEVEL + (1 + measured / MEASURED).ilog2() as u8)),
+            Self::Paying(level) => Some(level.max(first_level(measured))),
         }
     }
 }
@@ -347,8 +357,8 @@ mod tests {
 
     #[test]
     fn a_first_look_goes_deeper_where_more_is_measured() {
-        let levels = [0, MEASURED, 3 * MEASURED, 100 * MEASURED].map(|count| Depth::Paying(FIRST_LEVEL).level(count));
-        assert_eq!(levels, [0, 1, 2, 6].map(|deeper| Some(FIRST_LEVEL + deeper)));
+        let levels = [0, 3, 7, 15, 1000].map(|times| Depth::Paying(0).level(times * MEASURED));
+        assert_eq!(levels, [4, 4, 5, 6, 8].map(Some));
         // What is expected before anything is measured counts as well.
         assert_eq!(Depth::Paying(8).level(MEASURED), Some(8));
         assert_eq!([Depth::Asked, Depth::To(3)].map(|depth| depth.level(100 * MEASURED)), [None, Some(3)]);

@@ -13,19 +13,13 @@ use crate::{
     fine::tally::Cost,
     levels::FaceSize,
     progress::Progress,
-    receivers::{Depth, FIRST_LEVEL, FaceSums, Found, Job, Receivers, flat_corners},
+    receivers::{Depth, FaceSums, Found, Job, Receivers, first_level, flat_corners},
     report::{Cell, SampleCount, Verdict},
     sums::FaceArea,
 };
 
 /// The first level where cells count, not the time that looks take.
 const SPARING_LEVEL: u8 = 2;
-
-/// The deepest level of a first look.
-const DEEPEST_FIRST: u8 = 8;
-
-/// Candidates whose measuring costs about as much as the cells of [`FIRST_LEVEL`].
-const CANDIDATES: f64 = 16.0;
 
 /// Facets that are placed and asked for their borders in about the time of a cell.
 const FACETS_A_CELL: f64 = 4.0;
@@ -121,7 +115,7 @@ impl Looks<'_> {
         let depth = match &open.known {
             Some(known) => Depth::To(known.cost.level + known.levels_ahead()),
             None if self.is_sparing => Depth::To(SPARING_LEVEL),
-            None => Depth::Paying(self.first_level(open.id)),
+            None => Depth::Paying(first_level(self.expected_over(open.id) as usize)),
         };
         let found = self.all.look(open.id.receiver as usize, open.id.face as usize, depth, &|| until.is_cancelled())?;
         (!until.is_cancelled()).then_some(found)
@@ -130,12 +124,6 @@ impl Looks<'_> {
     /// What a look cost: where memory is the limit, cells alone.
     pub(super) fn cost_of(&self, found: &Found) -> Cost {
         if self.is_sparing { Cost { base: 0, cells: found.examined, ..found.cost } } else { found.cost }
-    }
-
-    /// The level of a first look: where measuring what may shadow the face costs much, cells may.
-    fn first_level(&self, id: FaceId) -> u8 {
-        let deeper = (1.0 + self.expected_over(id) / CANDIDATES).log2();
-        FIRST_LEVEL + (deeper as u8).min(DEEPEST_FIRST - FIRST_LEVEL)
     }
 
     /// What the next look at a face is expected to cost, in cells: a first one asks each facet over the face.
