@@ -16,13 +16,25 @@ use crate::{
         lattice::Lattice,
         occluders::Among,
         raster::{self, Chain, Plane, Raster},
-        tally::{Tally, Units},
+        tally::{Cost, Tally, Units, cell_units},
     },
     levels,
-    receivers::{Receivers, flat_corners},
+    receivers::{Depth, Receivers, flat_corners},
     report::Verdict,
     request::CellMethod,
 };
+
+/// Cells of a quadtree that take as long as finding what may shadow a face.
+const CELLS_A_FACE: u64 = 64;
+
+/// Facets that are looked at for their borders in the time of a cell of a quadtree.
+const FACETS_A_CELL: u64 = 50;
+
+/// Tiles that are settled in the time of a cell of a quadtree.
+const TILES_A_CELL: u64 = 4;
+
+/// Undecided cells that are drawn in the time of a cell of a quadtree.
+const DRAWN_A_CELL: u64 = 4;
 
 /// One face that is asked for.
 pub(crate) struct FlatReceiver<'a> {
@@ -32,18 +44,20 @@ pub(crate) struct FlatReceiver<'a> {
     objects: OnceLock<Cow<'a, [u32]>>,
     shape: FaceShape,
     corners: [Point<'a>; FLAT],
+    size: levels::FaceSize,
+    depth: Depth,
     levels: Levels,
     lattice: Option<Lattice>,
     is_cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl<'a> FlatReceiver<'a> {
-    /// Face `face` of an object, divided down to `level` at most if that is given.
+    /// Face `face` of an object.
     pub(crate) fn new(
         all: &'a Receivers<'a>,
         object: usize,
         (facets, face): (&'a Facets, usize),
-        level: Option<u8>,
+        depth: Depth,
         is_cancelled: &'a (dyn Fn() -> bool + Sync),
     ) -> Self {
         let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
@@ -57,7 +71,9 @@ impl<'a> FlatReceiver<'a> {
             objects: OnceLock::new(),
             shape: FaceShape { face: face as u32, domain, corner },
             corners,
-            levels: all.levels(object, &size, level),
+            size,
+            depth,
+            levels: all.levels(object, &size, depth.level(0)),
             lattice: all.spacing.map(|spacing| Lattice::new(size.edges, spacing, is_triangle)),
             is_cancelled,
         }
@@ -70,7 +86,7 @@ impl<'a> FlatReceiver<'a> {
             return FlatFace::decided(self.shape, Verdict::Shadowed, self.levels, self.lattice);
         }
         let crowded = self.effort_in_crowd();
-        let by_borders = if crowded.is_none() && self.suits_borders() { self.rasterise().ok() } else { None };
+        let by_borders = if crowded.is_none() && self.suits_borders() { self.draw().ok() } else { None };
         by_borders.unwrap_or_else(|| self.divide(crowded))
     }
 
@@ -113,6 +129,21 @@ impl<'a> FlatReceiver<'a> {
         }
         let expected = || occluders.expected_facets(self.objects(), &self.corners);
         method == CellMethod::Borders || raster::is_sooner(level, facets, expected())
+    }
+
+    /// By borders, and what that cost.
+    fn draw(&self) -> Result<Tally<Units>, GiveUp> {
+        let mut tally = self.rasterise()?;
+        let level = self.levels.finest;
+        let open = tally.undecided / cell_units(level, false);
+        let facets: usize = self.objects().iter().map(|&object| self.all.bodies.face_count(object as usize)).sum();
+        let tiles = 1u64 << (2 * level.saturating_sub(raster::TILE_LEVEL));
+        tally.cost = Cost {
+            level,
+            base: facets as u64 / FACETS_A_CELL + tiles / TILES_A_CELL,
+            cells: (open / DRAWN_A_CELL).max(1),
+        };
+        Ok(tally)
     }
 
     fn rasterise(&self) -> Result<Tally<Units>, GiveUp> {
@@ -167,24 +198,33 @@ impl<'a> FlatReceiver<'a> {
             face_blocks(bodies, (object as usize, facet as usize), probe, Own::Nothing, light)
         };
         let is_blocked = |u: f64, v: f64| self.point_is_blocked(u, v);
-        let finest = crowded.map_or(u8::MAX, |effort| effort.finest).min(self.levels.finest);
-        let under = |blockers| FlatFace {
+        let under = |levels: Levels, blockers| FlatFace {
             shape: self.shape,
             corners,
             blockers,
-            levels: Levels { finest, ..self.levels },
+            levels,
             lattice: self.lattice,
             blocks_exactly: &blocks_exactly,
             is_blocked: &is_blocked,
             is_cancelled: self.is_cancelled,
         };
         if let Some(effort) = crowded {
+            let levels = Levels { finest: effort.finest.min(self.levels.finest), ..self.levels };
+            let under = |blockers| under(levels, blockers);
             let crowd =
                 Crowd { own: self.id, effort, receiver: &receiver, occluders, among: self.among(), under: &under };
-            return crowd.run();
+            return Self::costing(0, self.levels.finest, crowd.run());
         }
         let mut candidates = occluders.candidates(self.among(), &corners);
         candidates.facets.retain(|&candidate| candidate != self.id);
-        under(occluders.blockers(&candidates.facets, &candidates.bodies, &receiver)).run()
+        let measured = candidates.facets.len() + candidates.bodies.len();
+        let levels = self.all.levels(self.id.object as usize, &self.size, self.depth.level(measured));
+        let blockers = occluders.blockers(&candidates.facets, &candidates.bodies, &receiver);
+        Self::costing(measured, levels.finest, under(levels, blockers).run())
+    }
+
+    /// A quadtree's sums with what they cost: measuring a facet or a body takes about as long as a cell.
+    fn costing(measured: usize, level: u8, tally: Tally<Units>) -> Tally<Units> {
+        Tally { cost: Cost { level, base: CELLS_A_FACE + measured as u64, cells: tally.examined }, ..tally }
     }
 }

@@ -18,7 +18,7 @@ use crate::{
         lattice::{Lattice, Spacing},
         occluders::{Among, throng::Throng, tickets::halvings},
         patch::Patch,
-        tally::{Tally, Units, cell_units},
+        tally::{Cost, Tally, Units, cell_units},
     },
     flat_receiver::FlatReceiver,
     levels,
@@ -38,6 +38,44 @@ pub(crate) struct Job {
     pub(crate) faces: Range<usize>,
 }
 
+/// How deep a look at a face goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Depth {
+    /// As far as the detail says.
+    Asked,
+    /// Down to this level at most.
+    To(u8),
+    /// Down to this level, or deeper where measuring what may shadow the face costs more than the cells there.
+    Paying(u8),
+}
+
+/// A first look goes so deep at least: finding what may shadow a face costs as much.
+const FIRST_LEVEL: u8 = 4;
+
+/// The level of which the cells cost as much as measuring [`MEASURED`] facets and bodies; they are twice as many a level.
+const PAID_LEVEL: u8 = 2;
+const MEASURED: usize = 16;
+
+/// The deepest level of a first look.
+const DEEPEST_FIRST: u8 = 8;
+
+/// The level of a first look at a face under so many facets and bodies.
+pub(crate) fn first_level(measured: usize) -> u8 {
+    let paid = PAID_LEVEL + (1 + measured / MEASURED).ilog2() as u8;
+    paid.clamp(FIRST_LEVEL, DEEPEST_FIRST)
+}
+
+impl Depth {
+    /// The level, if it is not the detail's, of a face under so many facets and bodies.
+    pub(crate) fn level(self, measured: usize) -> Option<u8> {
+        match self {
+            Self::Asked => None,
+            Self::To(level) => Some(level),
+            Self::Paying(level) => Some(level.max(first_level(measured))),
+        }
+    }
+}
+
 /// What a look at one face found out.
 #[derive(Debug)]
 pub(crate) struct Found {
@@ -48,6 +86,7 @@ pub(crate) struct Found {
     pub(crate) examined: u64,
     /// Points decided one by one.
     pub(crate) points: u64,
+    pub(crate) cost: Cost,
 }
 
 /// What was found out about some faces.
@@ -116,30 +155,30 @@ impl<'a> Receivers<'a> {
     pub(crate) fn run(&self, job: &Job, is_cancelled: &(dyn Fn() -> bool + Sync)) -> FaceSums {
         let mut sums = FaceSums::default();
         for face in job.faces.clone().take_while(|_| !is_cancelled()) {
-            if let Some(found) = self.look(job.receiver, face, None, is_cancelled) {
+            if let Some(found) = self.look(job.receiver, face, Depth::Asked, is_cancelled) {
                 sums.add(found);
             }
         }
         sums
     }
 
-    /// Classifies a face: down to `level` at most if that is given, else as far as the detail says. `None` for a face without area.
+    /// Classifies a face. `None` for a face without area.
     pub(crate) fn look(
         &self,
         receiver: usize,
         face: usize,
-        level: Option<u8>,
+        depth: Depth,
         is_cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Option<Found> {
         let object = self.request.receivers[receiver];
         match self.bodies.get(object) {
             Body::Flat(facets) if facets.area(face).upper() == 0.0 => None,
             Body::Flat(facets) => {
-                let tally = FlatReceiver::new(self, object, (facets, face), level, is_cancelled).run();
+                let tally = FlatReceiver::new(self, object, (facets, face), depth, is_cancelled).run();
                 Some(Found::on_flat(facets, face, tally))
             }
             Body::Analytic(body) => {
-                Some(Found::on_patch(self.look_at_patch(object, (body, face), level, is_cancelled)))
+                Some(Found::on_patch(self.look_at_patch(object, (body, face), depth, is_cancelled)))
             }
         }
     }
@@ -173,7 +212,7 @@ impl<'a> Receivers<'a> {
         &self,
         object: usize,
         (body, face): (&PlacedAnalytic, usize),
-        level: Option<u8>,
+        depth: Depth,
         is_cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Tally<Approx> {
         let chart = &body.charts()[face];
@@ -188,6 +227,7 @@ impl<'a> Receivers<'a> {
         let own_blocks = |own: Own, probe: &Probe<Surd>| face_blocks(self.bodies, (object, 0), probe, own, self.light);
         let exact = chart.plane_points().map(|points| points.map(|local| body.placement().exact(local)));
         let plane = exact.as_ref().map(|points| std::array::from_fn(|k| points[k].bounded()));
+        let levels = self.levels(object, &size, depth.level(0));
         let patch = Patch {
             face: face as u32,
             object: object as u32,
@@ -197,13 +237,14 @@ impl<'a> Receivers<'a> {
             area: &PatchArea::new(chart, body.placement()),
             occluders: &self.occluders,
             among,
-            levels: self.levels(object, &size, level),
+            levels,
             lattice: self.spacing.map(|spacing| Lattice::new(size.edges, spacing, false)),
             is_lit_exactly: &|u, v| with_own(u, v, &|own, probe| self.point_is_blocked(among, own, probe)),
             is_lit_alone_exactly: &|u, v| with_own(u, v, &own_blocks),
             is_cancelled,
         };
         let mut tally = patch.run();
+        tally.cost = Cost { level: levels.finest, base: 0, cells: tally.examined };
         if self.bodies.is_dark(object) {
             tally.darken();
         }
@@ -244,8 +285,8 @@ impl Found {
     }
 
     fn of<M>(tally: Tally<M>, area: FaceArea) -> Self {
-        let Tally { cells, samples, examined, points, .. } = tally;
-        Self { area, cells, samples, examined, points }
+        let Tally { cells, samples, examined, points, cost, .. } = tally;
+        Self { area, cells, samples, examined, points, cost }
     }
 }
 
@@ -308,4 +349,18 @@ fn scaled(area: Approx, units: Units, all: Units) -> Approx {
     }
     let share = units as f64 / all as f64;
     if units == 0 { Approx::exact(0.0) } else { area * Approx { value: share, error: share * f64::EPSILON } }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_first_look_goes_deeper_where_more_is_measured() {
+        let levels = [0, 3, 7, 15, 1000].map(|times| Depth::Paying(0).level(times * MEASURED));
+        assert_eq!(levels, [4, 4, 5, 6, 8].map(Some));
+        // What is expected before anything is measured counts as well.
+        assert_eq!(Depth::Paying(8).level(MEASURED), Some(8));
+        assert_eq!([Depth::Asked, Depth::To(3)].map(|depth| depth.level(100 * MEASURED)), [None, Some(3)]);
+    }
 }

@@ -48,7 +48,8 @@ pub enum Search {
 pub enum Expected {
     /// Points asked one by one.
     Places(u64),
-    /// Points asked together ([`Queries::lit_many`]).
+    /// Points by coordinates asked together ([`Queries::lit_many`]). Points of faces asked together need no preparing: from a few hundred of them on no way is
+    /// sooner than light space, where faces that are turned away cost nothing and a face does not meet its own points.
     Loose(u64),
 }
 

@@ -5,26 +5,21 @@ use umbriel_octree::Quadrant;
 
 use super::{
     Until,
-    open::{FaceId, Known, NEXT_LEVELS, Open},
+    open::{FaceId, Known, Open},
 };
 use crate::{
     bodies::Body,
     exact::flat_face_is_turned_to,
+    fine::tally::Cost,
     levels::FaceSize,
     progress::Progress,
-    receivers::{FaceSums, Found, Job, Receivers, flat_corners},
+    receivers::{Depth, FaceSums, Found, Job, Receivers, first_level, flat_corners},
     report::{Cell, SampleCount, Verdict},
     sums::FaceArea,
 };
 
-/// The first level of a face that nothing is expected to shadow; so deep that its cells cost about as much as the look.
-const FIRST_LEVEL: u8 = 2;
-
-/// The deepest level of a first look.
-const DEEPEST_FIRST: u8 = 8;
-
-/// Candidates whose measuring costs about as much as the cells of [`FIRST_LEVEL`].
-const CANDIDATES: f64 = 16.0;
+/// The first level where cells count, not the time that looks take.
+const SPARING_LEVEL: u8 = 2;
 
 /// Facets that are placed and asked for their borders in about the time of a cell.
 const FACETS_A_CELL: f64 = 4.0;
@@ -54,7 +49,7 @@ impl Looks<'_> {
             let is_looked_at = self.all.spacing.is_some() || !self.is_turned(id);
             let is_cancelled = || progress.is_cancelled();
             let found = if is_looked_at {
-                self.all.look(job.receiver, face, Some(0), &is_cancelled)
+                self.all.look(job.receiver, face, Depth::To(0), &is_cancelled)
             } else {
                 self.unlooked(id)
             };
@@ -100,6 +95,7 @@ impl Looks<'_> {
             samples: SampleCount::default(),
             examined: 0,
             points: 0,
+            cost: Cost::default(),
         })
     }
 
@@ -107,32 +103,27 @@ impl Looks<'_> {
     pub(super) fn before(&self, open: Open) -> Known {
         match open.known {
             Some(known) => *known,
-            None => Known { level: 0, examined: 0, stored: 1, area: FaceArea::unknown(self.area(open.id)) },
+            None => Known { cost: Cost::default(), stored: 1, area: FaceArea::unknown(self.area(open.id)) },
         }
     }
 
-    /// The next look at a face, and the level that it went to; `None` if the clock caught it.
-    pub(super) fn look(&self, open: &Open, until: &Until) -> Option<(u8, Found)> {
+    /// The next look at a face; `None` if the clock caught it.
+    pub(super) fn look(&self, open: &Open, until: &Until) -> Option<Found> {
         if until.is_cancelled() {
             return None;
         }
-        let level = match &open.known {
-            Some(known) => known.level + NEXT_LEVELS,
-            None => self.first_level(open.id),
+        let depth = match &open.known {
+            Some(known) => Depth::To(known.cost.level + known.levels_ahead()),
+            None if self.is_sparing => Depth::To(SPARING_LEVEL),
+            None => Depth::Paying(first_level(self.expected_over(open.id) as usize)),
         };
-        let level = level.min(self.deepest(open.id));
-        let found =
-            self.all.look(open.id.receiver as usize, open.id.face as usize, Some(level), &|| until.is_cancelled())?;
-        (!until.is_cancelled()).then_some((level, found))
+        let found = self.all.look(open.id.receiver as usize, open.id.face as usize, depth, &|| until.is_cancelled())?;
+        (!until.is_cancelled()).then_some(found)
     }
 
-    /// The level of a first look: where measuring what may shadow the face costs much, cells may.
-    fn first_level(&self, id: FaceId) -> u8 {
-        if self.is_sparing {
-            return FIRST_LEVEL;
-        }
-        let deeper = (1.0 + self.expected_over(id) / CANDIDATES).log2();
-        FIRST_LEVEL + (deeper as u8).min(DEEPEST_FIRST - FIRST_LEVEL)
+    /// What a look cost: where memory is the limit, cells alone.
+    pub(super) fn cost_of(&self, found: &Found) -> Cost {
+        if self.is_sparing { Cost { base: 0, cells: found.examined, ..found.cost } } else { found.cost }
     }
 
     /// What the next look at a face is expected to cost, in cells: a first one asks each facet over the face.
@@ -174,7 +165,7 @@ impl First {
         if !is_looked_at {
             self.open.push(Open::unknown(id, found.area.area));
         } else if found.area.undecided() > 0.0 && found.area.lit.upper.is_finite() {
-            let known = Known { level: 0, examined: found.examined, stored, area: found.area };
+            let known = Known { cost: found.cost, stored, area: found.area };
             self.open.push(Open::known(id, known));
         }
         self.sums.add(found);

@@ -3,7 +3,7 @@
 //! One engine for all of them, a best-first search over faces. At first only the area of each face is known, and whether it is turned to the light; what
 //! is turned away is in shadow, all else is undecided. Then, step by step, the faces with the most undecided area for the cells that a closer look is
 //! expected to cost are looked at: a face for the first time as deep as pays beside the cost of looking at it at all, later two levels deeper each
-//! time. What a look finds only ever narrows what is known: bounds are the tighter ones of two proofs. So the result is valid whenever it stops, and
+//! time, or more where those pay. What a look finds only ever narrows what is known: bounds are the tighter ones of two proofs. So the result is valid whenever it stops, and
 //! more time never gives wider bounds.
 //!
 //! Where a clock runs, nothing may cost more than its turn: of meshes only bounds on the area are known until their faces are listed ([`unlisted`]), and a look
@@ -40,6 +40,9 @@ use unlisted::{Unlisted, Waiting};
 
 /// Steps take faces together until about so many cells are expected, so that threads have something to do.
 const CELLS_A_STEP: u64 = 1 << 12;
+
+/// Later steps take this part of all that was spent before: threads wait for each other at the end of each step.
+const SPENT_A_STEP: u64 = 8;
 
 /// Where to stop; what is not given does not stop.
 #[derive(Clone, Copy, Debug, Default)]
@@ -211,7 +214,7 @@ impl<'a> Refined<'a> {
         let mut step = Vec::new();
         while step.is_empty() && !self.open.is_empty() {
             let next = self.of_most_worth();
-            step = if self.is_clocked { self.affordable_of(next) } else { next };
+            step = if self.is_clocked { self.affordable_of(next) } else { self.spend(next) };
         }
         if step.is_empty() {
             let cheapest = self.dear.pop_first();
@@ -224,15 +227,22 @@ impl<'a> Refined<'a> {
     /// Faces of most worth, as many as cost what a step does, or more where they are worth the same.
     fn of_most_worth(&mut self) -> Vec<Open> {
         let (mut step, mut expected): (Vec<Open>, u64) = (Vec::new(), 0);
+        let enough = CELLS_A_STEP.max(self.spent / SPENT_A_STEP);
         while let Some(next) = self.open.peek() {
             let is_tie = step.last().is_some_and(|last| last.worth == next.worth);
-            if expected >= CELLS_A_STEP && !is_tie {
+            if expected >= enough && !is_tie {
                 break;
             }
             expected += next.expected();
             step.extend(self.open.pop());
         }
         step
+    }
+
+    /// All of these, whatever they cost.
+    fn spend(&mut self, all: Vec<Open>) -> Vec<Open> {
+        self.spent += all.iter().map(Open::expected).sum::<u64>();
+        all
     }
 
     /// The first of these that together cost no more than is affordable; those that alone do are put aside, the others back.
@@ -258,14 +268,14 @@ impl<'a> Refined<'a> {
     fn take_step(&mut self, step: Vec<Open>, limit: &Limit, until: &Until) -> bool {
         let looks = in_order(&step, |open| self.looks.look(open, until));
         for (open, look) in step.into_iter().zip(looks) {
-            let Some((level, found)) = look else { return false };
-            self.take(open, level, found, limit);
+            let Some(found) = look else { return false };
+            self.take(open, found, limit);
         }
         true
     }
 
     /// Takes what a look found, unless it would be more than may be stored.
-    fn take(&mut self, open: Open, level: u8, found: Found, limit: &Limit) {
+    fn take(&mut self, open: Open, found: Found, limit: &Limit) {
         let id = open.id;
         let before = self.looks.before(open);
         let total = &mut self.totals[id.receiver as usize];
@@ -277,6 +287,7 @@ impl<'a> Refined<'a> {
             return;
         }
         self.stored = with;
+        let cost = self.looks.cost_of(&found);
         let area = found.area.narrowed_by(&before.area.lit);
         for areas in [&mut total.areas, &mut self.areas] {
             areas.remove(&before.area);
@@ -286,13 +297,13 @@ impl<'a> Refined<'a> {
         if self.looks.all.request.keep_cells {
             self.cells[id.receiver as usize].insert(id.face, found.cells);
         }
-        let is_at_end = level >= self.looks.deepest(id);
+        let is_at_end = cost.level >= self.looks.deepest(id);
         if is_at_end && area.lit.upper.is_finite() {
             self.closed.add(area.undecided());
         }
         let is_open = area.undecided() > 0.0 && area.lit.upper.is_finite() && !is_at_end;
         if is_open {
-            let known = Known { level, examined: found.examined, stored, area };
+            let known = Known { cost, stored, area };
             self.open.push(Open::known(id, known));
         }
     }

@@ -4,13 +4,13 @@ use std::cmp::{Ordering, Reverse};
 
 use umbriel_geometry::Approx;
 
-use crate::sums::FaceArea;
+use crate::{fine::tally::Cost, sums::FaceArea};
 
 /// Looking at a face at all costs about as much as so many cells.
 const CELLS_A_LOOK: u64 = 32;
 
-/// How many levels deeper a face is divided at its next look.
-pub(super) const NEXT_LEVELS: u8 = 2;
+/// How many levels deeper a face is divided at its next look, at least.
+const NEXT_LEVELS: u8 = 2;
 
 /// A face of a receiver, by its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,8 +22,7 @@ pub(super) struct FaceId {
 /// What the last look at a face found.
 #[derive(Debug)]
 pub(super) struct Known {
-    pub(super) level: u8,
-    pub(super) examined: u64,
+    pub(super) cost: Cost,
     /// Cells that it keeps, at least those that it examined.
     pub(super) stored: u64,
     pub(super) area: FaceArea,
@@ -52,7 +51,17 @@ impl Open {
 
     /// Cells that the next look is expected to cost: along borders, twice as many a level.
     pub(super) fn expected(&self) -> u64 {
-        CELLS_A_LOOK + self.known.as_ref().map_or(0, |known| known.examined << NEXT_LEVELS)
+        self.known.as_ref().map_or(CELLS_A_LOOK, |known| {
+            known.cost.base.max(CELLS_A_LOOK) + (known.cost.cells << known.levels_ahead())
+        })
+    }
+}
+
+impl Known {
+    /// How many levels deeper the next look goes: where cells cost less than the look does anyway, so deep that they cost as much.
+    pub(super) fn levels_ahead(&self) -> u8 {
+        let Cost { base, cells, .. } = self.cost;
+        NEXT_LEVELS.max((base / cells.max(1)).checked_ilog2().unwrap_or(0) as u8)
     }
 }
 
@@ -75,3 +84,31 @@ impl PartialEq for Open {
 }
 
 impl Eq for Open {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn known(base: u64, cells: u64) -> Open {
+        let cost = Cost { level: 4, base, cells };
+        let area = FaceArea::unknown(Approx::exact(1.0));
+        Open::known(FaceId { receiver: 0, face: 0 }, Known { cost, stored: 1, area })
+    }
+
+    #[test]
+    fn a_look_that_costs_much_anyway_goes_deep() {
+        for (base, cells, ahead) in [(0, 0, 2), (0, 500, 2), (500, 500, 2), (500, 60, 3), (4000, 4, 9)] {
+            let open = known(base, cells);
+            assert_eq!(open.known.as_ref().map(|known| known.levels_ahead()), Some(ahead), "{base} and {cells}");
+            let dear = base.max(CELLS_A_LOOK) + (cells << ahead);
+            assert_eq!(open.expected(), dear, "{base} and {cells}");
+        }
+    }
+
+    #[test]
+    fn of_equal_areas_the_one_that_is_cheaper_to_look_at_comes_first() {
+        // Borders that are drawn cost a part of the cells that they prove.
+        let (drawn, divided) = (known(100, 1000), known(100, 4000));
+        assert!(drawn > divided && drawn.worth > 3.0 * divided.worth);
+    }
+}

@@ -79,6 +79,8 @@ pub(crate) struct Occluders<'a> {
     ties: Vec<LightFrame>,
     /// Two words an object until something of it is asked for.
     seen: ByObject<Box<Seen>>,
+    /// The light-space box of each object's box in each frame that sees it; the ties last. Apart from the rest: of most objects nothing else is asked.
+    views: ByObject<Box<[Option<Aabb>]>>,
     /// Those of all groups, where all but instances are kept.
     of_all: Option<&'a Self>,
     /// From when on nothing is built any more.
@@ -92,8 +94,6 @@ struct Seen {
     /// For analytic bodies the light as they see it.
     light: OnceLock<LightValues>,
     silhouette: OnceLock<Silhouette>,
-    /// The light-space box of the object's box in each frame that sees it; the ties last.
-    views: OnceLock<Vec<Option<Aabb>>>,
     index: OnceLock<ObjectIndex>,
     /// Of its facets ([`tickets`]).
     tickets: OnceLock<Vec<u64>>,
@@ -122,6 +122,7 @@ impl<'a> Occluders<'a> {
             frames: LightFrame::all(light),
             ties: LightFrame::ties(light),
             seen: ByObject::new(bodies.scene.objects.len()),
+            views: ByObject::new(bodies.scene.objects.len()),
             of_all: None,
             deadline: OnceLock::new(),
         }
@@ -238,11 +239,17 @@ impl<'a> Occluders<'a> {
 
     /// The box of an object's box in a frame; the ties last.
     fn view_of_body(&self, object: u32, frame: usize) -> Option<&Aabb> {
-        let views = self.seen(object).views.get_or_init(|| {
-            let corners = box_corners(&self.bodies.bounds(object as usize));
-            self.frames.iter().chain(&self.ties).map(|frame| frame.bounds(&corners)).collect()
-        });
-        views[frame].as_ref()
+        self.views(object)[frame].as_ref()
+    }
+
+    fn views(&self, object: u32) -> &[Option<Aabb>] {
+        match self.of_all {
+            Some(all) if !self.bodies.is_instance(object as usize) => all.views(object),
+            _ => self.views.get_or_init(object as usize, || {
+                let corners = box_corners(&self.bodies.bounds(object as usize));
+                self.frames.iter().chain(&self.ties).map(|frame| frame.bounds(&corners)).collect()
+            }),
+        }
     }
 
     /// What of these may block some point of the hull of `points`.

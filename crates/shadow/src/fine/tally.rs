@@ -66,6 +66,19 @@ pub(crate) struct Tally<M> {
     pub(crate) examined: u64,
     /// Points decided one by one.
     pub(crate) points: u64,
+    /// What the look cost.
+    pub(crate) cost: Cost,
+}
+
+/// How deep a look at a face went and what that cost, in cells of a quadtree.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Cost {
+    /// The finest level of its cells.
+    pub(crate) level: u8,
+    /// What it costs however deep it goes: measuring what may shadow the face.
+    pub(crate) base: u64,
+    /// What cells cost along the borders of shadows: twice as much a level.
+    pub(crate) cells: u64,
 }
 
 impl<M: Measure> Tally<M> {
@@ -90,6 +103,7 @@ impl<M: Measure> Tally<M> {
             samples: SampleCount::default(),
             examined: 0,
             points: 0,
+            cost: Cost::default(),
         }
     }
 

@@ -15,12 +15,11 @@ use std::time::Instant;
 use rayon::prelude::*;
 use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
-use umbriel_visibility::Acceleration;
 
 use self::lookup::{CellLookup, SampleLookup};
 use crate::{
-    Cancelled, Cell, Detail, Expected, FacePoint, Points, Progress, Queries, Report, Request, SamplePoint, Sampling,
-    SearchCosts, Verdict, bake,
+    Cancelled, Cell, Detail, FacePoint, Points, Progress, Queries, Report, Request, SamplePoint, Sampling, Verdict,
+    bake,
     bodies::Bodies,
     for_each_sample,
     rivals::{PointRays, Polygons, Rival, RivalPoint, RivalRefusal},
@@ -326,7 +325,7 @@ fn ray_points(course: &Course, request: &Request) -> (Vec<RivalPoint>, Vec<usize
     (points, starts)
 }
 
-/// The search that the model of costs takes for so many points is made ready, and counts. Places are known beforehand, as rivals' points are.
+/// Points of faces asked together look into light space, the soonest way for them. Places are known beforehand, as rivals' points are.
 fn measure_points(course: &Course, progress: &dyn Progress) -> Result<Measured, Cancelled> {
     let (samples, light) = (course.judge.samples(), course.source());
     let point = |&SamplePoint { object, face, u, v, .. }: &SamplePoint| FacePoint { object, face, u, v };
@@ -336,8 +335,7 @@ fn measure_points(course: &Course, progress: &dyn Progress) -> Result<Measured, 
     let accepted = samples.iter().zip(&places).filter(|(_, is_accepted)| **is_accepted);
     let points: Vec<FacePoint> = accepted.map(|(sample, _)| point(sample)).collect();
     let begun = Instant::now();
-    let mut queries = Queries::new(course.scene);
-    queries.prepare(light, Expected::Loose(points.len() as u64), Acceleration::Auto, &SearchCosts::MEASURED);
+    let queries = Queries::new(course.scene);
     let first = begun.elapsed().as_secs_f64();
     let mut lit = queries.lit_many(Points::OnFaces(&points), light, progress).map_err(|_| Cancelled)?.into_iter();
     let second = begun.elapsed().as_secs_f64() - first;

@@ -48,13 +48,16 @@ const LEAST_FACETS: f64 = 200.0;
 /// Beyond this there are too many tiles to look at each.
 pub(crate) const MOST_LEVEL: u8 = 15;
 
+/// The edge of a tile as a power of two, in cells.
+pub(crate) const TILE_LEVEL: u8 = 6;
+
 /// Whether drawing borders is likely to be sooner than dividing the face, given how many facets there are and how many
 /// of them are expected to be over the face. A facet is looked at in about 8 ns here and takes about 2 µs there, a tile 100 ns.
 pub(crate) fn is_sooner(level: u8, facets: usize, expected: f64) -> bool {
     if expected < LEAST_FACETS || level < LEAST_LEVEL && expected < FEW_FACETS {
         return false;
     }
-    let tiles = 4f64.powi(i32::from(level) - 6);
+    let tiles = 4f64.powi(i32::from(level) - i32::from(TILE_LEVEL));
     2000.0 * expected > 8.0 * facets as f64 + 100.0 * tiles
 }
 
