@@ -16,8 +16,11 @@ use super::{
     view::{Image, View},
 };
 
-/// Faces of a chunk.
-const CHUNK: usize = 1 << 16;
+/// Faces of a chunk at least and at most: between, so many that there are [`CHUNKS`].
+const CHUNK: [usize; 2] = [1 << 12, 1 << 16];
+
+/// Chunks, where that makes them neither too small nor too large: enough for many threads, whatever their number.
+const CHUNKS: usize = 64;
 
 /// Bits of a key: three of size, forty of place.
 const KEY_BITS: u32 = 43;
@@ -112,17 +115,19 @@ pub(super) fn sorted<'a>(
 
 /// Runs of faces of sources: small ones together, large ones in several.
 fn chunks(ranges: &[Vec<Range<usize>>]) -> Vec<Vec<(u32, Range<usize>)>> {
+    let total: usize = ranges.iter().flatten().map(|range| range.len()).sum();
+    let most = (total / CHUNKS).clamp(CHUNK[0], CHUNK[1]);
     let mut chunks = vec![Vec::new()];
     let mut used = 0;
     for (source, ranges) in ranges.iter().enumerate() {
         for range in ranges {
             let mut first = range.start;
             while first < range.end {
-                if used == CHUNK {
+                if used == most {
                     chunks.push(Vec::new());
                     used = 0;
                 }
-                let end = range.end.min(first + CHUNK - used);
+                let end = range.end.min(first + most - used);
                 chunks.last_mut().expect("never empty").push((source as u32, first..end));
                 used += end - first;
                 first = end;
