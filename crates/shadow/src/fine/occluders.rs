@@ -142,11 +142,13 @@ impl<'a> Occluders<'a> {
         Self { of_all: Some(all), deadline: all.deadline.clone(), ..Self::new(bodies, all.light) }
     }
 
+    /// Where what is known of an object is kept.
+    fn keeper(&self, object: u32) -> &Self {
+        self.of_all.filter(|_| !self.bodies.is_instance(object as usize)).unwrap_or(self)
+    }
+
     fn seen(&self, object: u32) -> &Seen {
-        match self.of_all {
-            Some(all) if !self.bodies.is_instance(object as usize) => all.seen(object),
-            _ => self.seen.get_or_init(object as usize, Box::default),
-        }
+        self.keeper(object).seen.get_or_init(object as usize, Box::default)
     }
 
     /// Which way each facet of an object turns, seen from the light; for an analytic body, on which side of it the light
@@ -239,17 +241,12 @@ impl<'a> Occluders<'a> {
 
     /// The box of an object's box in a frame; the ties last.
     fn view_of_body(&self, object: u32, frame: usize) -> Option<&Aabb> {
-        self.views(object)[frame].as_ref()
-    }
-
-    fn views(&self, object: u32) -> &[Option<Aabb>] {
-        match self.of_all {
-            Some(all) if !self.bodies.is_instance(object as usize) => all.views(object),
-            _ => self.views.get_or_init(object as usize, || {
-                let corners = box_corners(&self.bodies.bounds(object as usize));
-                self.frames.iter().chain(&self.ties).map(|frame| frame.bounds(&corners)).collect()
-            }),
-        }
+        let keeper = self.keeper(object);
+        let views = keeper.views.get_or_init(object as usize, || {
+            let corners = box_corners(&keeper.bodies.bounds(object as usize));
+            keeper.frames.iter().chain(&keeper.ties).map(|frame| frame.bounds(&corners)).collect()
+        });
+        views[frame].as_ref()
     }
 
     /// What of these may block some point of the hull of `points`.

@@ -5,9 +5,9 @@
 //! Source: separating axes (Gottschalk, Lin and Manocha 1996), of the one of both triangles that many are asked about.
 //! Guarantee: NUMERICS.md, "Samples by scan conversion", "What is left out". Cost: some nanoseconds for eight occluders.
 
-use umbriel_geometry::simd::{Float, Int, Mask, Simd};
+use umbriel_geometry::simd::{Float, Mask, Simd};
 
-use super::pack::{ROUNDOFF, Triangles};
+use super::pack::{Corners, ROUNDOFF, Triangles};
 
 /// A direction across the image, and between which values along it the samples lie; coordinates are relative to the patch's middle.
 #[derive(Clone, Copy, Debug)]
@@ -53,13 +53,7 @@ impl Axes {
         if self.count == 0 {
             return 0;
         }
-        let center = [simd.splat_int8(center[0]), simd.splat_int8(center[1])];
-        let (mut x, mut y, mut reach) = ([simd.splat8(0.0); 3], [simd.splat8(0.0); 3], simd.splat8(0.0));
-        for k in 0..3 {
-            x[k] = (triangles.x[k] - center[0]).to_float();
-            y[k] = (triangles.y[k] - center[1]).to_float();
-            reach = reach.max(x[k].abs()).max(y[k].abs());
-        }
+        let Corners { x, y, reach } = triangles.corners_from(simd, center);
         let slack = simd.splat8(self.slack) + simd.splat8(8.0 * ROUNDOFF) * reach;
         let mut beside = simd.mask8(0);
         for Axis { direction: [a, b], low, high } in &self.all[..self.count] {
@@ -84,9 +78,9 @@ mod tests {
 
     const MIDDLE: [i32; 2] = [1 << 28, -(1 << 27)];
 
-    type Corners = [[i32; 2]; 3];
+    type Triangle = [[i32; 2]; 3];
 
-    struct Asked<'a>(&'a Axes, Corners);
+    struct Asked<'a>(&'a Axes, Triangle);
 
     impl Kernel for Asked<'_> {
         type Output = u32;
@@ -100,7 +94,7 @@ mod tests {
     }
 
     /// Whether a triangle is beside samples in a smaller one, which has the same middle and this share of the sides.
-    fn is_beside([a, b, c]: Corners, share: f32, slack: f32, other: Corners) -> bool {
+    fn is_beside([a, b, c]: Triangle, share: f32, slack: f32, other: Triangle) -> bool {
         let along = |to: [i32; 2]| [0, 1].map(|k| (to[k] - a[k]) as f32);
         let third = [0, 1].map(|k| (c[k] - b[k]) as f32);
         let middle = [0, 1].map(|k| (a[k] + b[k] + c[k]) as f32 / 3.0);
@@ -117,7 +111,7 @@ mod tests {
         away(bx, ax) * away(cy, ay) - away(by, ay) * away(cx, ax)
     }
 
-    fn holds([a, b, c]: Corners, point: [i32; 2]) -> bool {
+    fn holds([a, b, c]: Triangle, point: [i32; 2]) -> bool {
         let turns = [turn(a, b, point), turn(b, c, point), turn(c, a, point)];
         turns.iter().all(|&turn| turn >= 0) || turns.iter().all(|&turn| turn <= 0)
     }
@@ -133,7 +127,7 @@ mod tests {
         assert!(!is_beside(own, 0.9, 3.0, own));
     }
 
-    fn corners() -> impl Strategy<Value = Corners> {
+    fn corners() -> impl Strategy<Value = Triangle> {
         [[-40i32..40, -40i32..40], [-40i32..40, -40i32..40], [-40i32..40, -40i32..40]]
     }
 

@@ -127,7 +127,28 @@ pub(super) struct Triangles<S: Simd> {
     pub(super) depth: [F8<S>; 3],
 }
 
+/// The corners of eight triangles counted from a point of the image.
+pub(super) struct Corners<S: Simd> {
+    pub(super) x: [F8<S>; 3],
+    pub(super) y: [F8<S>; 3],
+    /// The largest coordinate of each triangle.
+    pub(super) reach: F8<S>,
+}
+
 impl<S: Simd> Triangles<S> {
+    /// The corners, counted from `center`.
+    #[inline(always)]
+    pub(super) fn corners_from(&self, simd: S, center: [i32; 2]) -> Corners<S> {
+        let center = [simd.splat_int8(center[0]), simd.splat_int8(center[1])];
+        let (mut x, mut y, mut reach) = ([simd.splat8(0.0); 3], [simd.splat8(0.0); 3], simd.splat8(0.0));
+        for k in 0..3 {
+            x[k] = (self.x[k] - center[0]).to_float();
+            y[k] = (self.y[k] - center[1]).to_float();
+            reach = reach.max(x[k].abs()).max(y[k].abs());
+        }
+        Corners { x, y, reach }
+    }
+
     /// The least and the greatest coordinates.
     #[inline(always)]
     pub(super) fn boxes(&self) -> [[I8<S>; 2]; 2] {

@@ -9,7 +9,7 @@
 use umbriel_geometry::simd::{F8, Float, I8, Int, Lanes, M8, Mask, Simd};
 
 use super::{
-    pack::{ROUNDOFF, Triangles},
+    pack::{Corners, ROUNDOFF, Triangles},
     patch::Patch,
     tree::WIDTH,
 };
@@ -100,19 +100,15 @@ impl Errors {
 impl<S: Simd> Functions<S> {
     #[inline(always)]
     pub(super) fn new(simd: S, triangles: &Triangles<S>, lanes: u32, patch: &Patch, errors: &Errors) -> Self {
-        let center = [simd.splat_int8(patch.center[0]), simd.splat_int8(patch.center[1])];
-        let (mut x, mut y) = ([simd.splat8(0.0); 3], [simd.splat8(0.0); 3]);
+        let Corners { x, y, reach } = triangles.corners_from(simd, patch.center);
+        let reach = reach.max(simd.splat8(patch.reach));
         let (mut along, mut length) = ([[simd.splat8(0.0); 2]; 3], simd.splat8(0.0));
-        let mut reach = simd.splat8(patch.reach);
-        for k in 0..3 {
-            x[k] = (triangles.x[k] - center[0]).to_float();
-            y[k] = (triangles.y[k] - center[1]).to_float();
-            reach = reach.max(x[k].abs()).max(y[k].abs());
+        for (k, along) in along.iter_mut().enumerate() {
             // Differences of integers are exact.
             let (from, to) = ((k + 1) % 3, (k + 2) % 3);
-            along[k][0] = (triangles.x[to] - triangles.x[from]).to_float();
-            along[k][1] = (triangles.y[to] - triangles.y[from]).to_float();
-            length = length.max(along[k][0].abs()).max(along[k][1].abs());
+            *along =
+                [(triangles.x[to] - triangles.x[from]).to_float(), (triangles.y[to] - triangles.y[from]).to_float()];
+            length = length.max(along[0].abs()).max(along[1].abs());
         }
         let error = simd.splat8(errors.image);
         let area = along[0][0] * along[1][1] - along[0][1] * along[1][0];
