@@ -215,20 +215,32 @@ impl Volumes {
             for &(source, solid, place) in solids {
                 let facets = sources[source as usize].facets;
                 let sight = Seen { facets, images: images.of(source), light, view, solid };
-                made.push(dispatch(Make { sight, source, place, part, sides: &mut sides, storage }));
+                made.push(Some(dispatch(Make { sight, source, place, part, sides: &mut sides, storage })));
             }
             (made, sides)
         });
-        let (made, sides): (Vec<Vec<Volume>>, Vec<Sides>) = parts.unzip();
-        let made = made.into_iter().flatten().filter(|volume| view.concerns(&volume.rect));
-        let mut made: Vec<(u64, Volume)> = made.map(|volume| (key(&volume.rect), volume)).collect();
-        // Stable: equal keys stay in the order of the scene.
-        made.sort_by_key(|&(key, _)| key);
-        let all: Vec<Volume> = made.into_iter().map(|(_, volume)| volume).collect();
+        let (made, sides): (Vec<_>, Vec<Sides>) = parts.unzip();
+        let all = in_order(made, view);
         let boxes: Vec<_> = all.iter().map(|volume| (volume.rect, volume.nearest)).collect();
         let groups = groups(&all, sources);
         (Self { tree: Tree::of_boxes(&boxes), groups, sides, all }, others)
     }
+}
+
+/// Those volumes that a view may need, in the order of its image; equal keys in that of the scene.
+fn in_order(mut parts: Vec<Vec<Option<Volume>>>, view: &View) -> Vec<Volume> {
+    let mut keys: Vec<(u64, u32, u32)> = Vec::new();
+    for (part, made) in (0..).zip(&parts) {
+        for (number, volume) in (0..).zip(made.iter().flatten()) {
+            if view.concerns(&volume.rect) {
+                keys.push((key(&volume.rect), part, number));
+            }
+        }
+    }
+    // Volumes are large: only their keys are moved about.
+    keys.par_sort_unstable();
+    let mut take = |(_, part, number): (u64, u32, u32)| parts[part as usize][number as usize].take();
+    keys.into_iter().map(|key| take(key).expect("each is taken once")).collect()
 }
 
 fn groups(volumes: &[Volume], sources: &[Source]) -> Vec<Vec<(u32, Range<usize>)>> {
