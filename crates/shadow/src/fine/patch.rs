@@ -14,7 +14,6 @@ use umbriel_octree::Quadrant;
 
 use super::{
     Candidates, Occluders, Receiver,
-    analytic_blocker::AnalyticBlocker,
     classify::Hull,
     field::Weights,
     flat::{Levels, PixelStop},
@@ -303,34 +302,36 @@ impl Patch<'_> {
             true => self.chart().occupied([u, v], 0.0) != Occupied::Nowhere,
             false => (self.is_lit_alone_exactly)(u, v) == Some(true),
         };
+        let mut last = None;
         let is_lit = |&[s, t]: &[f64; 2]| {
             let at = [u + s * edge, v + t * edge];
-            is_lit_alone(at) && self.is_probably_clear(&self.point(at), left)
+            is_lit_alone(at) && self.is_probably_clear(&self.point(at), left, &mut last)
         };
         pattern::points(place).filter(is_lit).count() as u64
     }
 
-    /// Whether floats say that no candidate is in a point's way.
-    fn is_probably_clear(&self, point: &Receiver<1>, candidates: &Candidates) -> bool {
+    /// Whether floats say that no candidate is in a point's way. The body that was in the last one's way is asked first: it is likely to be in the
+    /// next one's, too.
+    fn is_probably_clear(&self, point: &Receiver<1>, candidates: &Candidates, last: &mut Option<u32>) -> bool {
+        if last.is_some_and(|object| self.occluders.probably_blocks(object, point)) {
+            return false;
+        }
         if candidates.facets.len() + candidates.bodies.len() < LOOK_UP {
-            return self.is_clear_of(point, candidates);
+            return self.is_clear_of(point, candidates, last);
         }
         let mut over = self.occluders.candidates(self.among, &point.points);
         over.bodies.retain(|&object| object != self.object);
-        self.is_clear_of(point, &over)
+        self.is_clear_of(point, &over, last)
     }
 
-    fn is_clear_of(&self, point: &Receiver<1>, candidates: &Candidates) -> bool {
+    fn is_clear_of(&self, point: &Receiver<1>, candidates: &Candidates, last: &mut Option<u32>) -> bool {
         let is_behind_facets = || {
             let blockers = self.occluders.blockers(&candidates.facets, &[], point);
             blockers.entries().into_iter().any(|entry| blockers.probably_blocks(entry, &[1.0]))
         };
-        !candidates.bodies.iter().any(|&object| self.probably_blocks(object, point)) && !is_behind_facets()
-    }
-
-    /// Whether floats say that a body is in a point's way.
-    fn probably_blocks(&self, object: u32, point: &Receiver<1>) -> bool {
-        self.occluders.body(object, point).is_some_and(AnalyticBlocker::probably_blocks_point)
+        let mut bodies = candidates.bodies.iter().copied();
+        *last = bodies.find(|&object| self.occluders.probably_blocks(object, point));
+        last.is_none() && !is_behind_facets()
     }
 
     /// A point of the patch.
