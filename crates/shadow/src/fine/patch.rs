@@ -74,7 +74,7 @@ impl Patch<'_> {
         let mut candidates = self.occluders.candidates(self.among, &hull);
         candidates.bodies.retain(|&object| object != self.object);
         let levels = Levels { finest: self.finest_of_use(), ..self.levels };
-        Self { levels, ..*self }.divide(Quadrant::ROOT, None, &candidates, &mut tally);
+        Self { levels, ..*self }.divide((Quadrant::ROOT, Occupied::Partly), None, &candidates, &mut tally);
         tally
     }
 
@@ -106,12 +106,21 @@ impl Patch<'_> {
     }
 
     /// Parts of a cell that is decided are only divided where they are partly surface, for their areas; `known` is that
-    /// verdict.
-    fn divide(&self, place: Quadrant, known: Option<Verdict>, candidates: &Candidates, tally: &mut Tally<Approx>) {
+    /// verdict. `within` tells how much of the cell that is divided is surface: all parts of a whole one are whole.
+    fn divide(
+        &self,
+        (place, within): (Quadrant, Occupied),
+        known: Option<Verdict>,
+        candidates: &Candidates,
+        tally: &mut Tally<Approx>,
+    ) {
         if (self.is_cancelled)() {
             return;
         }
-        let occupied = self.chart().occupied(place.low_corner(), place.edge());
+        let occupied = match within {
+            Occupied::Whole => Occupied::Whole,
+            _ => self.chart().occupied(place.low_corner(), place.edge()),
+        };
         if occupied == Occupied::Nowhere {
             return;
         }
@@ -130,10 +139,10 @@ impl Patch<'_> {
         let whole = || self.area.of_cell(place.low_corner(), place.edge());
         let counted = || self.area_to_count(place, is_decided, occupied);
         if let Some(area) = if is_given_up { Some(whole()) } else { counted() } {
-            self.count(place, verdict, &area, &left, tally);
+            self.count((place, occupied), verdict, &area, &left, tally);
         } else {
             for part in place.children() {
-                self.divide(part, is_decided.then_some(verdict), &left, tally);
+                self.divide((part, occupied), is_decided.then_some(verdict), &left, tally);
             }
         }
     }
@@ -295,11 +304,11 @@ impl Patch<'_> {
     }
 
     /// How many of 16 points of an undecided cell are likely to be lit, by floats, with these candidates in question.
-    fn count_probably_lit(&self, place: Quadrant, left: &Candidates) -> u64 {
+    fn count_probably_lit(&self, (place, occupied): (Quadrant, Occupied), left: &Candidates) -> u64 {
         let ([u, v], edge) = (place.low_corner(), place.edge());
         let is_turned = self.facing(&self.hull(place)) == Facing::Turned;
         let is_lit_alone = |[u, v]: [f64; 2]| match is_turned {
-            true => self.chart().occupied([u, v], 0.0) != Occupied::Nowhere,
+            true => occupied == Occupied::Whole || self.chart().occupied([u, v], 0.0) != Occupied::Nowhere,
             false => (self.is_lit_alone_exactly)(u, v) == Some(true),
         };
         let mut last = None;
@@ -340,13 +349,20 @@ impl Patch<'_> {
         Receiver { points, light: self.occluders.light, facing: None, plane: self.plane }
     }
 
-    fn count(&self, place: Quadrant, verdict: Verdict, area: &Approx, left: &Candidates, tally: &mut Tally<Approx>) {
+    fn count(
+        &self,
+        (place, occupied): (Quadrant, Occupied),
+        verdict: Verdict,
+        area: &Approx,
+        left: &Candidates,
+        tally: &mut Tally<Approx>,
+    ) {
         match verdict {
             Verdict::Lit => tally.lit.add(area),
             Verdict::Shadowed => tally.shadowed.add(area),
             Verdict::Undecided => {
                 tally.undecided.add(area);
-                tally.likely.add(&area.part(self.count_probably_lit(place, left)));
+                tally.likely.add(&area.part(self.count_probably_lit((place, occupied), left)));
                 tally.points += 16;
             }
         }
