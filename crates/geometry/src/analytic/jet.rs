@@ -105,13 +105,13 @@ impl<const K: usize> Mul for Jet<K> {
     fn mul(self, other: Self) -> Self {
         let (own, others) = (self.degree(), other.degree());
         let mut product = [Approx::exact(0.0); K];
-        for k in 0..K.min(own + others + 1) {
+        for (k, coefficient) in product.iter_mut().enumerate().take(own + others + 1) {
             let first = k.saturating_sub(others);
             let mut sum = self.0[first] * other.0[k - first];
             for j in first + 1..=k.min(own) {
                 sum = sum + self.0[j] * other.0[k - j];
             }
-            product[k] = sum;
+            *coefficient = sum;
         }
         Self(product)
     }

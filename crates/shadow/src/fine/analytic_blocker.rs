@@ -458,11 +458,9 @@ fn each<T, U: Copy + Default, const N: usize>(things: &[T; N], function: impl Fn
 
 fn symmetric<const N: usize>(value: impl Fn(usize, usize) -> Approx) -> Pairs<N> {
     let mut pairs = [[Approx::exact(0.0); N]; N];
-    for k in 0..N {
-        for l in k..N {
-            pairs[k][l] = value(k, l);
-            pairs[l][k] = pairs[k][l];
-        }
+    for (k, l) in (0..N).flat_map(|k| (k..N).map(move |l| (k, l))) {
+        pairs[k][l] = value(k, l);
+        pairs[l][k] = pairs[k][l];
     }
     pairs
 }

@@ -3,9 +3,9 @@
 //! Measuring a body against a cell takes microseconds, and of a coarse cell it often tells nothing yet. So where many bodies are over a cell, those that hide its
 //! middle are asked whether they cover it, and the others whether they miss it; each kind in the order of boxes in light space, from that end where an answer is
 //! likeliest. Over a cell that may yet be divided, either is given up when [`PATIENCE`] bodies in a row have told nothing; over any other the second kind is as soon as one body
-//! is in question. What was not asked stays in question.
-//! Guarantee: what is told of a cell is proved, and goes by the bodies and the cell, whatever the order of bodies and of axes. Cost: some hundred nanoseconds a body
-//! over the cell, and microseconds each one asked.
+//! is in question. What was not asked stays in question; so does a body that hides some corners of the cell and others not, as floats tell: measuring it would prove nothing.
+//! Guarantee: what is told of a cell is proved, and goes by the bodies and the cell, whatever the order of bodies and of axes. Cost: some ten nanoseconds a body
+//! over the cell, and microseconds each one that is measured.
 
 use umbriel_geometry::analytic::HULL;
 
