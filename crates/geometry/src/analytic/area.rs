@@ -288,10 +288,11 @@ impl<'a> PatchArea<'a> {
         [u, v]: [Jet<K>; 2],
     ) -> Jet<K> {
         let number = |value: f64| Jet::<K>::constant(Approx::exact(value));
-        let d: [Jet<K>; 3] =
-            std::array::from_fn(|k| number(origin[k]) + u * number(along[0][k]) + v * number(along[1][k]));
+        let toward = |k: usize| number(origin[k]) + u * number(along[0][k]) + v * number(along[1][k]);
+        let d = [toward(0), toward(1), toward(2)];
         let solid = glam::DMat3::from_cols((*origin).into(), along[0].into(), along[1].into()).determinant();
-        let normal = std::array::from_fn(|k| d[k].scaled(across(radii, k)));
+        let across = |k: usize| d[k].scaled(across(radii, k));
+        let normal = [across(0), across(1), across(2)];
         let squared = length_squared(&d);
         self.stretched(&normal).scaled(Approx::exact(solid)).divided_by(squared.squared())
     }
@@ -314,16 +315,20 @@ impl<'a> PatchArea<'a> {
         if let Some(stretch) = self.stretch {
             return length_squared(normal).square_root().scaled(stretch);
         }
-        let image =
-            self.cofactors.map(|row| normal[0].scaled(row[0]) + normal[1].scaled(row[1]) + normal[2].scaled(row[2]));
-        length_squared(&image).square_root()
+        let along = |[a, b, c]: [Approx; 3]| normal[0].scaled(a) + normal[1].scaled(b) + normal[2].scaled(c);
+        let [x, y, z] = self.cofactors;
+        length_squared(&[along(x), along(y), along(z)]).square_root()
     }
 }
 
 /// The world's axes may change places: so may the terms of each sum.
 fn length_squared<const K: usize>(vector: &[Jet<K>; 3]) -> Jet<K> {
-    let squares = vector.map(Jet::squared);
-    Jet(std::array::from_fn(|k| Approx::sum_of_three([0, 1, 2].map(|axis| squares[axis].0[k]))))
+    let [x, y, z] = [vector[0].squared(), vector[1].squared(), vector[2].squared()];
+    let mut sum = Jet::default();
+    for (k, coefficient) in sum.0.iter_mut().enumerate() {
+        *coefficient = Approx::sum_of_three([x.0[k], y.0[k], z.0[k]]);
+    }
+    sum
 }
 
 /// A number with some units roundoff of its size, which is at most one.

@@ -71,14 +71,13 @@ impl<T: Clone + Add<Output = T> + Mul<Output = T>> QuadricForm<T> {
 
     /// The linear form y ↦ q(x, y) ([`linear_value`]): where many points y come to one x, cheaper than [`QuadricForm::value`].
     pub fn polar(&self, x: &LocalPoint<T>) -> [T; 4] {
-        std::array::from_fn(|k| {
-            let square = self.squares[k].clone() * x[k].clone();
-            self.mixed.iter().fold(square, |sum, (i, j, factor)| match k {
-                k if k == *i => sum + factor.clone() * x[*j].clone(),
-                k if k == *j => sum + factor.clone() * x[*i].clone(),
-                _ => sum,
-            })
-        })
+        let square = |k: usize| self.squares[k].clone() * x[k].clone();
+        let mut row = [square(0), square(1), square(2), square(3)];
+        for (i, j, factor) in &self.mixed {
+            row[*i] = row[*i].clone() + factor.clone() * x[*j].clone();
+            row[*j] = row[*j].clone() + factor.clone() * x[*i].clone();
+        }
+        row
     }
 }
 

@@ -76,17 +76,17 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     /// The forms at the receiver's corners.
     pub(crate) fn new(object: u32, body: &'a PlacedAnalytic, light: &'a LightValues, receiver: &Receiver<N>) -> Self {
         let forms = body.forms();
-        let at: [LocalPoint<Approx>; N] = receiver.points.map(|point| forms.pull_back_point(&point));
+        let at: [LocalPoint<Approx>; N] = each(&receiver.points, |point| forms.pull_back_point(point));
         let quadrics = forms.quadrics().iter().zip(&light.quadrics).map(|(form, &at_light)| {
-            let polars = at.map(|point| form.polar(&point));
+            let polars: [LocalPoint<Approx>; N] = each(&at, |point| form.polar(point));
             QuadricValues {
                 pairs: symmetric(|k, l| linear_value(&polars[k], &at[l])),
-                polar: polars.map(|polar| linear_value(&polar, &light.local)),
+                polar: each(&polars, |polar| linear_value(polar, &light.local)),
                 light: at_light,
             }
         });
         let planes = (0..forms.planes().len()).map(|plane| {
-            let values = at.map(|point| forms.plane(plane, &point));
+            let values = each(&at, |point| forms.plane(plane, point));
             // A receiver that lies in a plane of the body: its form is zero all over it.
             let may_touch = || !values.iter().any(|&value| positive(value) || negative(value));
             let in_contact =
@@ -445,6 +445,15 @@ fn not_negative(value: Approx) -> bool {
 
 fn not_positive(value: Approx) -> bool {
     -value.value >= value.error
+}
+
+/// A function of each of some things. Written out: arrays made by closures are not inlined.
+fn each<T, U: Copy + Default, const N: usize>(things: &[T; N], function: impl Fn(&T) -> U) -> [U; N] {
+    let mut values = [U::default(); N];
+    for (value, thing) in values.iter_mut().zip(things) {
+        *value = function(thing);
+    }
+    values
 }
 
 fn symmetric<const N: usize>(value: impl Fn(usize, usize) -> Approx) -> Pairs<N> {

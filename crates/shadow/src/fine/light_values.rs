@@ -2,7 +2,7 @@
 
 use umbriel_geometry::{
     Approx, LightSource, PlacedAnalytic, Sign,
-    analytic::{LocalPoint, Piece},
+    analytic::{Glance, LocalPoint, Piece},
 };
 
 /// A light seen from a body: the values of its forms there, all with known signs.
@@ -16,6 +16,8 @@ pub(crate) struct LightValues {
     pub(super) planes: Vec<Approx>,
     /// Of which quadrics it is the tip.
     tips: Vec<bool>,
+    /// For a light outside.
+    glance: Option<Glance>,
 }
 
 impl LightValues {
@@ -24,12 +26,18 @@ impl LightValues {
         let [quadrics, planes] = body.light_values(light);
         let is_tip = |(index, value): (usize, &Approx)| value.value == 0.0 && body.is_tip(index, light);
         let tips = quadrics.iter().enumerate().map(is_tip).collect();
-        Self { local: body.forms().pull_back_light(light), side, tips, quadrics, planes }
+        let glance = (side == Sign::Positive).then(|| body.glance(light));
+        Self { local: body.forms().pull_back_light(light), side, tips, quadrics, planes, glance }
     }
 
     /// Whether it is the tip of a quadric, where there is no tangent plane.
     pub(crate) fn is_tip(&self, quadric: usize) -> bool {
         self.tips[quadric]
+    }
+
+    /// What floats say of ways to the light, if it is outside.
+    pub(super) fn glance(&self) -> Option<&Glance> {
+        self.glance.as_ref()
     }
 
     /// Negative inside.

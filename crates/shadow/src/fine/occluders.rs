@@ -16,7 +16,9 @@ use std::{
 };
 
 use umbriel_bvh::BoxTree;
-use umbriel_geometry::{Aabb, Facets, LightSource, Mesh, PlacedAnalytic, Point, Sign, cut_out::Opacity};
+use umbriel_geometry::{
+    Aabb, Facets, LightSource, Mesh, PlacedAnalytic, Point, Sign, analytic::Glance, cut_out::Opacity,
+};
 
 use super::{
     analytic_blocker::AnalyticBlocker,
@@ -343,6 +345,22 @@ impl<'a> Occluders<'a> {
         match self.bodies.get(object as usize) {
             Body::Analytic(body) => Some(AnalyticBlocker::new(object, body, self.light_at(object, body), receiver)),
             Body::Flat(_) => None,
+        }
+    }
+
+    /// What floats say of ways to the light past an analytic body, if the light is outside of it.
+    pub(crate) fn glance(&self, object: u32) -> Option<&Glance> {
+        match self.bodies.get(object as usize) {
+            Body::Analytic(body) => self.light_at(object, body).glance(),
+            Body::Flat(_) => None,
+        }
+    }
+
+    /// Whether floats say that an analytic body is in a point's way.
+    pub(crate) fn probably_blocks(&self, object: u32, point: &Receiver<1>) -> bool {
+        match self.glance(object) {
+            Some(glance) => glance.blocks(point.points[0].position),
+            None => self.body(object, point).is_some_and(AnalyticBlocker::probably_blocks_point),
         }
     }
 

@@ -14,7 +14,6 @@ use umbriel_octree::Quadrant;
 
 use super::{
     Candidates, Occluders, Receiver,
-    analytic_blocker::AnalyticBlocker,
     classify::Hull,
     field::Weights,
     flat::{Levels, PixelStop},
@@ -75,7 +74,7 @@ impl Patch<'_> {
         let mut candidates = self.occluders.candidates(self.among, &hull);
         candidates.bodies.retain(|&object| object != self.object);
         let levels = Levels { finest: self.finest_of_use(), ..self.levels };
-        Self { levels, ..*self }.divide(Quadrant::ROOT, None, &candidates, &mut tally);
+        Self { levels, ..*self }.divide((Quadrant::ROOT, Occupied::Partly), None, &candidates, &mut tally);
         tally
     }
 
@@ -107,12 +106,21 @@ impl Patch<'_> {
     }
 
     /// Parts of a cell that is decided are only divided where they are partly surface, for their areas; `known` is that
-    /// verdict.
-    fn divide(&self, place: Quadrant, known: Option<Verdict>, candidates: &Candidates, tally: &mut Tally<Approx>) {
+    /// verdict. `within` tells how much of the cell that is divided is surface: all parts of a whole one are whole.
+    fn divide(
+        &self,
+        (place, within): (Quadrant, Occupied),
+        known: Option<Verdict>,
+        candidates: &Candidates,
+        tally: &mut Tally<Approx>,
+    ) {
         if (self.is_cancelled)() {
             return;
         }
-        let occupied = self.chart().occupied(place.low_corner(), place.edge());
+        let occupied = match within {
+            Occupied::Whole => Occupied::Whole,
+            _ => self.chart().occupied(place.low_corner(), place.edge()),
+        };
         if occupied == Occupied::Nowhere {
             return;
         }
@@ -131,10 +139,10 @@ impl Patch<'_> {
         let whole = || self.area.of_cell(place.low_corner(), place.edge());
         let counted = || self.area_to_count(place, is_decided, occupied);
         if let Some(area) = if is_given_up { Some(whole()) } else { counted() } {
-            self.count(place, verdict, &area, &left, tally);
+            self.count((place, occupied), verdict, &area, &left, tally);
         } else {
             for part in place.children() {
-                self.divide(part, is_decided.then_some(verdict), &left, tally);
+                self.divide((part, occupied), is_decided.then_some(verdict), &left, tally);
             }
         }
     }
@@ -296,41 +304,43 @@ impl Patch<'_> {
     }
 
     /// How many of 16 points of an undecided cell are likely to be lit, by floats, with these candidates in question.
-    fn count_probably_lit(&self, place: Quadrant, left: &Candidates) -> u64 {
+    fn count_probably_lit(&self, (place, occupied): (Quadrant, Occupied), left: &Candidates) -> u64 {
         let ([u, v], edge) = (place.low_corner(), place.edge());
         let is_turned = self.facing(&self.hull(place)) == Facing::Turned;
         let is_lit_alone = |[u, v]: [f64; 2]| match is_turned {
-            true => self.chart().occupied([u, v], 0.0) != Occupied::Nowhere,
+            true => occupied == Occupied::Whole || self.chart().occupied([u, v], 0.0) != Occupied::Nowhere,
             false => (self.is_lit_alone_exactly)(u, v) == Some(true),
         };
+        let mut last = None;
         let is_lit = |&[s, t]: &[f64; 2]| {
             let at = [u + s * edge, v + t * edge];
-            is_lit_alone(at) && self.is_probably_clear(&self.point(at), left)
+            is_lit_alone(at) && self.is_probably_clear(&self.point(at), left, &mut last)
         };
         pattern::points(place).filter(is_lit).count() as u64
     }
 
-    /// Whether floats say that no candidate is in a point's way.
-    fn is_probably_clear(&self, point: &Receiver<1>, candidates: &Candidates) -> bool {
+    /// Whether floats say that no candidate is in a point's way. The body that was in the last one's way is asked first: it is likely to be in the
+    /// next one's, too.
+    fn is_probably_clear(&self, point: &Receiver<1>, candidates: &Candidates, last: &mut Option<u32>) -> bool {
+        if last.is_some_and(|object| self.occluders.probably_blocks(object, point)) {
+            return false;
+        }
         if candidates.facets.len() + candidates.bodies.len() < LOOK_UP {
-            return self.is_clear_of(point, candidates);
+            return self.is_clear_of(point, candidates, last);
         }
         let mut over = self.occluders.candidates(self.among, &point.points);
         over.bodies.retain(|&object| object != self.object);
-        self.is_clear_of(point, &over)
+        self.is_clear_of(point, &over, last)
     }
 
-    fn is_clear_of(&self, point: &Receiver<1>, candidates: &Candidates) -> bool {
+    fn is_clear_of(&self, point: &Receiver<1>, candidates: &Candidates, last: &mut Option<u32>) -> bool {
         let is_behind_facets = || {
             let blockers = self.occluders.blockers(&candidates.facets, &[], point);
             blockers.entries().into_iter().any(|entry| blockers.probably_blocks(entry, &[1.0]))
         };
-        !candidates.bodies.iter().any(|&object| self.probably_blocks(object, point)) && !is_behind_facets()
-    }
-
-    /// Whether floats say that a body is in a point's way.
-    fn probably_blocks(&self, object: u32, point: &Receiver<1>) -> bool {
-        self.occluders.body(object, point).is_some_and(AnalyticBlocker::probably_blocks_point)
+        let mut bodies = candidates.bodies.iter().copied();
+        *last = bodies.find(|&object| self.occluders.probably_blocks(object, point));
+        last.is_none() && !is_behind_facets()
     }
 
     /// A point of the patch.
@@ -339,13 +349,20 @@ impl Patch<'_> {
         Receiver { points, light: self.occluders.light, facing: None, plane: self.plane }
     }
 
-    fn count(&self, place: Quadrant, verdict: Verdict, area: &Approx, left: &Candidates, tally: &mut Tally<Approx>) {
+    fn count(
+        &self,
+        (place, occupied): (Quadrant, Occupied),
+        verdict: Verdict,
+        area: &Approx,
+        left: &Candidates,
+        tally: &mut Tally<Approx>,
+    ) {
         match verdict {
             Verdict::Lit => tally.lit.add(area),
             Verdict::Shadowed => tally.shadowed.add(area),
             Verdict::Undecided => {
                 tally.undecided.add(area);
-                tally.likely.add(&area.part(self.count_probably_lit(place, left)));
+                tally.likely.add(&area.part(self.count_probably_lit((place, occupied), left)));
                 tally.points += 16;
             }
         }
