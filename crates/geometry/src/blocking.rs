@@ -150,12 +150,14 @@ impl<R: std::fmt::Debug> std::fmt::Debug for Probe<'_, R> {
 
 /// Whether the closed planar convex polygon with these corners meets the open segment from `x` to the light.
 pub fn polygon_blocks<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSource) -> bool {
-    let filtered = polygon_blocks_filter(corners, &x.bounds, light)
-        .or_else(|| x.face.and_then(|place| polygon_blocks_place(corners, &place, light)))
+    let floats = FloatSigns { corners, x: &x.bounds, light };
+    let filtered = floats
+        .tell()
+        .or_else(|| x.face.and_then(|place| polygon_blocks_place(&floats, &place)))
         .or_else(|| x.plane.filter(|plane| is_contact_in_plane(corners, plane, light)).map(|_| false));
     let by_pairs = || match x.patch {
         Some(_) => polygon_blocks_roots(corners, &x.in_pairs()?, light),
-        None => polygon_blocks_pairs(corners, x, light),
+        None => polygon_blocks_pairs(&floats, x),
     };
     decide_by_pairs(filtered, by_pairs, || {
         let corners: Vec<ExactPoint<R>> = corners.iter().map(Point::to_exact).collect();
@@ -165,23 +167,60 @@ pub fn polygon_blocks<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSou
 
 /// The answer of [`polygon_blocks`] where floats can tell. Looks at no exact coordinates, so they need not be at hand.
 pub fn polygon_blocks_filter(corners: &[Point], x: &Point, light: &LightSource) -> Option<bool> {
-    let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
-    let light_side = side_filter(a, b, c, Target::Light(light)).sign()?;
-    let plane = side_filter(a, b, c, Target::Point(x));
-    blocks_by_signs(corners.len(), light_side, plane.sign(), |i| {
-        side_filter(&corners[i], &corners[(i + 1) % corners.len()], x, Target::Light(light)).sign()
-    })
+    FloatSigns { corners, x, light }.tell()
+}
+
+/// The signs that tell whether a polygon blocks the way from a point to a light, as far as floats know them. What they know is not
+/// asked again behind them.
+struct FloatSigns<'a> {
+    corners: &'a [Point<'a>],
+    x: &'a Point<'a>,
+    light: &'a LightSource,
+}
+
+impl FloatSigns<'_> {
+    fn tell(&self) -> Option<bool> {
+        blocks_by_signs(self.corners.len(), self.of_light()?, self.of_point(), |i| self.of_shadow_plane(i))
+    }
+
+    /// Three corners of the polygon's plane.
+    fn plane(&self) -> [&Point<'_>; 3] {
+        [&self.corners[0], &self.corners[1], &self.corners[self.corners.len() - 1]]
+    }
+
+    fn edge(&self, i: usize) -> [&Point<'_>; 2] {
+        [&self.corners[i], &self.corners[(i + 1) % self.corners.len()]]
+    }
+
+    /// The side of the polygon's plane on which the light lies.
+    fn of_light(&self) -> Option<Sign> {
+        let [a, b, c] = self.plane();
+        side_filter(a, b, c, Target::Light(self.light)).sign()
+    }
+
+    /// The same of the point.
+    fn of_point(&self) -> Option<Sign> {
+        let [a, b, c] = self.plane();
+        side_filter(a, b, c, Target::Point(self.x)).sign()
+    }
+
+    /// The side of the plane through edge i and the light on which the point lies.
+    fn of_shadow_plane(&self, i: usize) -> Option<Sign> {
+        let [from, to] = self.edge(i);
+        side_filter(from, to, self.x, Target::Light(self.light)).sign()
+    }
 }
 
 /// The same for a place on a face, by the signs at the corners of the face: they are exact, and so is a zero at all of them.
 /// Tells that neighbours in one plane are in contact, and that edges through a corner or along a side are met there.
-fn polygon_blocks_place(corners: &[Point], place: &FacePlace, light: &LightSource) -> Option<bool> {
-    let [a, b, c] = [&corners[0], &corners[1], &corners[corners.len() - 1]];
-    let light_side = Sign::of(side_value(a, b, c, Target::Light(light)).value);
-    let plane = place.mean(|corner| side_value(a, b, c, Target::Point(corner)));
-    blocks_by_signs(corners.len(), light_side, plane.sign(), |i| {
-        let (from, to) = (&corners[i], &corners[(i + 1) % corners.len()]);
-        place.mean(|corner| side_value(from, to, corner, Target::Light(light))).sign()
+fn polygon_blocks_place(floats: &FloatSigns, place: &FacePlace) -> Option<bool> {
+    let [a, b, c] = floats.plane();
+    let light = Target::Light(floats.light);
+    let light_side = Sign::of(side_value(a, b, c, light).value);
+    let of_point = || place.mean(|corner| side_value(a, b, c, Target::Point(corner))).sign();
+    blocks_by_signs(floats.corners.len(), light_side, floats.of_point().or_else(of_point), |i| {
+        let [from, to] = floats.edge(i);
+        floats.of_shadow_plane(i).or_else(|| place.mean(|corner| side_value(from, to, corner, light)).sign())
     })
 }
 
@@ -194,17 +233,20 @@ fn is_contact_in_plane(corners: &[Point], plane: &[Point; 3], light: &LightSourc
 
 /// The same in pairs of floats, for a point that pairs can hold. On a face the signs follow from those at its corners, whose
 /// coordinates have fewer digits than the point's.
-fn polygon_blocks_pairs<R: Ring>(corners: &[Point], x: &Probe<R>, light: &LightSource) -> Option<bool> {
+fn polygon_blocks_pairs<R: Ring>(floats: &FloatSigns, x: &Probe<R>) -> Option<bool> {
     let points = x.weighted_pairs()?;
     let mean = |function: &dyn Fn(&[Pair; 3]) -> Pair| {
-        points.iter().fold(Pair::default(), |sum, (point, weight)| sum + function(point) * *weight)
+        let sum = points.iter().fold(Pair::default(), |sum, (point, weight)| sum + function(point) * *weight);
+        sum.sign()
     };
-    let corners: Vec<[Pair; 3]> = corners.iter().map(Pair::of_point).collect();
-    let (towards, w) = (light.xyz().to_array().map(Pair::exact), light.w());
+    let corners: Vec<[Pair; 3]> = floats.corners.iter().map(Pair::of_point).collect();
+    let (towards, w) = (floats.light.xyz().to_array().map(Pair::exact), floats.light.w());
     let plane = [corners[0], corners[1], corners[corners.len() - 1]];
-    let light_side = side_of_pairs(&plane, &towards, w).sign()?;
-    blocks_by_signs(corners.len(), light_side, mean(&|x| side_of_pairs(&plane, x, 1.0)).sign(), |i| {
-        mean(&|x| side_of_pairs(&[corners[i], corners[(i + 1) % corners.len()], *x], &towards, w)).sign()
+    let light_side = floats.of_light().or_else(|| side_of_pairs(&plane, &towards, w).sign())?;
+    let point_side = floats.of_point().or_else(|| mean(&|x| side_of_pairs(&plane, x, 1.0)));
+    blocks_by_signs(corners.len(), light_side, point_side, |i| {
+        let edge = [corners[i], corners[(i + 1) % corners.len()]];
+        floats.of_shadow_plane(i).or_else(|| mean(&|x| side_of_pairs(&[edge[0], edge[1], *x], &towards, w)))
     })
 }
 

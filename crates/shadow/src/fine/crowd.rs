@@ -4,14 +4,13 @@
 //! to 1,024 facets over the face, picked evenly (fewer where more than 8,192 faces are crowded), are asked whether one of them covers the cell alone, and some of them together at the last. What some of the
 //! occluders cover is in shadow whatever the others do, so a cell's verdict is a proof here too; but none of these is proved lit, and some stay undecided that all
 //! facets together would prove shadowed (a sheet of small triangles). Guarantee: [`PAIRS`] facets are measured for a face, [`PARTS`] for each of at most 64 cells, and
-//! those picked are looked at for each of at most 85, fewer where there are more than 16,384 faces, whatever the detail; which they are goes by the light, the face and what may shadow it, not by their
+//! those picked are measured once each, by floats, and looked at for each of at most 85, fewer where there are more than 16,384 faces, whatever the detail; which they are goes by the light, the face and what may shadow it, not by their
 //! order. Estimates of undecided cells ask the few parts alone, so they lean to lit. Cost: half a millisecond a face, some where very many facets are beside a
 //! cell though their boxes hold it. Not bounded: samples are looked up one by one. The limit is one of each receiver by itself, whose occluders are asked object by
 //! object; thousands of objects over each other are a [`throng`](crate::throng).
 
 use std::ops::Range;
 
-use umbriel_geometry::blocking::Probe;
 use umbriel_octree::Quadrant;
 
 use super::{
@@ -19,7 +18,7 @@ use super::{
     flat::{self, FLAT, FlatFace, count, count_samples},
     occluders::{
         Among, Candidates, Occluders,
-        few::{Picked, bounds_of},
+        few::{Picked, Spot, bounds_of},
     },
     polygon_blocker::FacetId,
     receiver::Receiver,
@@ -101,7 +100,7 @@ impl<'a> Crowd<'a> {
     /// Classifies the whole face, level by level: so which cells have all that is over them measured does not go by their order.
     pub(crate) fn run(&self) -> Tally<Units> {
         let bare = (self.under)(Blockers::none());
-        let picked = self.occluders.pick(self.among, &self.receiver.points, self.effort.picked);
+        let picked = self.occluders.pick(self.among, self.receiver, self.effort.picked);
         let (mut done, mut level, mut left) = (Vec::new(), vec![Quadrant::ROOT], PAIRS);
         while !level.is_empty() && !(bare.is_cancelled)() {
             let many = self.take_affordable(&mut level, &bare, &mut left);
@@ -154,7 +153,7 @@ impl<'a> Crowd<'a> {
         } else if !bare.is_finest(place) {
             return (tally, true);
         } else {
-            let middle = self.probe(bare.middle(place));
+            let middle = self.spot(bare, bare.middle(place));
             let hiding = self.occluders.hiding((picked, self.own), (&corners, &middle));
             self.under_parts(bare, parts_of(hiding), place, &mut tally);
         }
@@ -173,12 +172,13 @@ impl<'a> Crowd<'a> {
         bare.look_samples_up(place, tally);
     }
 
-    fn corners(&self, bare: &FlatFace, place: Quadrant) -> Vec<Probe<'a>> {
-        bare.shape.domain.corners(place).map(|corner| self.probe(corner)).collect()
+    fn corners(&self, bare: &FlatFace, place: Quadrant) -> Vec<Spot<'a>> {
+        bare.shape.domain.corners(place).map(|corner| self.spot(bare, corner)).collect()
     }
 
-    fn probe(&self, [u, v]: [f64; 2]) -> Probe<'a> {
-        flat::flat_probe(&self.receiver.points, u, v)
+    /// A corner or the middle of a cell.
+    fn spot(&self, bare: &FlatFace, [u, v]: [f64; 2]) -> Spot<'a> {
+        Spot { probe: flat::flat_probe(&self.receiver.points, u, v), weights: bare.weights(u, v) }
     }
 
     /// The face under some facets alone.

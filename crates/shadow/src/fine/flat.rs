@@ -191,7 +191,7 @@ impl FlatFace<'_> {
     }
 
     /// The weights of the corners at (u, v).
-    fn weights(&self, u: f64, v: f64) -> Weights<FLAT> {
+    pub(crate) fn weights(&self, u: f64, v: f64) -> Weights<FLAT> {
         if self.shape.domain == Face::Triangle {
             [1.0 - u - v, u, 0.0, v]
         } else {

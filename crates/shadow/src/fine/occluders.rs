@@ -378,13 +378,7 @@ impl<'a> Occluders<'a> {
                 break;
             }
             let Body::Flat(facets) = self.bodies.get(id.object as usize) else { continue };
-            // From the base on, so that it makes no difference which corner the facet begins with.
-            let numbers = facets.from_base(id.facet as usize).corners();
-            let count = numbers.len();
-            let mut corners = [(facets.point(numbers[0]), 0); 4];
-            for (corner, &number) in corners.iter_mut().zip(numbers.iter()) {
-                *corner = (facets.point(number), facets.first_at(number));
-            }
+            let (corners, count) = numbered_corners(facets, id.facet as usize);
             let turn = self.turn(id);
             let Some(mut blocker) = PolygonBlocker::new(id, &corners[..count], turn, receiver) else { continue };
             if let Some(cut_out) = facets.holes(id.facet as usize) {
@@ -472,6 +466,17 @@ fn corners_of(facets: &Facets, facet: usize) -> ([Point<'_>; 4], usize) {
         *point = facets.point(corner);
     }
     (points, numbers.len())
+}
+
+/// The corners of a facet, each with the number of its place, and how many there are. From the base on, so that it makes no difference
+/// which corner the facet begins with.
+fn numbered_corners(facets: &Facets, facet: usize) -> ([(Point<'_>, u32); 4], usize) {
+    let numbers = facets.from_base(facet).corners();
+    let mut corners = [(facets.point(numbers[0]), 0); 4];
+    for (corner, &number) in corners.iter_mut().zip(numbers.iter()) {
+        *corner = (facets.point(number), facets.first_at(number));
+    }
+    (corners, numbers.len())
 }
 
 fn box_corners(bounds: &Aabb) -> [Point<'static>; 8] {

@@ -110,12 +110,21 @@ impl<const N: usize> PolygonBlocker<N> {
 
     /// Whether the polygon, without holes, blocks the point with these weights; `None` where the bounds cannot tell.
     pub(crate) fn blocks(&self, weights: &Weights<N>) -> Option<bool> {
+        self.blocks_by(|function| function.near(weights))
+    }
+
+    /// The same of a point whose weights are exact.
+    pub(crate) fn blocks_at(&self, weights: &Weights<N>) -> Option<bool> {
+        self.blocks_by(|function| function.at(weights))
+    }
+
+    fn blocks_by(&self, value: impl Fn(&Field<N>) -> Approx) -> Option<bool> {
         if self.edge_on {
             return None;
         }
         let mut certain = true;
         for index in self.function_indices() {
-            match self.functions[index].near(weights).sign() {
+            match value(&self.functions[index]).sign() {
                 Some(Sign::Negative) => return Some(false),
                 Some(Sign::Zero) if index == NEARER => return Some(false),
                 Some(_) => {}

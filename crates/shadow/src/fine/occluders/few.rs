@@ -3,24 +3,60 @@
 //! Guarantee: which facets are looked at goes by them and by the face alone, whatever the order of objects, of facets and of axes. Memory: of an object over such a
 //! face trees of every second, fourth, eighth facet and so on, as much again as its own tree; of an instance for each group of receivers.
 
-use std::ops::ControlFlow;
+use std::{
+    cell::{OnceCell, RefCell},
+    ops::ControlFlow,
+};
 
 use glam::DVec3;
 use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Point, blocking::Probe};
 
 use super::{
-    Among, LightFrame, Occluders, Trees, over,
+    Among, LightFrame, Occluders, Trees, numbered_corners, over,
     tickets::{self, halvings},
 };
 use crate::{
     bodies::Body,
     exact::{Own, face_blocks},
-    fine::polygon_blocker::FacetId,
+    fine::{
+        field::Weights,
+        flat::FLAT,
+        polygon_blocker::{FacetId, PolygonBlocker},
+        receiver::Receiver,
+    },
 };
 
-/// Some of the facets over a face: in each frame that sees the face those that are over it there, with their boxes.
-pub(crate) struct Picked<'a>(Vec<(&'a LightFrame, Vec<(Aabb, FacetId)>)>);
+/// Some of the facets over a face.
+pub(crate) struct Picked<'a> {
+    /// The face as floats see it: what is measured against it asks no exact sign.
+    face: Receiver<'a, FLAT>,
+    /// In each frame that sees the face those that are over it there.
+    over: Vec<(&'a LightFrame, Vec<Pick>)>,
+}
+
+/// A facet picked for a face.
+struct Pick {
+    id: FacetId,
+    /// Its box in the frame.
+    bounds: Aabb,
+    /// What floats tell of it over the face, once it is asked for; `None` if it blocks no point of that.
+    measured: OnceCell<Option<Box<PolygonBlocker<FLAT>>>>,
+    /// Whether it hides points of which floats did not tell: cells share corners.
+    settled: RefCell<Vec<(Weights<FLAT>, bool)>>,
+}
+
+impl Pick {
+    fn new(id: FacetId, bounds: Aabb) -> Self {
+        Self { id, bounds, measured: OnceCell::new(), settled: RefCell::default() }
+    }
+}
+
+/// A point of a face whose weights are exact.
+pub(crate) struct Spot<'a> {
+    pub(crate) probe: Probe<'a>,
+    pub(crate) weights: Weights<FLAT>,
+}
 
 /// What the items of a tree stand for.
 enum Items<'a> {
@@ -57,8 +93,9 @@ impl Occluders<'_> {
         count
     }
 
-    /// Those of these facets over the hull of `points`: halved as often as leaves no more than `limit`, once at least.
-    pub(crate) fn pick(&self, among: Among, points: &[Point], limit: usize) -> Picked<'_> {
+    /// Those of these facets over a face: halved as often as leaves no more than `limit`, once at least.
+    pub(crate) fn pick<'s>(&'s self, among: Among, face: &Receiver<'s, FLAT>, limit: usize) -> Picked<'s> {
+        let points = &face.points;
         let objects = match among {
             Among::Objects(objects) => self.seen_over(objects, points),
             Among::Throng(_) => Vec::new(),
@@ -71,7 +108,8 @@ impl Occluders<'_> {
             Among::Throng(throng) => (among, throng.halvings()),
         };
         let picks = (1..=most).rev().map_while(|times| self.all_over((among, times), points, limit));
-        picks.last().unwrap_or(Picked(Vec::new()))
+        let face = Receiver { points: face.points, light: face.light, facing: None, plane: None };
+        Picked { face, over: picks.last().unwrap_or_default() }
     }
 
     /// Those objects whose boxes are over the hull of `points`.
@@ -85,9 +123,14 @@ impl Occluders<'_> {
     }
 
     /// What is over a hull of the facets halved so often; `None` if it is more than `limit`.
-    fn all_over(&self, (among, times): (Among, usize), points: &[Point], limit: usize) -> Option<Picked<'_>> {
+    fn all_over(
+        &self,
+        (among, times): (Among, usize),
+        points: &[Point],
+        limit: usize,
+    ) -> Option<Vec<(&LightFrame, Vec<Pick>)>> {
         let (mut left, ties) = (limit, self.ties_over(points));
-        let mut picked = Picked(Vec::new());
+        let mut picked = Vec::new();
         for (number, frame) in self.frames.iter().enumerate() {
             let Some(query) = frame.bounds(points).map(over) else { continue };
             let mut found = Vec::new();
@@ -96,7 +139,7 @@ impl Occluders<'_> {
                 tree.for_each_entered(enter, 0.0, |item, (_, bounds), _| {
                     let id = items.facet(item);
                     if self.is_over_in(&ties, id) {
-                        found.push((bounds, id));
+                        found.push(Pick::new(id, bounds));
                     }
                     // Past a negative parameter nothing is entered any more.
                     if found.len() <= left { 0.0 } else { -1.0 }
@@ -106,7 +149,7 @@ impl Occluders<'_> {
                 }
             }
             left -= found.len();
-            picked.0.push((frame, found));
+            picked.push((frame, found));
         }
         Some(picked)
     }
@@ -128,44 +171,70 @@ impl Occluders<'_> {
 
     /// Whether one of the facets picked for a face covers a cell of it, given by the cell's corners. Exact, but for those whose rectangle does not hold that of the cell: they
     /// are passed over.
-    pub(crate) fn is_covered(&self, (picked, own): (&Picked, FacetId), corners: &[Probe]) -> bool {
-        // Most are beside a corner, which takes a few nanoseconds to tell. What lies behind a convex facet is convex.
-        let covers = |id: FacetId| {
-            self.is_solid(id)
-                && !corners.iter().any(|corner| self.is_beside(id, &corner.bounds))
-                && corners.iter().all(|corner| self.hides(id, corner))
-        };
-        self.that_may_cover(picked, &bounds_of(corners)).any(|id| id != own && covers(id))
+    pub(crate) fn is_covered(&self, (picked, own): (&Picked, FacetId), corners: &[Spot]) -> bool {
+        // What lies behind a convex facet is convex.
+        let covers = |pick: &Pick| self.is_solid(pick.id) && self.hides_all(&picked.face, pick, corners);
+        self.that_may_cover(picked, &bounds_of(corners)).any(|pick| pick.id != own && covers(pick))
     }
 
     /// Those of the same facets that hide the middle of a cell, with their tickets.
     pub(crate) fn hiding(
         &self,
         (picked, own): (&Picked, FacetId),
-        (corners, middle): (&[Probe], &Probe),
+        (corners, middle): (&[Spot], &Spot),
     ) -> Vec<(u64, FacetId)> {
-        let may_cover = self.that_may_cover(picked, &bounds_of(corners)).filter(|&id| id != own);
-        let hiding = may_cover.filter(|&id| !self.is_beside(id, &middle.bounds) && self.hides(id, middle));
-        hiding.map(|id| (self.tickets(id.object)[id.facet as usize], id)).collect()
+        let may_cover = self.that_may_cover(picked, &bounds_of(corners)).filter(|pick| pick.id != own);
+        let hiding = may_cover.filter(|pick| self.hides_all(&picked.face, pick, std::slice::from_ref(middle)));
+        hiding.map(|Pick { id, .. }| (self.tickets(id.object)[id.facet as usize], *id)).collect()
     }
 
-    /// Whether a facet hides a point. Exact.
-    fn hides(&self, id: FacetId, point: &Probe) -> bool {
-        face_blocks(self.bodies, (id.object as usize, id.facet as usize), point, Own::Nothing, self.light)
+    /// Whether a facet hides all of some points. Exact; what floats leave open is settled only where they tell of no other point that
+    /// it is not hidden.
+    fn hides_all(&self, face: &Receiver<FLAT>, pick: &Pick, points: &[Spot]) -> bool {
+        // Most are beside a point, which takes a few nanoseconds to tell: so few are measured.
+        let is_new = pick.measured.get().is_none();
+        if is_new && points.iter().any(|point| self.is_beside(pick.id, &point.probe.bounds)) {
+            return false;
+        }
+        let measured = pick.measured.get_or_init(|| self.measured(pick.id, face).map(Box::new));
+        let Some(polygon) = measured else { return false };
+        points.iter().all(|point| polygon.blocks_at(&point.weights) != Some(false))
+            && points.iter().all(|point| {
+                let told = polygon.blocks_at(&point.weights);
+                told.unwrap_or_else(|| self.hides_exactly(pick, point))
+            })
+    }
+
+    /// Whether a facet hides a point of which floats do not tell; asked once.
+    fn hides_exactly(&self, pick: &Pick, point: &Spot) -> bool {
+        let known =
+            pick.settled.borrow().iter().find(|(weights, _)| *weights == point.weights).map(|&(_, hides)| hides);
+        known.unwrap_or_else(|| {
+            let (object, facet) = (pick.id.object as usize, pick.id.facet as usize);
+            let hides = face_blocks(self.bodies, (object, facet), &point.probe, Own::Nothing, self.light);
+            pick.settled.borrow_mut().push((point.weights, hides));
+            hides
+        })
+    }
+
+    /// A facet measured against a face; `None` if it blocks no point of it.
+    fn measured(&self, id: FacetId, face: &Receiver<FLAT>) -> Option<PolygonBlocker<FLAT>> {
+        let Body::Flat(facets) = self.bodies.get(id.object as usize) else { return None };
+        let (corners, count) = numbered_corners(facets, id.facet as usize);
+        PolygonBlocker::new(id, &corners[..count], self.turn(id), face)
     }
 
     /// Those picked whose rectangle holds that of a hull, in every frame that sees this.
-    fn that_may_cover<'s>(&'s self, picked: &'s Picked, points: &[Point]) -> impl Iterator<Item = FacetId> + 's {
-        let mut seen = picked.0.iter().filter_map(|(frame, found)| Some((*frame, frame.bounds(points)?, found)));
+    fn that_may_cover<'s>(&'s self, picked: &'s Picked, points: &[Point]) -> impl Iterator<Item = &'s Pick> + 's {
+        let mut seen = picked.over.iter().filter_map(|(frame, found)| Some((*frame, frame.bounds(points)?, found)));
         let first = seen.next();
         let others = seen.map(|(frame, hull, _)| (frame, hull)).chain(self.ties_over(points));
         let others: Vec<(&LightFrame, Aabb)> = others.collect();
-        let holds_in_others = move |&id: &FacetId| {
-            others.iter().all(|(frame, hull)| self.view_of(id, frame).is_some_and(|bounds| holds(&bounds, hull)))
+        let holds_in_others = move |pick: &&Pick| {
+            others.iter().all(|(frame, hull)| self.view_of(pick.id, frame).is_some_and(|bounds| holds(&bounds, hull)))
         };
-        let in_first = first.into_iter().flat_map(|(_, hull, found)| {
-            found.iter().filter(move |(bounds, _)| holds(bounds, &hull)).map(|&(_, id)| id)
-        });
+        let in_first =
+            first.into_iter().flat_map(|(_, hull, found)| found.iter().filter(move |pick| holds(&pick.bounds, &hull)));
         in_first.filter(holds_in_others)
     }
 
@@ -215,8 +284,8 @@ impl Occluders<'_> {
 }
 
 /// Where some points surely are.
-pub(crate) fn bounds_of(probes: &[Probe]) -> Vec<Point<'static>> {
-    probes.iter().map(|probe| probe.bounds).collect()
+pub(crate) fn bounds_of(spots: &[Spot]) -> Vec<Point<'static>> {
+    spots.iter().map(|spot| spot.probe.bounds).collect()
 }
 
 /// Whether a box is over a hull and hides all of its rectangle, as far as boxes tell.
@@ -229,7 +298,8 @@ fn holds(bounds: &Aabb, hull: &Aabb) -> bool {
 mod tests {
     use std::sync::Arc;
 
-    use umbriel_geometry::{LightSource, Mesh, Placement};
+    use glam::{DAffine3, DQuat};
+    use umbriel_geometry::{LightSource, Mesh, Placement, Rectangle, decisions::Decisions};
     use umbriel_scene::{Object, Scene, Shape, Sides};
 
     use super::*;
@@ -244,6 +314,43 @@ mod tests {
         let shape = Shape::Mesh(Arc::new(mesh.expect("a mesh")));
         let object = Object::new("strewn".to_owned(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
         Scene { objects: vec![object], ..Scene::default() }
+    }
+
+    /// Rectangles about one point, each turned in its own way.
+    fn crossing(count: u32) -> Scene {
+        let object = |k: u32| {
+            let [x, y, z, w] = [1, 2, 3, 5].map(|n| (0.618_033_989 * f64::from(n * (k + 1))).fract() - 0.5);
+            let map = DAffine3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
+            let placement = Placement::new(map).expect("regular");
+            Object::new(k.to_string(), Shape::Rectangle(Rectangle { size: [1.0; 2] }), placement, Sides::Two)
+        };
+        Scene { objects: (0..count).map(|k| object(k).expect("an object")).collect(), ..Scene::default() }
+    }
+
+    /// Corners of cells, the common point of all rectangles among them.
+    #[test]
+    fn what_is_told_of_cells_is_exact() {
+        let scene = crossing(12);
+        let bodies = Bodies::new(&scene);
+        let light = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
+        let occluders = Occluders::new(&bodies, &light);
+        let before = Decisions::of_thread();
+        let (mut hidden, mut asked) = (0, 0);
+        for (own, other) in (0..144).map(|pair| (pair / 12, pair % 12)).filter(|(own, other)| own != other) {
+            let Body::Flat(facets) = bodies.get(own) else { panic!("a rectangle is flat") };
+            let points = [0, 1, 2, 3].map(|k| facets.point(facets.facet(0).corners()[k]));
+            let face = Receiver { points, light: &light, facing: None, plane: None };
+            let pick = Pick::new(FacetId { object: other as u32, facet: 0 }, Aabb::EMPTY);
+            for [u, v] in (0..25).map(|k| [k / 5, k % 5].map(|n| 0.25 * f64::from(n))) {
+                let probe = Probe::on_face([points[0], points[1], points[3]], u, v);
+                let hides = face_blocks(&bodies, (other, 0), &probe, Own::Nothing, &light);
+                let spot = Spot { probe, weights: [(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v] };
+                assert_eq!(occluders.hides_all(&face, &pick, &[spot]), hides, "{other} over {own} at {u}, {v}");
+                (hidden, asked) = (hidden + usize::from(hides), asked + 1);
+            }
+        }
+        assert!(10 * hidden > asked && 2 * hidden < asked, "{hidden} hidden of {asked}");
+        assert!((Decisions::of_thread() - before).exact > 0, "the common point");
     }
 
     /// Points behind inner points, edges and corners of triangles, an ulp or so to each side.
