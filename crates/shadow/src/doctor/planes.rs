@@ -157,6 +157,8 @@ mod tests {
             prop_assume!((0..2).all(|k| facets.area(k).value > 0.0));
             prop_assert_eq!(PlaneKey::of(&facets, 0), PlaneKey::of(&facets, 1));
             let mut off = (0..6).map(at).collect::<Vec<_>>();
+            // Beside zero there is only what counts as zero.
+            prop_assume!(off[5][1] != 0.0);
             off[5][1] = off[5][1].next_up();
             let facets = Facets::of_mesh(Mesh::new(off, vec![[0, 1, 2], [3, 4, 5]]).expect("a mesh"), &Placement::IDENTITY);
             prop_assert_ne!(PlaneKey::of(&facets, 0), PlaneKey::of(&facets, 1));
