@@ -378,7 +378,9 @@ impl<'a> Occluders<'a> {
                 break;
             }
             let Body::Flat(facets) = self.bodies.get(id.object as usize) else { continue };
-            let (corners, count) = numbered_corners(facets, id.facet as usize);
+            let numbers = facets.from_base(id.facet as usize).corners();
+            let (mut corners, count) = ([(facets.point(numbers[0]), 0); 4], numbers.len());
+            fill_numbered(&mut corners, facets, &numbers);
             let turn = self.turn(id);
             let Some(mut blocker) = PolygonBlocker::new(id, &corners[..count], turn, receiver) else { continue };
             if let Some(cut_out) = facets.holes(id.facet as usize) {
@@ -468,15 +470,13 @@ fn corners_of(facets: &Facets, facet: usize) -> ([Point<'_>; 4], usize) {
     (points, numbers.len())
 }
 
-/// The corners of a facet, each with the number of its place, and how many there are. From the base on, so that it makes no difference
-/// which corner the facet begins with.
-fn numbered_corners(facets: &Facets, facet: usize) -> ([(Point<'_>, u32); 4], usize) {
-    let numbers = facets.from_base(facet).corners();
-    let mut corners = [(facets.point(numbers[0]), 0); 4];
-    for (corner, &number) in corners.iter_mut().zip(numbers.iter()) {
+/// Fills in the corners of a facet, each with the number of its place. Counted from its base, it makes no difference which corner it
+/// begins with. In place, as a copy for each pair of a face and a facet would show.
+#[inline(always)]
+fn fill_numbered<'f>(corners: &mut [(Point<'f>, u32); 4], facets: &'f Facets, numbers: &[u32]) {
+    for (corner, &number) in corners.iter_mut().zip(numbers) {
         *corner = (facets.point(number), facets.first_at(number));
     }
-    (corners, numbers.len())
 }
 
 fn box_corners(bounds: &Aabb) -> [Point<'static>; 8] {

@@ -13,7 +13,7 @@ use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Point, blocking::Probe};
 
 use super::{
-    Among, LightFrame, Occluders, Trees, numbered_corners, over,
+    Among, LightFrame, Occluders, Trees, fill_numbered, over,
     tickets::{self, halvings},
 };
 use crate::{
@@ -220,8 +220,10 @@ impl Occluders<'_> {
     /// A facet measured against a face; `None` if it blocks no point of it.
     fn measured(&self, id: FacetId, face: &Receiver<FLAT>) -> Option<PolygonBlocker<FLAT>> {
         let Body::Flat(facets) = self.bodies.get(id.object as usize) else { return None };
-        let (corners, count) = numbered_corners(facets, id.facet as usize);
-        PolygonBlocker::new(id, &corners[..count], self.turn(id), face)
+        let numbers = facets.from_base(id.facet as usize).corners();
+        let mut corners = [(facets.point(numbers[0]), 0); 4];
+        fill_numbered(&mut corners, facets, &numbers);
+        PolygonBlocker::new(id, &corners[..numbers.len()], self.turn(id), face)
     }
 
     /// Those picked whose rectangle holds that of a hull, in every frame that sees this.
