@@ -5,26 +5,19 @@
 //! out, since boxes are rounded outward.
 
 pub(crate) mod few;
+mod object_index;
 mod promise;
 pub(crate) mod throng;
 pub(crate) mod tickets;
 
-use std::{
-    ops::ControlFlow,
-    sync::{Arc, OnceLock},
-    time::Instant,
-};
+use std::{ops::ControlFlow, sync::OnceLock, time::Instant};
 
-use umbriel_bvh::BoxTree;
-use umbriel_geometry::{
-    Aabb, Facets, LightSource, Mesh, PlacedAnalytic, Point, Sign, analytic::Glance, cut_out::Opacity,
-};
+use umbriel_geometry::{Aabb, Facets, LightSource, PlacedAnalytic, Point, Sign, analytic::Glance};
 
 use super::{
     analytic_blocker::AnalyticBlocker,
     borders::DirectedEdge,
     classify::Blockers,
-    instance_tree::LocalFrame,
     light_frame::LightFrame,
     light_values::LightValues,
     polygon_blocker::{FacetId, PolygonBlocker},
@@ -35,6 +28,7 @@ use crate::{
     bodies::{Bodies, Body},
     by_object::ByObject,
 };
+use object_index::{ObjectIndex, Trees};
 use throng::Throng;
 
 /// Shares of a body's facets are counted in parts of this size: whole numbers have the same sum in any order.
@@ -101,18 +95,6 @@ struct Seen {
     tickets: OnceLock<Vec<u64>>,
     /// Of every second facet, of every fourth and so on.
     thinned: OnceLock<Vec<Trees>>,
-}
-
-/// For each frame, a tree and the facets that its items stand for (an analytic body is item 0 of its own).
-type Trees = Vec<(BoxTree, Vec<u32>)>;
-
-/// One object in light space.
-enum ObjectIndex {
-    Own(Trees),
-    /// An instance of a mesh: the tree that it shares with the others, and each frame in the coordinates of that.
-    Instance(Arc<Mesh>, Arc<BoxTree>, Vec<LocalFrame>),
-    /// The clock came first.
-    Unbuilt,
 }
 
 impl<'a> Occluders<'a> {
@@ -398,61 +380,6 @@ impl<'a> Occluders<'a> {
         let bodies = bodies.iter().filter_map(|&object| self.body(object, receiver));
         Blockers::new(polygons, bodies.collect(), holes, edges)
     }
-
-    fn index(&self, object: u32) -> &ObjectIndex {
-        self.seen(object).index.get_or_init(|| {
-            if let Some((mesh, tree)) = self.bodies.instance(object as usize) {
-                let placement = &self.bodies.scene.objects[object as usize].placement;
-                let local = |frame| LocalFrame::new(frame, placement, &tree.bounds());
-                return ObjectIndex::Instance(
-                    Arc::clone(mesh),
-                    Arc::clone(tree),
-                    self.frames.iter().map(local).collect(),
-                );
-            }
-            match self.bodies.get(object as usize) {
-                Body::Flat(facets) => self.trees_of(facets, |_| true).map_or(ObjectIndex::Unbuilt, ObjectIndex::Own),
-                Body::Analytic(_) => self.index_analytic(&self.bodies.bounds(object as usize)),
-            }
-        })
-    }
-
-    /// Of the facets that are wanted; `None` if the clock came first.
-    fn trees_of(&self, facets: &Facets, is_wanted: impl Fn(usize) -> bool) -> Option<Trees> {
-        let trees = self.frames.iter().map(|frame| {
-            let (mut boxes, mut items) = (Vec::new(), Vec::new());
-            for facet in 0..facets.len() {
-                if facet % LOOKS == 0 && self.is_over() {
-                    return None;
-                }
-                if !is_wanted(facet) || !blocks(facets, facet) {
-                    continue;
-                }
-                let (points, count) = corners_of(facets, facet);
-                if let Some(bounds) = frame.bounds(&points[..count]) {
-                    boxes.push(bounds);
-                    items.push(facet as u32);
-                }
-            }
-            items.shrink_to_fit();
-            Some((BoxTree::build_while(&boxes, &|| !self.is_over())?, items))
-        });
-        trees.collect()
-    }
-
-    fn index_analytic(&self, world: &Aabb) -> ObjectIndex {
-        let corners = box_corners(world);
-        let trees = self.frames.iter().map(|frame| {
-            let boxes: Vec<Aabb> = frame.bounds(&corners).into_iter().collect();
-            (BoxTree::build(&boxes), vec![0])
-        });
-        ObjectIndex::Own(trees.collect())
-    }
-}
-
-/// Whether a facet may block and blocks more than those before it; repeats may have other holes.
-fn blocks(facets: &Facets, facet: usize) -> bool {
-    facets.opacity(facet) != Opacity::Clear && (facets.has_holes() || !facets.is_repeat(facet))
 }
 
 /// What a box in light space must meet to be over this one.

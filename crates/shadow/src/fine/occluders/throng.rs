@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, Point};
 
-use super::{Occluders, blocks, box_corners, corners_of, tickets};
+use super::{Occluders, box_corners, corners_of, object_index::blocks, tickets};
 use crate::{bodies::Body, fine::polygon_blocker::FacetId};
 
 /// A tree over facets of all objects.
