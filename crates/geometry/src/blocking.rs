@@ -170,8 +170,8 @@ pub fn polygon_blocks_filter(corners: &[Point], x: &Point, light: &LightSource) 
     FloatSigns { corners, x, light }.tell()
 }
 
-/// The signs that tell whether a polygon blocks the way from a point to a light, as far as floats know them. What they know is not
-/// asked again behind them.
+/// The signs that tell whether a polygon blocks the way from a point to a light, as far as floats know them. The levels behind them
+/// ask for these first: a float's sign costs a small part of one of theirs, so none is kept.
 struct FloatSigns<'a> {
     corners: &'a [Point<'a>],
     x: &'a Point<'a>,

@@ -2,7 +2,8 @@
 //!
 //! A point on the way from x to the light L is y = x + s·L with s > 0, in homogeneous coordinates. Planes leave an interval of s, and
 //! q(y, y) = q(x, x) + 2·s·q(x, L) + s²·q(L, L) is least over it at one of its ends or, with q(L, L) > 0, between them. Guarantee: none but that
-//! the axes of the world may change places without changing an answer. Cost: some ten nanoseconds.
+//! the axes of the world may change places without changing an answer. Cost: some ten nanoseconds. Rays for pictures (`ray`) do not serve: they look for the place
+//! of a hit, reach a little beyond every part, so that no seam opens, and know nothing of contact.
 
 use glam::DVec3;
 
