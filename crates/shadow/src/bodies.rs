@@ -213,8 +213,12 @@ impl<'a> Bodies<'a> {
         Some((mesh, self.of_meshes.get(&address(mesh))?))
     }
 
-    /// The area of a patch of a curved body within wide bounds ([`PatchArea::of_whole_roughly`]); found once for all lights.
+    /// The area of a patch of a curved body within wide bounds ([`PatchArea::of_whole_roughly`]), none of one without points; found once for all
+    /// lights.
     pub(crate) fn rough_area(&self, object: usize, body: &PlacedAnalytic, patch: usize) -> Approx {
+        if self.bounds(object).is_empty() {
+            return Approx::exact(0.0);
+        }
         let areas =
             self.built(object).rough_areas.get_or_init(|| body.charts().iter().map(|_| OnceLock::new()).collect());
         *areas[patch].get_or_init(|| PatchArea::new(&body.charts()[patch], body.placement()).of_whole_roughly())

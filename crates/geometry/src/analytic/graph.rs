@@ -345,7 +345,7 @@ impl Graph {
         let root = self.root(at, edge);
         let [low, high] = self.within.map(|corner| corner[self.axis]);
         let (lowest, highest) = (root.heights.lower(), root.heights.upper());
-        if highest < low || lowest > high {
+        if root.is_nowhere() || highest < low || lowest > high {
             return Occupied::Nowhere;
         }
         // Most cells are told without the slope of the surface.

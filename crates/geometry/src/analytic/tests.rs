@@ -312,6 +312,28 @@ fn quadrics() -> Vec<Analytic> {
 }
 
 #[test]
+fn around_the_middle_of_a_quadric_without_surface_no_cell_has_any() {
+    // All gradients are zero in the middle: of a hyperboloid around y, over which it has no sheet along y, and of a body without points.
+    let diagonal = |y: f64, constant: f64| {
+        let rows = [1.0, y, 1.0, constant].into_iter().enumerate();
+        let mut matrix = [[0.0; 4]; 4];
+        rows.for_each(|(k, factor)| matrix[k][k] = factor);
+        matrix
+    };
+    for (matrix, faces) in [(diagonal(-1.0, -0.25), 2..4), (diagonal(1.0, 0.5), 0..6)] {
+        let body = Analytic::Quadric { matrix, within: [[-1.0; 3], [1.0; 3]] };
+        let placed = PlacedAnalytic::new(body, Placement::IDENTITY).expect("a body");
+        for face in faces {
+            let chart = &placed.charts()[face];
+            for cell in 0..64 {
+                let (edge, at) = (1.0 / 128.0, [cell % 8, cell / 8].map(|k| 0.5 + f64::from(k - 4) / 128.0));
+                assert_eq!(chart.occupied(at, edge), Occupied::Nowhere, "{body:?}, face {face} at {at:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn patches_of_quadrics_lie_on_the_surface_and_their_hulls_hold_them() {
     for body in quadrics() {
         let placed = PlacedAnalytic::new(body, Placement::IDENTITY).expect("a body");

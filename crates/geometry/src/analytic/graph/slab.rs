@@ -31,6 +31,11 @@ impl Root {
     pub(super) fn is_everywhere(&self) -> bool {
         self.discriminant.lower() > 0.0
     }
+
+    /// Whether it is known that there is none. Where it is double, the surface has no direction, and belongs to no sheet.
+    pub(super) fn is_nowhere(&self) -> bool {
+        self.discriminant.upper() <= 0.0
+    }
 }
 
 impl Graph {
