@@ -233,6 +233,7 @@ impl<'a> Receivers<'a> {
             face: face as u32,
             object: object as u32,
             body,
+            bounds: self.bodies.bounds(object),
             is_one_sided: self.bodies.is_one_sided(object, face),
             plane,
             area: &PatchArea::new(chart, body.placement()),

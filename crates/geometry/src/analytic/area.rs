@@ -164,7 +164,8 @@ impl<'a> PatchArea<'a> {
             Occupied::Nowhere => return Approx::exact(0.0),
             Occupied::Whole => {
                 let area = self.measured(&Part::square([u, v], edge)).area;
-                (area, left[0], area.value.abs() * GOOD_IF_TRIMMED)
+                let good = area.value.abs() * GOOD_IF_TRIMMED;
+                (if area.error <= good { area } else { self.within_reach(area, edge) }, left[0], good)
             }
             Occupied::Partly => (self.cut([u, v], edge), left[1], self.at_most(edge) * GOOD_AT_BORDER),
         };
@@ -182,10 +183,14 @@ impl<'a> PatchArea<'a> {
 
     /// The area of a cell that borders cut: its share of the square between the least and the greatest density.
     fn cut(&self, at: [f64; 2], edge: f64) -> Approx {
-        let most = self.at_most(edge);
         let Kind::Graph(graph) = &self.chart.kind else { return Approx::UNKNOWN };
-        let Some(conditions) = graph.conditions(at, edge) else { return between(0.0, most) };
-        let area = share(&conditions) * self.over_range(&Part::square(at, edge));
+        let Some(conditions) = graph.conditions(at, edge) else { return between(0.0, self.at_most(edge)) };
+        self.within_reach(share(&conditions) * self.over_range(&Part::square(at, edge)), edge)
+    }
+
+    /// An area of a cell between none and the greatest that there can be.
+    fn within_reach(&self, area: Approx, edge: f64) -> Approx {
+        let most = self.at_most(edge);
         // Where nothing is known of the density it is infinite or NaN.
         let (least, greatest) = (area.lower().max(0.0), area.upper().min(most));
         if least <= greatest { between(least, greatest) } else { between(0.0, most) }
@@ -416,6 +421,35 @@ mod tests {
         })
     }
 
+    /// Of products of planes, where gradients are equal or the surface is in the box's sides, whole cells are told, so that areas are exact but for roundings.
+    #[test]
+    fn planes_have_their_areas() {
+        let quadric = |terms: &[(usize, usize, f64)]| {
+            let mut matrix = [[0.0; 4]; 4];
+            terms.iter().for_each(|&(i, j, factor)| matrix[i][j] = factor);
+            Analytic::Quadric { matrix, within: [[-1.0, -0.5, -1.0], [1.0, 0.5, 1.0]] }
+        };
+        let root = 2f64.sqrt();
+        let bodies = [
+            // All of the box: x² ≤ 1.
+            (quadric(&[(0, 0, 1.0), (3, 3, -1.0)]), 2.0 * (2.0 + 2.0 + 4.0), 1e-9),
+            // The half x ≤ y: the cut, both ends of y, one of x, and half of those of z.
+            (quadric(&[(0, 3, 1.0), (1, 3, -1.0)]), 2.0 * root + 1.0 + 3.0 + 2.0 + 2.0, 1e-9),
+            // Two wedges, x² ≤ y², and the ends of y and z; along their edge no cell is told.
+            (quadric(&[(0, 0, 1.0), (1, 1, -1.0)]), 2.0 * 2.0 * root + 2.0 * 2.0 + 2.0 * 0.5, 0.5),
+        ];
+        for (body, area, allowed) in bodies {
+            let placed = PlacedAnalytic::new(body, Placement::IDENTITY).expect("a body");
+            let parts = placed.charts().iter().map(|chart| PatchArea::new(chart, &Placement::IDENTITY));
+            let sum =
+                parts.map(|part| divided(&part, [0.0; 2], 1.0, 0.5f64.powi(4))).fold(Approx::exact(0.0), Approx::add);
+            assert!(
+                (sum.value - area).abs() <= sum.error + 1e-12 && sum.error < allowed,
+                "{body:?}: {sum:?}, not {area}"
+            );
+        }
+    }
+
     /// Quadrics whose areas are known, cut into sheets and sides by rims and by equal gradients.
     #[test]
     fn cut_cells_hold_the_areas_of_quadrics() {
@@ -438,5 +472,26 @@ mod tests {
                 assert!(off <= sum.error + 1e-12 && sum.error < 5e-3 * sum.value, "{diagonal:?} {sum:?} off {off}");
             }
         }
+    }
+
+    /// There series say nothing.
+    #[test]
+    fn finer_cells_say_more_along_the_edge_of_a_wedge() {
+        let mut matrix = [[0.0; 4]; 4];
+        (matrix[0][0], matrix[1][1]) = (-0.5, 0.5);
+        let body = Analytic::Quadric { matrix, within: [[-0.5, -1.0, -1.0], [1.0, 0.25, 0.5]] };
+        let placed = PlacedAnalytic::new(body, Placement::IDENTITY).expect("a body");
+        // Each plane from its end of y to that of x, or x to y, and 1.5 long.
+        let truth = 2f64.sqrt() * (0.75 + 1.25) * 1.5;
+        let error = |level: i32| {
+            let sheets = placed.charts().iter().take(4).map(|chart| PatchArea::new(chart, &Placement::IDENTITY));
+            let sum = sheets
+                .map(|sheet| divided(&sheet, [0.0; 2], 1.0, 0.5f64.powi(level)))
+                .fold(Approx::exact(0.0), Approx::add);
+            assert!((sum.value - truth).abs() <= sum.error, "{sum:?}, not {truth}");
+            sum.error
+        };
+        let errors: Vec<f64> = (5..10).map(error).collect();
+        assert!(errors.iter().zip(&errors[1..]).all(|(coarse, fine)| fine < coarse), "{errors:?}");
     }
 }

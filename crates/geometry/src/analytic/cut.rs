@@ -35,6 +35,12 @@ impl Condition {
         (self.constant.abs() + self.along[0].abs() + self.along[1].abs() + self.error).is_finite()
     }
 
+    /// Whether the function is known not to be zero on the square.
+    pub(crate) fn is_nowhere_zero(&self) -> bool {
+        let reach = (self.along[0].abs() + self.along[1].abs() + self.error) * (1.0 + 8.0 * f64::EPSILON);
+        self.constant.abs() > reach
+    }
+
     fn at(&self, [s, t]: [f64; 2]) -> f64 {
         self.constant + self.along[0] * s + self.along[1] * t
     }

@@ -9,7 +9,14 @@ use std::ops::{Add, Mul, Neg, Sub};
 use glam::DVec3;
 
 use super::layout::Surface;
-use crate::{approx::Approx, decide::Decide, dyadic::Dyadic, light::LightSource, point::Point, ring::Ring};
+use crate::{
+    approx::Approx,
+    decide::Decide,
+    dyadic::Dyadic,
+    light::LightSource,
+    point::Point,
+    ring::{Ring, Sign},
+};
 
 /// Homogeneous local coordinates: x, y, z in units of the body's size, and a weight.
 pub type LocalPoint<T> = [T; 4];
@@ -78,6 +85,28 @@ impl<T: Clone + Add<Output = T> + Mul<Output = T>> QuadricForm<T> {
             row[*j] = row[*j].clone() + factor.clone() * x[*i].clone();
         }
         row
+    }
+}
+
+impl QuadricForm<Dyadic> {
+    /// The other factor of a form that is the product of two linear ones, times a positive number; `None` if the given one is none of them. With
+    /// Q = (ℓ·mᵀ + m·ℓᵀ)/2 and ℓₖ not zero, ℓₖ²·m is 2·ℓₖ·Qₖ − Qₖₖ·ℓ.
+    pub(crate) fn cofactor(&self, plane: &[Dyadic; 4]) -> Option<[Dyadic; 4]> {
+        let k = plane.iter().position(|factor| factor.sign() != Sign::Zero)?;
+        let (pivot, row) = (&plane[k], self.row(k));
+        let cofactor: [Dyadic; 4] = std::array::from_fn(|j| {
+            let twice = row[j].clone() + row[j].clone();
+            twice * pivot.clone() - row[k].clone() * plane[j].clone()
+        });
+        let is_product = (0..4).all(|i| {
+            let row = self.row(i);
+            (i..4).all(|j| {
+                let twice = row[j].clone() + row[j].clone();
+                let product = plane[i].clone() * cofactor[j].clone() + cofactor[i].clone() * plane[j].clone();
+                (twice * pivot.clone() * pivot.clone() - product).sign() == Sign::Zero
+            })
+        });
+        is_product.then_some(cofactor)
     }
 }
 

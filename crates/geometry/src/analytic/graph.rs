@@ -39,6 +39,9 @@ pub(crate) struct Graph {
     /// b² − a·c as a form of the two coordinates across.
     discriminant: QuadricForm<Approx>,
     slopes: [Slope<Approx>; 4],
+    /// For a form that is a product: what it is the product of and each slope, and each bound of the box along the axis, if these are factors.
+    beside_slopes: [Option<[Approx; 4]>; 4],
+    beside_bounds: [Option<[Approx; 4]>; 2],
     within: [[f64; 3]; 2],
     /// The axis that t runs along, and the axes of u and v.
     axis: usize,
@@ -47,23 +50,30 @@ pub(crate) struct Graph {
     is_positive: bool,
     /// A side of the box, where q ≤ 0, instead of a sheet of the surface.
     pub(crate) is_side: bool,
+    /// A side all of which is in the surface, so that the sheets have it.
+    is_of_sheets: bool,
 }
 
 impl Graph {
     /// The six sheets and the six sides.
     pub(crate) fn all(exact: &QuadricForm<Dyadic>, within: &[[f64; 3]; 2]) -> Vec<Self> {
         let form = exact.map(Dyadic::to_approx);
+        let beside = |row: &[Dyadic; 4]| Some(exact.cofactor(row)?.map(|factor| factor.to_approx()));
         let patch = |index: usize, is_side: bool| {
             let (axis, is_positive) = (index / 2, index % 2 == 1);
             let across = [(axis + 1) % 3, (axis + 2) % 3];
             let across = if is_positive { across } else { [across[1], across[0]] };
             let discriminant = discriminant(exact, axis).map(Dyadic::to_approx);
-            let slopes = slopes(&form, axis, across, is_positive);
+            let slopes = slopes(exact, axis, across, is_positive);
+            let beside_bounds = within.map(|corner| beside(&above(axis, corner[axis])));
             Self {
                 exact: exact.clone(),
                 form: form.clone(),
                 discriminant,
-                slopes,
+                beside_slopes: std::array::from_fn(|k| beside(&slopes[k].row)),
+                is_of_sheets: is_side && beside_bounds[usize::from(is_positive)].is_some(),
+                beside_bounds,
+                slopes: slopes.map(|slope| slope.to_approx()),
                 within: *within,
                 axis,
                 across,
@@ -152,7 +162,7 @@ impl Graph {
         }
         if self.is_side {
             base[self.axis] = number(self.side());
-            let is_inside = form.value(&base, &base).decide()? != Sign::Positive;
+            let is_inside = !self.is_of_sheets && form.value(&base, &base).decide()? != Sign::Positive;
             let [x, y, z, _] = base.map(Surd::plain);
             return Some(is_inside.then(|| ([x, y, z], number(1.0))));
         }
@@ -232,7 +242,9 @@ impl Graph {
             (_, Some(Sign::Positive | Sign::Negative)) => (steep - b).divided_by(a),
             _ => Approx::UNKNOWN,
         };
-        Root { heights, discriminant }
+        // Where the equation is linear, b is the gradient. A double root has none.
+        let is_turned_away = a.sign() == Some(Sign::Zero) && b.sign() == Some(Sign::of(-self.sign()));
+        Root { heights, discriminant, is_nowhere: is_turned_away || discriminant.upper() <= 0.0 }
     }
 
     /// The form's half derivative along the axis on the surface, where b² − a·c is this: ±√D.
@@ -258,6 +270,9 @@ impl Graph {
         }
         if !is_known {
             return Approx::UNKNOWN;
+        }
+        if range[0] == range[1] {
+            return Approx::exact(range[0]); // as where it vanishes
         }
         let middle = 0.5 * (range[0] + range[1]);
         Approx { value: middle, error: (range[1] - middle).max(middle - range[0]).next_up() }
@@ -336,6 +351,9 @@ impl Graph {
 
     /// How much of a cell is surface.
     pub(crate) fn occupied(&self, at: [f64; 2], edge: f64) -> Occupied {
+        if self.is_of_sheets {
+            return Occupied::Nowhere;
+        }
         if self.is_side {
             // Its hull has no thickness: each corner is there twice.
             let points = self.hull(at, edge).points.map(|point| self.bounded(point));
@@ -345,24 +363,37 @@ impl Graph {
         let root = self.root(at, edge);
         let [low, high] = self.within.map(|corner| corner[self.axis]);
         let (lowest, highest) = (root.heights.lower(), root.heights.upper());
-        if root.is_nowhere() || highest < low || lowest > high {
+        if root.is_nowhere || highest < low || lowest > high {
             return Occupied::Nowhere;
         }
         // Most cells are told without the slope of the surface.
-        let own = match self.of_sheet(at, edge, &self.level_heights(root.heights)) {
-            Occupied::Partly => self.of_sheet(at, edge, &self.heights(at, edge, &root)),
+        let crude = self.bounded_corners(at, edge, &self.level_heights(root.heights));
+        let own = match self.of_sheet(&crude) {
+            Occupied::Partly => self.of_sheet(&self.bounded_corners(at, edge, &self.heights(at, edge, &root))),
             known => known,
         };
-        let is_there = root.is_everywhere() && lowest >= low && highest <= high;
+        let lies_in = |bound: usize| self.beside_bounds[bound].is_some_and(|row| is_nowhere_zero(&row, &crude));
+        let is_in_box = (lowest >= low || lies_in(0)) && (highest <= high || lies_in(1));
+        let is_there = root.is_everywhere() && is_in_box;
         if is_there || own == Occupied::Nowhere { own } else { Occupied::Partly }
     }
 
-    /// How much of what lies at these heights over a cell has the gradients of this sheet.
-    fn of_sheet(&self, at: [f64; 2], edge: f64, heights: &Heights) -> Occupied {
-        let points = self.corners(at, edge, heights).map(|point| self.bounded(point));
+    fn bounded_corners(&self, at: [f64; 2], edge: f64, heights: &Heights) -> [LocalPoint<Approx>; HULL] {
+        self.corners(at, edge, heights).map(|point| self.bounded(point))
+    }
+
+    /// How much of what lies between these corners has the gradients of this sheet.
+    fn of_sheet(&self, corners: &[LocalPoint<Approx>; HULL]) -> Occupied {
         let mut answer = Occupied::Whole;
-        for Slope { row, is_strict } in &self.slopes {
-            match occupied_by(points.iter().map(|x| linear_value(row, x)), !is_strict) {
+        for (Slope { row, is_strict }, beside) in self.slopes.iter().zip(&self.beside_slopes) {
+            // Where one factor of the form is not zero the other is: the gradient's coordinates are equal.
+            let is_tie = beside.is_some_and(|row| is_nowhere_zero(&row, corners));
+            let zero = [Approx::exact(0.0)];
+            let held = match is_tie {
+                true => occupied_by(zero.into_iter(), !is_strict),
+                false => occupied_by(corners.iter().map(|x| linear_value(row, x)), !is_strict),
+            };
+            match held {
                 Occupied::Nowhere => return Occupied::Nowhere,
                 Occupied::Partly => answer = Occupied::Partly,
                 Occupied::Whole => {}
@@ -390,11 +421,31 @@ impl Graph {
     }
 }
 
+/// The linear form that is zero in the plane across an axis at a coordinate, and positive above it.
+pub(crate) fn above(axis: usize, coordinate: f64) -> [Dyadic; 4] {
+    let mut row = [0.0, 0.0, 0.0, -coordinate].map(Dyadic::new);
+    row[axis] = Dyadic::new(1.0);
+    row
+}
+
+/// Whether a linear form is known to have one sign over all of a hull.
+fn is_nowhere_zero(row: &[Approx; 4], corners: &[LocalPoint<Approx>; HULL]) -> bool {
+    let mut signs = corners.iter().map(|x| linear_value(row, x).sign());
+    let first = signs.next().flatten();
+    matches!(first, Some(Sign::Positive | Sign::Negative)) && signs.all(|sign| sign == first)
+}
+
 /// A linear form that is ≥ 0 (or > 0) where the gradient along a sheet's axis is the largest.
 #[derive(Clone, Debug)]
 struct Slope<T> {
     row: [T; 4],
     is_strict: bool,
+}
+
+impl Slope<Dyadic> {
+    fn to_approx(&self) -> Slope<Approx> {
+        Slope { row: self.row.each_ref().map(Dyadic::to_approx), is_strict: self.is_strict }
+    }
 }
 
 /// The four conditions of a sheet; of equal gradients the first axis has the surface.

@@ -212,10 +212,12 @@ impl Layout {
         });
         let all: Vec<usize> = (0..6).collect();
         let above: Vec<Trim> = all.iter().map(|&plane| Trim::Above(plane)).collect();
-        let body = Self::new(vec![symmetric_form(matrix, unit).normalised()], planes.collect())
-            .with_part(Surface::Quadric(0), &above)
-            .with_piece(0, &all, false);
-        all.iter().fold(body, |body, &side| {
+        let form = symmetric_form(matrix, unit).normalised();
+        let planes: Vec<[Dyadic; 4]> = planes.collect();
+        // A side all of which is in the surface is a part of that.
+        let sides: Vec<usize> = all.iter().copied().filter(|&side| form.cofactor(&planes[side]).is_none()).collect();
+        let body = Self::new(vec![form], planes).with_part(Surface::Quadric(0), &above).with_piece(0, &all, false);
+        sides.iter().fold(body, |body, &side| {
             let others = all.iter().filter(|&&plane| plane / 2 != side / 2).map(|&plane| Trim::Above(plane));
             let trims: Vec<Trim> = std::iter::once(Trim::Inside(0)).chain(others).collect();
             body.with_part(Surface::Plane(side), &trims)

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 use umbriel_geometry::{
-    Approx, Dyadic, PlacedAnalytic, Point, Sign,
+    Aabb, Approx, Dyadic, PlacedAnalytic, Point, Sign,
     analytic::{CellHull, Chart, HULL, LocalPoint, Occupied, PatchArea, Surface},
     blocking::Probe,
 };
@@ -30,6 +30,8 @@ pub(crate) struct Patch<'a> {
     pub(crate) face: u32,
     pub(crate) object: u32,
     pub(crate) body: &'a PlacedAnalytic,
+    /// The body's world box.
+    pub(crate) bounds: Aabb,
     pub(crate) is_one_sided: bool,
     /// Three exact points of the patch's plane, if it is flat.
     pub(crate) plane: Option<[Point<'a>; 3]>,
@@ -57,8 +59,8 @@ enum Facing {
     Unknown,
 }
 
-/// How many cells must say nothing before a patch is not divided further.
-const ENOUGH: usize = 256;
+/// How often a cell is divided before it is asked whether that tells anything.
+const LEVELS_BEFORE_LOOKING: u8 = 4;
 
 /// So many bodies in question are a crowd.
 const CROWD: usize = 512;
@@ -73,27 +75,8 @@ impl Patch<'_> {
         let hull = self.hull(Quadrant::ROOT).placed(self.body.placement());
         let mut candidates = self.occluders.candidates(self.among, &hull);
         candidates.bodies.retain(|&object| object != self.object);
-        let levels = Levels { finest: self.finest_of_use(), ..self.levels };
-        Self { levels, ..*self }.divide((Quadrant::ROOT, Occupied::Partly), None, &candidates, &mut tally);
+        self.divide((Quadrant::ROOT, Occupied::Partly), None, &candidates, &mut tally);
         tally
-    }
-
-    /// The finest level, or the first one with [`ENOUGH`] cells that are surface of none of which it is known which way it faces: a
-    /// surface (almost) without thickness, such as x² ≤ 0, which finer cells tell no more of.
-    fn finest_of_use(&self) -> u8 {
-        let light = self.light();
-        let mut cells = vec![Quadrant::ROOT];
-        for level in 0..self.levels.finest {
-            cells.retain(|place| self.chart().occupied(place.low_corner(), place.edge()) != Occupied::Nowhere);
-            if cells.iter().any(|&place| self.outward(&self.hull(place).local(self.body), light).is_some()) {
-                return self.levels.finest;
-            }
-            if cells.len() >= ENOUGH {
-                return level;
-            }
-            cells = cells.iter().flat_map(|place| place.children()).collect();
-        }
-        self.levels.finest
     }
 
     /// The light in the body's local coordinates.
@@ -103,6 +86,41 @@ impl Patch<'_> {
 
     fn chart(&self) -> &Chart {
         &self.body.charts()[self.face as usize]
+    }
+
+    /// How much of a cell is surface; `within` tells it of a cell that it is a part of. Where a quadric touches its box the surface alone does not tell, but there is
+    /// none outside of the body's own box.
+    fn occupied(&self, place: Quadrant, within: Occupied) -> Occupied {
+        if within == Occupied::Whole {
+            return within;
+        }
+        let is_within_reach = || {
+            let points = self.hull(place).placed(self.body.placement());
+            let boxes = points.map(|point| Aabb::of([point.position]).widened(point.slack));
+            boxes.into_iter().fold(Aabb::EMPTY, Aabb::union).meets(&self.bounds)
+        };
+        match self.chart().occupied(place.low_corner(), place.edge()) {
+            Occupied::Partly if !is_within_reach() => Occupied::Nowhere,
+            occupied => occupied,
+        }
+    }
+
+    /// Whether a cell is not divided any more, since of none of its parts' parts anything is told: a border runs through some of them only, but where surfaces that
+    /// all but coincide, or all but run along the light, are less than roundings apart, all levels say nothing.
+    fn is_blurred(&self, place: Quadrant, occupied: Occupied) -> bool {
+        let mut parts = place.children().flat_map(|part| part.children());
+        place.level() > 0
+            && place.level().is_multiple_of(LEVELS_BEFORE_LOOKING)
+            && parts.all(|part| !self.is_told(part, occupied))
+    }
+
+    /// Whether it is known of a part of a cell that it is no surface, or that it is, and which way that faces.
+    fn is_told(&self, part: Quadrant, within: Occupied) -> bool {
+        match self.occupied(part, within) {
+            Occupied::Nowhere => true,
+            Occupied::Partly => false,
+            Occupied::Whole => self.outward(&self.hull(part).local(self.body), self.light()).is_some(),
+        }
     }
 
     /// Parts of a cell that is decided are only divided where they are partly surface, for their areas; `known` is that
@@ -117,10 +135,7 @@ impl Patch<'_> {
         if (self.is_cancelled)() {
             return;
         }
-        let occupied = match within {
-            Occupied::Whole => Occupied::Whole,
-            _ => self.chart().occupied(place.low_corner(), place.edge()),
-        };
+        let occupied = self.occupied(place, within);
         if occupied == Occupied::Nowhere {
             return;
         }
@@ -130,8 +145,10 @@ impl Patch<'_> {
             Some(verdict) => (verdict, Candidates::default()),
             None => self.judge(place, candidates, is_divisible),
         };
-        let is_given_up = is_divisible && is_hopeless(place, candidates.bodies.len(), left.bodies.len());
-        if is_given_up {
+        let is_open = occupied == Occupied::Partly || verdict == Verdict::Undecided;
+        let is_crowded = || is_hopeless(place, candidates.bodies.len(), left.bodies.len());
+        let is_given_up = is_divisible && (is_crowded() || is_open && self.is_blurred(place, occupied));
+        if is_given_up && known.is_none() {
             // As if it were the finest level, so that a finer one tells no less.
             (verdict, left) = self.judge(place, candidates, false);
         }
@@ -235,7 +252,7 @@ impl Patch<'_> {
 
     /// What the own body does to a cell that faces the light. A line from x on the quadric q to the light meets it once more, at
     /// y = 2·q(x, L)·L − q(L, L)·x, which is on the way only for q(L, L) < 0; beyond it the way is inside q, so that the body
-    /// is met exactly when y is within the planes.
+    /// is met exactly when y is within the planes. Where y would be outside nothing is met, whatever that sign.
     fn own_shadow(&self, local: &[LocalPoint<Approx>; HULL], light: &LocalPoint<Approx>) -> Facing {
         let Surface::Quadric(quadric) = self.chart().surface else { return Facing::Turned };
         if self.body.body().is_convex() {
@@ -245,7 +262,7 @@ impl Patch<'_> {
         let at_light = forms.quadric(quadric, light, light);
         match (at_light.sign(), self.occluders.side_of_light(self.object)) {
             (Some(Sign::Positive | Sign::Zero), _) => return Facing::Turned,
-            (Some(Sign::Negative), Sign::Positive) => {}
+            (_, Sign::Positive) => {}
             _ => return Facing::Unknown,
         }
         let planes = || self.body.pieces().iter().flat_map(|piece| piece.planes.iter().copied());
@@ -258,7 +275,9 @@ impl Patch<'_> {
         };
         if planes().any(|plane| at_return(plane).iter().all(|value| value.upper() < 0.0)) {
             Facing::Turned
-        } else if planes().all(|plane| at_return(plane).iter().all(|value| value.lower() >= 0.0)) {
+        } else if at_light.upper() < 0.0
+            && planes().all(|plane| at_return(plane).iter().all(|value| value.lower() >= 0.0))
+        {
             Facing::Dark
         } else {
             Facing::Unknown

@@ -24,17 +24,14 @@ pub(super) struct Root {
     pub(super) heights: Approx,
     /// b² − a·c.
     pub(super) discriminant: Approx,
+    /// Whether it is known that there is none with the gradient of this sheet.
+    pub(super) is_nowhere: bool,
 }
 
 impl Root {
     /// Whether it is known that there is one all over the cell.
     pub(super) fn is_everywhere(&self) -> bool {
         self.discriminant.lower() > 0.0
-    }
-
-    /// Whether it is known that there is none. Where it is double, the surface has no direction, and belongs to no sheet.
-    pub(super) fn is_nowhere(&self) -> bool {
-        self.discriminant.upper() <= 0.0
     }
 }
 
@@ -136,17 +133,22 @@ impl Graph {
     fn conditions_of_sheet(&self, middle: [f64; 2], edge: f64, slab: &Heights) -> Vec<Condition> {
         let x = self.cell_box(middle, 0.0, Approx::exact(slab.middle));
         let halves = self.halves(edge, slab.slope);
-        let largest = self.slopes.iter().map(|Slope { row, .. }| {
-            let along = halves.map(|half| linear_value(row, &half));
-            Condition::new(linear_value(row, &x), along, greatest(row[self.axis]) * slab.reach)
-        });
+        let along = |row: &[Approx; 4]| halves.each_ref().map(|half| linear_value(row, half));
+        let condition = |row: &[Approx; 4]| {
+            Condition::new(linear_value(row, &x), along(row), greatest(row[self.axis]) * slab.reach)
+        };
+        let largest = self.slopes.iter().map(|Slope { row, .. }| condition(row));
         let in_box = [(0, 1.0), (1, -1.0)].map(|(bound, sign)| {
             let above = x[self.axis] - Approx::exact(self.within[bound][self.axis]);
             let [above, along @ ..] =
                 [above, halves[0][self.axis], halves[1][self.axis]].map(|value| value * Approx::exact(sign));
             Condition::new(above, along, slab.reach)
         });
-        largest.chain(in_box).collect()
+        let beside = self.beside_slopes.iter().chain(&self.beside_bounds);
+        // What is zero all over the surface holds.
+        let is_tie = |beside: &Option<[Approx; 4]>| beside.is_some_and(|row| condition(&row).is_nowhere_zero());
+        let all = largest.chain(in_box).zip(beside);
+        all.filter(|(_, beside)| !is_tie(beside)).map(|(condition, _)| condition).collect()
     }
 }
 
