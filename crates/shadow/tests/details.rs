@@ -150,3 +150,34 @@ fn surfaces_without_thickness_are_not_divided_to_the_end() {
         assert!(fine < 3 * coarse && coarse < 50_000, "{constant}: {coarse}, {fine}");
     }
 }
+
+#[test]
+fn quadrics_that_floats_tell_little_of_are_not_divided_to_the_end() {
+    let diagonal = |[x, y, z, constant]: [f64; 4]| {
+        let mut matrix = [[0.0; 4]; 4];
+        [x, y, z, constant].into_iter().enumerate().for_each(|(k, factor)| matrix[k][k] = factor);
+        matrix
+    };
+    let cube = [[-1.0; 3], [1.0; 3]];
+    // Linear along each axis: -2xy + 2xz - 3yz - x + 2y - z.
+    let bilinear = [[0.0, -1.0, 1.0, -0.5], [-1.0, 0.0, -1.5, 1.0], [1.0, -1.5, 0.0, -0.5], [-0.5, 1.0, -0.5, 0.0]];
+    // Touches its box in the point x = 0 of an edge, and all but touches it along that.
+    let mut touching = diagonal([1e-9, -0.5, 0.0, 1.0]);
+    (touching[1][2], touching[2][1]) = (1.0, 1.0);
+    let quadrics = [
+        ("none", diagonal([1.0, 1.0, 1.0, 0.5]), cube),
+        ("all of its box", diagonal([0.25, 0.0, 0.0, -1.0]), [[-2.0, -2.0, -1.0], [2.0, 0.25, 0.25]]),
+        ("equal gradients", diagonal([-0.5, 0.5, 0.0, 0.0]), [[-0.5, -1.0, -1.0], [1.0, 0.25, 0.5]]),
+        ("all but equal gradients", diagonal([-0.25, 0.25, 1e-20, 0.0]), [[-0.25, -0.5, -1.0], [0.25, 1.0, 1.0]]),
+        ("edge-on", diagonal([1.5, 0.0, -0.5, 0.0]), [[-0.5, 0.0, -0.5], [1.0, 0.5, 2.0]]),
+        ("bilinear", bilinear, [[-1.0, -1.0, 0.0], [1.0; 3]]),
+        ("touching", touching, [[0.0, -1.0, 0.0], [1.0, 0.25, 0.25]]),
+    ];
+    for (name, matrix, within) in quadrics {
+        let body = placed(name, Shape::Analytic(Analytic::Quadric { matrix, within }), [0.0; 3]);
+        let lights = vec![Light::new("sun", LightSource::sun([1.0, -1.5, 3f64.sqrt()]).expect("a sun"))];
+        let scene = Scene { objects: vec![body], lights, ..Scene::default() };
+        let cells = run(&scene, depth(8), &OwnDetails::default())[0][0].cells.len();
+        assert!(cells < 40_000, "{name}: {cells}");
+    }
+}
