@@ -39,7 +39,7 @@ pub(crate) struct Graph {
     /// b² − a·c as a form of the two coordinates across.
     discriminant: QuadricForm<Approx>,
     slopes: [Slope<Approx>; 4],
-    /// For a form that is a product: what it is the product of and each slope, and each bound of the box along the axis, if these are factors.
+    /// Where the form is a product of two linear ones, and a slope, or a bound of the box along the axis, is one of them: the other.
     beside_slopes: [Option<[Approx; 4]>; 4],
     beside_bounds: [Option<[Approx; 4]>; 2],
     within: [[f64; 3]; 2],
