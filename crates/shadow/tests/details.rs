@@ -181,3 +181,19 @@ fn quadrics_that_floats_tell_little_of_are_not_divided_to_the_end() {
         assert!(cells < 40_000, "{name}: {cells}");
     }
 }
+
+#[test]
+fn the_inner_side_of_a_cut_quadric_is_dark() {
+    // From its lower end an hourglass grows thinner: the way to the light goes on inside, though the form grows along it.
+    let mut matrix = [[0.0; 4]; 4];
+    (matrix[0][0], matrix[1][1], matrix[2][2], matrix[3][3]) = (1.0, -1.0, 1.0, -0.25);
+    let shape = Shape::Analytic(Analytic::Quadric { matrix, within: [[-1.0, -0.5, -1.0], [1.0, 0.5, 1.0]] });
+    let body = Object::new("hourglass".into(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
+    let lights = vec![Light::new("sun", LightSource::sun([0.3, -1.0, 0.2]).expect("a sun"))];
+    let scene = Scene { objects: vec![body], lights, ..Scene::default() };
+    let [coarse, fine] = [5, 7].map(|level| {
+        let report = &run(&scene, depth(level), &OwnDetails::default())[0][0];
+        (report.lit.upper - report.lit.lower) / report.area
+    });
+    assert!(fine < 0.5 * coarse && fine < 0.02, "{coarse}, {fine}");
+}

@@ -240,7 +240,13 @@ impl Patch<'_> {
         let inside_plane = |plane: usize| {
             forms.plane(plane, light).lower() > 0.0 || local.iter().all(|x| forms.plane(plane, x).lower() > 0.0)
         };
-        let inside_quadric = |quadric: usize| local.iter().all(|x| forms.quadric(quadric, x, light).upper() < 0.0);
+        // A form that is negative for all pairs of corners is so in their hull.
+        let is_within = |quadric: usize| {
+            let mut pairs = (0..HULL).flat_map(|k| (k..HULL).map(move |l| (&local[k], &local[l])));
+            pairs.all(|(x, y)| forms.quadric(quadric, x, y).upper() < 0.0)
+        };
+        let inside_quadric =
+            |quadric: usize| local.iter().all(|x| forms.quadric(quadric, x, light).upper() < 0.0) || is_within(quadric);
         self.body.pieces().iter().any(|piece| {
             let is_own = match surface {
                 Surface::Quadric(quadric) => piece.quadric == quadric,
