@@ -423,9 +423,7 @@ impl Facets {
     /// If there is no such facet.
     pub fn facet_bounds(&self, facet: usize) -> Aabb {
         let corners = self.facet(facet).corners();
-        corners.iter().map(|&corner| self.point(corner)).fold(Aabb::EMPTY, |bounds, point| {
-            bounds.union(Aabb { min: point.position, max: point.position }.widened(point.slack))
-        })
+        corners.iter().map(|&corner| self.point(corner).bounds()).fold(Aabb::EMPTY, Aabb::union)
     }
 
     /// The box of all facets, rounded outward.

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use crate::{
-    approx::Approx, decide::Decide, dyadic::Dyadic, expansion::two_sum, light::LightSource, pair::Pair,
+    aabb::Aabb, approx::Approx, decide::Decide, dyadic::Dyadic, expansion::two_sum, light::LightSource, pair::Pair,
     placement::Placement, ring::Ring, surd::Surd,
 };
 
@@ -143,6 +143,13 @@ impl Point<'static> {
         // The sum is exact; only that of the bounds is rounded.
         let slack = (rest.abs() + slack) * (1.0 + 2.0 * f64::EPSILON);
         Self { position, slack, rest, exact: None }
+    }
+}
+
+impl Point<'_> {
+    /// A box that holds the point, rounded outward.
+    pub fn bounds(&self) -> Aabb {
+        Aabb::of([self.position]).widened(self.slack)
     }
 }
 

@@ -4,7 +4,7 @@
 //! cube, divided where cells are (Xie et al. 2001, "Fine step"), sorted by Morton codes, without pointers.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, Facets, PlacedAnalytic};
+use umbriel_geometry::{Aabb, Facets, PlacedAnalytic, Point};
 use umbriel_octree::{BuildDefect, Cube, Limits, LinearOctree};
 use umbriel_scene::Object;
 
@@ -68,8 +68,7 @@ fn bounds(object: &Object, (facets, body): (Option<&Facets>, Option<&PlacedAnaly
         (None, Some(body)) => {
             let [u, v] = cell.point([0.0, 0.0]);
             let hull = body.charts()[cell.face as usize].hull([u, v], 0.5f64.powi(i32::from(cell.level)));
-            let points = hull.placed(body.placement());
-            points.iter().fold(Aabb::EMPTY, |all, point| all.union(Aabb::of([point.position]).widened(point.slack)))
+            hull.placed(body.placement()).iter().map(Point::bounds).fold(Aabb::EMPTY, Aabb::union)
         }
         (None, None) => object.bounds(),
     }

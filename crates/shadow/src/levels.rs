@@ -78,8 +78,11 @@ fn halvings(mut length: f64, limit: f64) -> u8 {
     level
 }
 
-/// The levels of a face of this size, in an object with these bounds.
+/// The levels of a face of this size, in an object with these bounds; none below the whole face where the object has no points.
 pub(crate) fn of_face(detail: Detail, keep_cells: bool, bounds: &Aabb, size: &FaceSize) -> Levels {
+    if bounds.is_empty() {
+        return Levels { finest: 0, interior: 0, keep_cells, pixel: None };
+    }
     let cube = bounds.size().max_element();
     let at_depth = |depth: u8| size.level_within(cube / f64::from(1u32 << depth.min(MAX_DEPTH)));
     let (finest, interior) = match detail {

@@ -210,8 +210,7 @@ impl<'a> Queries<'a> {
         if let Some(lookup) = self.lookup(light) {
             return self.is_blocked_by(lookup, probe, own);
         }
-        let bounds = Aabb::of([probe.bounds.position]).widened(probe.bounds.slack);
-        let shaft = Shaft::new(&bounds, light);
+        let shaft = Shaft::new(&probe.bounds.bounds(), light);
         let blocks = |object: u32| match self.object_blocks(object as usize, &shaft, probe, own, light) {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),

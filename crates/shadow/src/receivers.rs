@@ -162,7 +162,7 @@ impl<'a> Receivers<'a> {
         sums
     }
 
-    /// Classifies a face. `None` for a face without area, and for one of a body without points.
+    /// Classifies a face. `None` for a face without area.
     pub(crate) fn look(
         &self,
         receiver: usize,
@@ -177,7 +177,6 @@ impl<'a> Receivers<'a> {
                 let tally = FlatReceiver::new(self, object, (facets, face), depth, is_cancelled).run();
                 Some(Found::on_flat(facets, face, tally))
             }
-            Body::Analytic(_) if self.bodies.bounds(object).is_empty() => None,
             Body::Analytic(body) => {
                 Some(Found::on_patch(self.look_at_patch(object, (body, face), depth, is_cancelled)))
             }

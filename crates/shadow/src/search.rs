@@ -352,8 +352,7 @@ impl Queries<'_> {
     }
 
     fn is_blocked_by_others<R: Ring>(&self, flats: &Flats, probe: &Probe<R>, own: Own, light: &LightSource) -> bool {
-        let bounds = Aabb::of([probe.bounds.position]).widened(probe.bounds.slack);
-        let shaft = Shaft::new(&bounds, light);
+        let shaft = Shaft::new(&probe.bounds.bounds(), light);
         let blocks = |other: u32| match self.object_blocks(flats.others[other as usize], &shaft, probe, own, light) {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),

@@ -60,8 +60,8 @@ pub struct CellHull {
     pub slack: DVec3,
 }
 
-/// How much of a cell of a patch's parameter square is surface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How much of a cell of a patch's parameter square is surface; of two conditions the greater answer holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Occupied {
     /// All of it.
     Whole,

@@ -70,7 +70,8 @@ impl Graph {
                 exact: exact.clone(),
                 form: form.clone(),
                 discriminant,
-                beside_slopes: std::array::from_fn(|k| beside(&slopes[k].row)),
+                // Of the points of a side no gradient is asked.
+                beside_slopes: std::array::from_fn(|k| if is_side { None } else { beside(&slopes[k].row) }),
                 is_of_sheets: is_side && beside_bounds[usize::from(is_positive)].is_some(),
                 beside_bounds,
                 slopes: slopes.map(|slope| slope.to_approx()),
@@ -332,9 +333,7 @@ impl Graph {
         normal[self.axis] = width * height;
         if !self.is_side {
             let root = self.root(at, edge);
-            let slab = self.heights(at, edge, &root);
-            let tilt = 0.5 * edge * (slab.slope[0].abs() + slab.slope[1].abs()) * (1.0 + 4.0 * f64::EPSILON);
-            let x = self.cell_box(at, edge, Approx { value: slab.middle, error: (slab.reach + tilt).next_up() });
+            let x = self.cell_box(at, edge, self.heights(at, edge, &root).over(edge));
             for axis in self.across {
                 let along = linear_value(&self.form.row(axis), &x) * normal[self.axis];
                 normal[axis] = along.divided_by(self.steep(root.discriminant));
@@ -361,25 +360,33 @@ impl Graph {
             return occupied_by(values.map(|(k, l)| -self.form.value(&points[k], &points[l])), true);
         }
         let root = self.root(at, edge);
-        let [low, high] = self.within.map(|corner| corner[self.axis]);
-        let (lowest, highest) = (root.heights.lower(), root.heights.upper());
-        if root.is_nowhere || highest < low || lowest > high {
+        if root.is_nowhere {
             return Occupied::Nowhere;
         }
-        // Most cells are told without the slope of the surface.
-        let crude = self.bounded_corners(at, edge, &self.level_heights(root.heights));
-        let own = match self.of_sheet(&crude) {
-            Occupied::Partly => self.of_sheet(&self.bounded_corners(at, edge, &self.heights(at, edge, &root))),
-            known => known,
+        let of_slab = |range: Approx, slab: &Heights| {
+            let corners = self.corners(at, edge, slab).map(|point| self.bounded(point));
+            self.in_box(range, &corners).max(self.of_sheet(&corners))
         };
-        let lies_in = |bound: usize| self.beside_bounds[bound].is_some_and(|row| is_nowhere_zero(&row, &crude));
-        let is_in_box = (lowest >= low || lies_in(0)) && (highest <= high || lies_in(1));
-        let is_there = root.is_everywhere() && is_in_box;
-        if is_there || own == Occupied::Nowhere { own } else { Occupied::Partly }
+        // Most cells are told without the slope of the surface.
+        let mut told = of_slab(root.heights, &self.level_heights(root.heights));
+        if told == Occupied::Partly {
+            let slab = self.heights(at, edge, &root);
+            told = of_slab(slab.over(edge), &slab);
+        }
+        if root.is_everywhere() { told } else { told.max(Occupied::Partly) }
     }
 
-    fn bounded_corners(&self, at: [f64; 2], edge: f64, heights: &Heights) -> [LocalPoint<Approx>; HULL] {
-        self.corners(at, edge, heights).map(|point| self.bounded(point))
+    /// How much of what has heights in a range, between these corners, is in the box.
+    fn in_box(&self, heights: Approx, corners: &[LocalPoint<Approx>; HULL]) -> Occupied {
+        let [low, high] = self.within.map(|corner| corner[self.axis]);
+        let lies_in = |bound: usize| self.beside_bounds[bound].is_some_and(|row| is_nowhere_zero(&row, corners));
+        if heights.upper() < low || heights.lower() > high {
+            Occupied::Nowhere
+        } else if (heights.lower() >= low || lies_in(0)) && (heights.upper() <= high || lies_in(1)) {
+            Occupied::Whole
+        } else {
+            Occupied::Partly
+        }
     }
 
     /// How much of what lies between these corners has the gradients of this sheet.

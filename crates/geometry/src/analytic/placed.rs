@@ -207,6 +207,15 @@ impl PlacedAnalytic {
         })
     }
 
+    /// The other factor, up to a positive number, of a quadric that is the product of two planes' forms, one of which is the polar form of a light: the
+    /// light lies in that plane, so that all of it is seen edge-on where it is no point of the other one. In the coordinates of [`PlacedAnalytic::forms`]. Exact.
+    pub fn beside_edge_on(&self, quadric: usize, light: &LightSource) -> Option<[Approx; 4]> {
+        let (forms, light) = (self.exact_forms(), ExactPoint::<Dyadic>::from_light(light));
+        let at = forms.pull_back(&light.xyz, &light.w);
+        let polar = std::array::from_fn(|k| linear_value(&forms.quadrics[quadric].row(k), &at));
+        Some(forms.quadrics[quadric].cofactor(&polar)?.map(|factor| factor.to_approx()))
+    }
+
     /// Whether a quadric is zero at all pairs of this point with another one.
     fn vanishes_beside<T: Decide + Default>(
         &self,

@@ -2,7 +2,7 @@
 
 use umbriel_geometry::{
     Approx, LightSource, PlacedAnalytic, Sign,
-    analytic::{Glance, LocalPoint, Piece},
+    analytic::{Glance, LocalPoint, Piece, linear_value},
 };
 
 /// A light seen from a body: the values of its forms there, all with known signs.
@@ -16,6 +16,8 @@ pub(crate) struct LightValues {
     pub(super) planes: Vec<Approx>,
     /// Of which quadrics it is the tip.
     tips: Vec<bool>,
+    /// For quadrics with a plane that it lies in, see [`PlacedAnalytic::beside_edge_on`].
+    beside_edge_on: Vec<Option<[Approx; 4]>>,
     /// For a light outside.
     glance: Option<Glance>,
 }
@@ -24,15 +26,26 @@ impl LightValues {
     /// Of a light that lies on this side of the body.
     pub(crate) fn new(body: &PlacedAnalytic, light: &LightSource, side: Sign) -> Self {
         let [quadrics, planes] = body.light_values(light);
-        let is_tip = |(index, value): (usize, &Approx)| value.value == 0.0 && body.is_tip(index, light);
-        let tips = quadrics.iter().enumerate().map(is_tip).collect();
+        let is_on = |index: usize| quadrics[index].value == 0.0;
+        let tips = (0..quadrics.len()).map(|index| is_on(index) && body.is_tip(index, light)).collect();
+        let beside = |index: usize| if is_on(index) { body.beside_edge_on(index, light) } else { None };
+        let beside_edge_on = (0..quadrics.len()).map(beside).collect();
         let glance = (side == Sign::Positive).then(|| body.glance(light));
-        Self { local: body.forms().pull_back_light(light), side, tips, quadrics, planes, glance }
+        Self { local: body.forms().pull_back_light(light), side, tips, beside_edge_on, quadrics, planes, glance }
     }
 
     /// Whether it is the tip of a quadric, where there is no tangent plane.
     pub(crate) fn is_tip(&self, quadric: usize) -> bool {
         self.tips[quadric]
+    }
+
+    /// Whether a quadric's surface is seen edge-on everywhere in the hull of some of the body's points: it holds the tip, or is a plane that the light is in.
+    pub(super) fn is_edge_on(&self, quadric: usize, points: &[LocalPoint<Approx>]) -> bool {
+        let is_off = |other: &[Approx; 4]| {
+            let sides = points.iter().map(|x| linear_value(other, x).sign());
+            all_alike(sides).is_some_and(|side| side != Sign::Zero)
+        };
+        self.is_tip(quadric) || self.beside_edge_on[quadric].as_ref().is_some_and(is_off)
     }
 
     /// What floats say of ways to the light, if it is outside.
@@ -56,4 +69,10 @@ impl LightValues {
             || piece.planes.iter().any(|&plane| self.plane(plane) == Sign::Negative)
             || piece.flat.is_some_and(|plane| self.plane(plane) != Sign::Zero)
     }
+}
+
+/// The sign that all have.
+pub(super) fn all_alike(mut signs: impl Iterator<Item = Option<Sign>>) -> Option<Sign> {
+    let first = signs.next()??;
+    signs.all(|sign| sign == Some(first)).then_some(first)
 }

@@ -23,6 +23,7 @@ mod polygon_blocker;
 pub(crate) mod raster;
 mod receiver;
 pub(crate) mod scan;
+mod self_shadow;
 pub(crate) mod tally;
 
 pub(crate) use classify::{Blockers, Entry};

@@ -180,11 +180,6 @@ impl<'a> Occluders<'a> {
         self.turns(object)[0]
     }
 
-    /// Whether the light is the tip of a quadric of an analytic body. Exact.
-    pub(crate) fn light_is_tip(&self, object: u32, body: &PlacedAnalytic, quadric: usize) -> bool {
-        self.side_of_light(object) == Sign::Zero && self.light_at(object, body).is_tip(quadric)
-    }
-
     /// The light as a body sees it.
     pub(crate) fn light_at(&self, object: u32, body: &PlacedAnalytic) -> &LightValues {
         let side = self.side_of_light(object);

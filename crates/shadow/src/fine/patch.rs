@@ -6,9 +6,8 @@
 
 use glam::DVec3;
 use umbriel_geometry::{
-    Aabb, Approx, Dyadic, PlacedAnalytic, Point, Sign,
-    analytic::{CellHull, Chart, HULL, LocalPoint, Occupied, PatchArea, Surface},
-    blocking::Probe,
+    Aabb, Approx, PlacedAnalytic, Point,
+    analytic::{CellHull, Chart, HULL, Occupied, PatchArea},
 };
 use umbriel_octree::Quadrant;
 
@@ -21,6 +20,7 @@ use super::{
     occluders::Among,
     pattern,
     pile::Pile,
+    self_shadow::{Facing, SelfShadow},
     tally::{Measure, Tally},
 };
 use crate::report::{Cell, Verdict};
@@ -48,17 +48,6 @@ pub(crate) struct Patch<'a> {
     pub(crate) is_cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// Whether the light is strictly on the lit side of a cell, and what the body itself does to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Facing {
-    /// Everywhere; the own body is in nobody's way.
-    Turned,
-    /// Nowhere, or the own body shadows all of it.
-    Dark,
-    /// Neither is proved.
-    Unknown,
-}
-
 /// How often a cell is divided before it is asked whether that tells anything.
 const LEVELS_BEFORE_LOOKING: u8 = 4;
 
@@ -79,9 +68,16 @@ impl Patch<'_> {
         tally
     }
 
-    /// The light in the body's local coordinates.
-    fn light(&self) -> &LocalPoint<Approx> {
-        &self.occluders.light_at(self.object, self.body).local
+    /// The body and the light.
+    fn self_shadow(&self) -> SelfShadow<'_> {
+        SelfShadow {
+            body: self.body,
+            surface: self.chart().surface,
+            plane: self.plane.as_ref(),
+            is_one_sided: self.is_one_sided,
+            source: self.occluders.light,
+            light: self.occluders.light_at(self.object, self.body),
+        }
     }
 
     fn chart(&self) -> &Chart {
@@ -96,8 +92,7 @@ impl Patch<'_> {
         }
         let is_within_reach = || {
             let points = self.hull(place).placed(self.body.placement());
-            let boxes = points.map(|point| Aabb::of([point.position]).widened(point.slack));
-            boxes.into_iter().fold(Aabb::EMPTY, Aabb::union).meets(&self.bounds)
+            points.iter().map(Point::bounds).fold(Aabb::EMPTY, Aabb::union).meets(&self.bounds)
         };
         match self.chart().occupied(place.low_corner(), place.edge()) {
             Occupied::Partly if !is_within_reach() => Occupied::Nowhere,
@@ -105,21 +100,19 @@ impl Patch<'_> {
         }
     }
 
-    /// Whether a cell is not divided any more, since of none of its parts' parts anything is told: a border runs through some of them only, but where surfaces that
-    /// all but coincide, or all but run along the light, are less than roundings apart, all levels say nothing.
+    /// Whether a cell is not divided any more, since of none of its 64 parts anything is told: a border runs through some of them only, and so do the two or three rows of
+    /// parts along which a body touches its box, but where surfaces that all but coincide, or all but run along the light, are less than roundings apart, all levels say nothing.
     fn is_blurred(&self, place: Quadrant, occupied: Occupied) -> bool {
-        let mut parts = place.children().flat_map(|part| part.children());
-        place.level() > 0
-            && place.level().is_multiple_of(LEVELS_BEFORE_LOOKING)
-            && parts.all(|part| !self.is_told(part, occupied))
+        let mut parts = place.children().flat_map(Quadrant::children).flat_map(Quadrant::children);
+        place.level() > 0 && place.level() >= LEVELS_BEFORE_LOOKING && parts.all(|part| !self.is_told(part, occupied))
     }
 
-    /// Whether it is known of a part of a cell that it is no surface, or that it is, and which way that faces.
+    /// Whether it is known of a part of a cell that it is no surface, or that it is, and what the body does to the light on it.
     fn is_told(&self, part: Quadrant, within: Occupied) -> bool {
         match self.occupied(part, within) {
             Occupied::Nowhere => true,
             Occupied::Partly => false,
-            Occupied::Whole => self.outward(&self.hull(part).local(self.body), self.light()).is_some(),
+            Occupied::Whole => self.self_shadow().facing(&self.hull(part)) != Facing::Unknown,
         }
     }
 
@@ -189,104 +182,13 @@ impl Patch<'_> {
     fn judge(&self, place: Quadrant, candidates: &Candidates, is_divisible: bool) -> (Verdict, Candidates) {
         let hull = self.hull(place);
         let points = hull.placed(self.body.placement());
-        match self.facing(&hull) {
+        match self.self_shadow().facing(&hull) {
             Facing::Dark => (Verdict::Shadowed, Candidates::default()),
             Facing::Turned => self.classify(place, points, candidates, is_divisible),
             Facing::Unknown => match self.classify(place, points, candidates, is_divisible) {
                 (Verdict::Lit, left) => (Verdict::Undecided, left),
                 judged => judged,
             },
-        }
-    }
-
-    fn facing(&self, hull: &CellHull) -> Facing {
-        let (light, local) = (self.light(), hull.local(self.body));
-        let is_closed = self.body.body().is_closed();
-        match self.outward(&local, light) {
-            None => Facing::Unknown,
-            Some(Sign::Zero) => Facing::Dark,
-            Some(Sign::Positive) => self.own_shadow(&local, light),
-            Some(Sign::Negative) if self.is_one_sided => Facing::Dark,
-            Some(Sign::Negative) if !is_closed => Facing::Turned,
-            // The inner side of a closed surface: only a light inside reaches it, but for rims that it is in contact with.
-            Some(Sign::Negative) => match self.occluders.side_of_light(self.object) {
-                Sign::Positive if self.moves_in(&local, light) => Facing::Dark,
-                Sign::Negative if self.body.body().is_convex() => Facing::Turned,
-                _ => Facing::Unknown,
-            },
-        }
-    }
-
-    /// On which side of the surface the light lies, seen from all points of a cell alike.
-    fn outward(&self, local: &[LocalPoint<Approx>; HULL], light: &LocalPoint<Approx>) -> Option<Sign> {
-        let (forms, source) = (self.body.forms(), self.occluders.light);
-        match (self.chart().surface, &self.plane) {
-            // From the tip all of a cone is seen edge-on.
-            (Surface::Quadric(quadric), _) if self.occluders.light_is_tip(self.object, self.body, quadric) => {
-                Some(Sign::Zero)
-            }
-            (Surface::Quadric(quadric), _) => common_sign(local.map(|x| forms.quadric(quadric, &x, light).sign())),
-            (Surface::Plane(_), Some([x, ..])) => {
-                Some(self.body.facing(self.chart().surface, &Probe::<Dyadic>::at(x.position), source))
-            }
-            (Surface::Plane(_), None) => None,
-        }
-    }
-
-    /// Whether the ways from all points, which leave their surface inwards, go on inside a piece: no point lies on another
-    /// surface of the piece that its way crosses outwards.
-    fn moves_in(&self, local: &[LocalPoint<Approx>; HULL], light: &LocalPoint<Approx>) -> bool {
-        let (forms, surface) = (self.body.forms(), self.chart().surface);
-        let inside_plane = |plane: usize| {
-            forms.plane(plane, light).lower() > 0.0 || local.iter().all(|x| forms.plane(plane, x).lower() > 0.0)
-        };
-        // A form that is negative for all pairs of corners is so in their hull.
-        let is_within = |quadric: usize| {
-            let mut pairs = (0..HULL).flat_map(|k| (k..HULL).map(move |l| (&local[k], &local[l])));
-            pairs.all(|(x, y)| forms.quadric(quadric, x, y).upper() < 0.0)
-        };
-        let inside_quadric =
-            |quadric: usize| local.iter().all(|x| forms.quadric(quadric, x, light).upper() < 0.0) || is_within(quadric);
-        self.body.pieces().iter().any(|piece| {
-            let is_own = match surface {
-                Surface::Quadric(quadric) => piece.quadric == quadric,
-                Surface::Plane(plane) => piece.planes.contains(&plane) && inside_quadric(piece.quadric),
-            };
-            is_own && piece.planes.iter().all(|&plane| surface == Surface::Plane(plane) || inside_plane(plane))
-        })
-    }
-
-    /// What the own body does to a cell that faces the light. A line from x on the quadric q to the light meets it once more, at
-    /// y = 2·q(x, L)·L − q(L, L)·x, which is on the way only for q(L, L) < 0; beyond it the way is inside q, so that the body
-    /// is met exactly when y is within the planes. Where y would be outside nothing is met, whatever that sign.
-    fn own_shadow(&self, local: &[LocalPoint<Approx>; HULL], light: &LocalPoint<Approx>) -> Facing {
-        let Surface::Quadric(quadric) = self.chart().surface else { return Facing::Turned };
-        if self.body.body().is_convex() {
-            return Facing::Turned;
-        }
-        let forms = self.body.forms();
-        let at_light = forms.quadric(quadric, light, light);
-        match (at_light.sign(), self.occluders.side_of_light(self.object)) {
-            (Some(Sign::Positive | Sign::Zero), _) => return Facing::Turned,
-            (_, Sign::Positive) => {}
-            _ => return Facing::Unknown,
-        }
-        let planes = || self.body.pieces().iter().flat_map(|piece| piece.planes.iter().copied());
-        let at_return = |plane: usize| {
-            let plane_at_light = forms.plane(plane, light);
-            local.map(|x| {
-                let polar = forms.quadric(quadric, &x, light);
-                (polar + polar) * plane_at_light - at_light * forms.plane(plane, &x)
-            })
-        };
-        if planes().any(|plane| at_return(plane).iter().all(|value| value.upper() < 0.0)) {
-            Facing::Turned
-        } else if at_light.upper() < 0.0
-            && planes().all(|plane| at_return(plane).iter().all(|value| value.lower() >= 0.0))
-        {
-            Facing::Dark
-        } else {
-            Facing::Unknown
         }
     }
 
@@ -331,7 +233,7 @@ impl Patch<'_> {
     /// How many of 16 points of an undecided cell are likely to be lit, by floats, with these candidates in question.
     fn count_probably_lit(&self, (place, occupied): (Quadrant, Occupied), left: &Candidates) -> u64 {
         let ([u, v], edge) = (place.low_corner(), place.edge());
-        let is_turned = self.facing(&self.hull(place)) == Facing::Turned;
+        let is_turned = self.self_shadow().facing(&self.hull(place)) == Facing::Turned;
         let is_lit_alone = |[u, v]: [f64; 2]| match is_turned {
             true => occupied == Occupied::Whole || self.chart().occupied([u, v], 0.0) != Occupied::Nowhere,
             false => (self.is_lit_alone_exactly)(u, v) == Some(true),
@@ -414,9 +316,4 @@ impl Patch<'_> {
 /// cells under hundreds of bodies each would follow.
 fn is_hopeless(place: Quadrant, before: usize, left: usize) -> bool {
     place.level() > 0 && left >= CROWD && 2 * left > before
-}
-
-/// The sign that all have.
-fn common_sign(signs: [Option<Sign>; HULL]) -> Option<Sign> {
-    signs[0].filter(|_| signs.iter().all(|sign| *sign == signs[0]))
 }

@@ -5,13 +5,13 @@
 //! number of cells, and then each is asked at 100 points.
 
 use crate::oracle::{
-    Oracle, asked_cases, cases,
+    Oracle, asked_cases, case_numbers, cases,
     dice::Dice,
-    fixtures::{all, features, has_gaps, has_triangles, tricky_light},
+    fixtures::{all, analytic, features, has_gaps, has_triangles, scene, tricky_light},
 };
 use crate::proving::Case;
-use umbriel_geometry::LightSource;
-use umbriel_scene::Scene;
+use umbriel_geometry::{Analytic, LightSource, Placement};
+use umbriel_scene::{Object, Scene, Sides};
 use umbriel_shadow::{Cell, Verdict};
 
 fn light_for(scene: &Scene, dice: &mut Dice) -> LightSource {
@@ -97,4 +97,44 @@ fn cells_tile_their_faces() {
             }
         }
     }
+}
+
+/// A quadric of whole and half numbers in a box, and a light on or inside of the box: at times in a corner or on a side, in the body or on it.
+fn around_its_light(dice: &mut Dice) -> Option<(Scene, LightSource)> {
+    let mut matrix = [[0.0; 4]; 4];
+    for i in 0..4 {
+        for k in i..4 {
+            let factor = if i == k || dice.one_in(3) { dice.grid(2, 0.5) } else { 0.0 };
+            (matrix[i][k], matrix[k][i]) = (factor, factor);
+        }
+    }
+    let [low, high] = [(); 2].map(|()| [(); 3].map(|()| dice.pick(&[0.5, 1.0, 2.0])));
+    let position: [f64; 3] = std::array::from_fn(|k| dice.pick(&[-low[k], high[k], 0.0, 0.25, -0.25, 0.5 * high[k]]));
+    let sides = dice.pick(&[Sides::One, Sides::Two, Sides::Two]);
+    let shape = analytic(Analytic::Quadric { matrix, within: [low.map(|edge| -edge), high] });
+    // Quadrics that are the same everywhere are refused.
+    let body = Object::new("quadric".into(), shape, Placement::IDENTITY, sides).ok()?;
+    Some((scene(vec![body]), LightSource::point(position).expect("a light")))
+}
+
+#[test]
+fn quadrics_around_their_light_are_proved() {
+    let mut wrong = Vec::new();
+    for case in case_numbers(60) {
+        let mut dice = Dice::new("around", case);
+        let Some((scene, light)) = around_its_light(&mut dice) else { continue };
+        let case = Case::new(&format!("quadric {case}"), &scene, light, 6);
+        let oracle = Oracle::new(&case.scene);
+        let object = &case.report.lights[0].objects[0];
+        // Slivers are all border at this depth.
+        if object.undecided() > 0.05 * object.area && object.area > 0.5 {
+            let shape = &case.scene.objects[0].shape;
+            wrong.push(format!("{}: {} of {} is undecided of {shape:?}", case.title, object.undecided(), object.area));
+        }
+        let proved = case.proved();
+        for _ in 0..if proved.is_empty() { 0 } else { 10 } {
+            wrong.extend(case.judge(&oracle, dice.pick(&proved), 4, &mut dice));
+        }
+    }
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong.join("\n"));
 }

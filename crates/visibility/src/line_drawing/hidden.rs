@@ -49,9 +49,7 @@ impl<'a> Hiders<'a> {
 
     /// The intervals of a line that are hidden from a light.
     pub(super) fn hidden_from(&self, line: &Line, light: &LightSource) -> Vec<[f64; 2]> {
-        let bounds = line.ends.iter().fold(Aabb::EMPTY, |bounds, end| {
-            bounds.union(Aabb { min: end.position, max: end.position }.widened(end.slack))
-        });
+        let bounds = line.ends.iter().map(Point::bounds).fold(Aabb::EMPTY, Aabb::union);
         let shaft = Shaft::new(&bounds, light);
         let mut intervals = Vec::new();
         let _ = self.tree.for_each_in_shaft(&shaft, |item| {

@@ -18,6 +18,14 @@ pub(super) struct Heights {
     pub(super) reach: f64,
 }
 
+impl Heights {
+    /// All of them over a cell with this edge.
+    pub(super) fn over(&self, edge: f64) -> Approx {
+        let tilt = 0.5 * edge * (self.slope[0].abs() + self.slope[1].abs()) * (1.0 + 4.0 * f64::EPSILON);
+        Approx { value: self.middle, error: (self.reach + tilt).next_up() }
+    }
+}
+
 /// The root over a cell.
 pub(super) struct Root {
     /// Where there is one.
