@@ -5,7 +5,7 @@
 //! wanted sign. Where the gradient is, and whether the point is in the box, are signs of linear forms. A cell of the
 //! rectangle may hold surface all over, nowhere, or in a part, which lies between straight lines.
 
-use std::ops::{Add, Mul, Neg};
+use std::ops::{Add, Mul};
 
 use glam::DVec3;
 
@@ -24,8 +24,10 @@ use crate::{
 };
 
 mod slab;
+mod slopes;
 
 use slab::{Heights, Root};
+use slopes::{Slope, slopes};
 
 /// Homogeneous local coordinates, metres: (x, y, z)/weight, the weight positive.
 pub(crate) type HomogeneousPoint<T> = ([Surd<T>; 3], T);
@@ -440,34 +442,6 @@ fn is_nowhere_zero(row: &[Approx; 4], corners: &[LocalPoint<Approx>; HULL]) -> b
     let mut signs = corners.iter().map(|x| linear_value(row, x).sign());
     let first = signs.next().flatten();
     matches!(first, Some(Sign::Positive | Sign::Negative)) && signs.all(|sign| sign == first)
-}
-
-/// A linear form that is ≥ 0 (or > 0) where the gradient along a sheet's axis is the largest.
-#[derive(Clone, Debug)]
-struct Slope<T> {
-    row: [T; 4],
-    is_strict: bool,
-}
-
-impl Slope<Dyadic> {
-    fn to_approx(&self) -> Slope<Approx> {
-        Slope { row: self.row.each_ref().map(Dyadic::to_approx), is_strict: self.is_strict }
-    }
-}
-
-/// The four conditions of a sheet; of equal gradients the first axis has the surface.
-fn slopes<T>(form: &QuadricForm<T>, axis: usize, across: [usize; 2], is_positive: bool) -> [Slope<T>; 4]
-where
-    T: Clone + Default + Add<Output = T> + Mul<Output = T> + Neg<Output = T>,
-{
-    let turned = |value: &T, is_positive: bool| if is_positive { value.clone() } else { -value.clone() };
-    let own = form.row(axis);
-    std::array::from_fn(|index| {
-        let (other, is_minus) = (across[index / 2], index % 2 == 1);
-        let beside = form.row(other);
-        let row = std::array::from_fn(|k| turned(&own[k], is_positive) + turned(&beside[k], is_minus));
-        Slope { row, is_strict: other < axis }
-    })
 }
 
 /// What values of a condition at all corners of a hull say of it.

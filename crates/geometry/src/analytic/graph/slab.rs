@@ -1,6 +1,6 @@
 //! Where a sheet lies over a cell: between two parallel planes, and within the cell where some all but affine functions are not negative.
 
-use super::{Graph, Slope};
+use super::{Graph, slopes::Slope};
 use crate::{
     analytic::{
         chart::PADDING,
