@@ -378,7 +378,8 @@ impl Graph {
         if root.is_everywhere() { told } else { told.max(Occupied::Partly) }
     }
 
-    /// How much of what has heights in a range, between these corners, is in the box.
+    /// How much of what has heights in a range, between these corners, is in the box. A factor of the form that is not zero tells this of surface between the corners alone, but
+    /// where all of it is beyond them [`Graph::of_sheet`] is not `Whole`: at the box's side the gradient has the other sign.
     fn in_box(&self, heights: Approx, corners: &[LocalPoint<Approx>; HULL]) -> Occupied {
         let [low, high] = self.within.map(|corner| corner[self.axis]);
         let lies_in = |bound: usize| self.beside_bounds[bound].is_some_and(|row| is_nowhere_zero(&row, corners));

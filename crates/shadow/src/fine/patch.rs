@@ -1,8 +1,7 @@
 //! The fine step on one patch of a placed analytic body.
 //!
 //! A cell of a patch lies in the hull of eight points ([`Chart::hull`]); signs over the hull are signs over the cell ("curved
-//! cells use outward depth bounds"). Whether the surface faces the light is the sign of its polar form, affine in the
-//! point. A convex body shadows itself exactly where it faces away; how others do: NUMERICS.md, "Self shadow".
+//! cells use outward depth bounds"). Whether the surface faces the light, and what the own body hides of it: [`SelfShadow`].
 
 use glam::DVec3;
 use umbriel_geometry::{
