@@ -197,3 +197,15 @@ fn the_inner_side_of_a_cut_quadric_is_dark() {
     });
     assert!(fine < 0.5 * coarse && fine < 0.02, "{coarse}, {fine}");
 }
+
+#[test]
+fn a_light_on_a_capsule_lights_its_inner_side() {
+    for position in [[1.0, 0.25, 0.0], [1.0, 1.0, 0.0], [0.0, 2.0, 0.0]] {
+        let shape = Shape::Analytic(Analytic::Capsule { radius: 1.0, height: 2.0 });
+        let body = Object::new("capsule".into(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
+        let lights = vec![Light::new("lamp", LightSource::point(position).expect("a lamp"))];
+        let scene = Scene { objects: vec![body], lights, ..Scene::default() };
+        let report = &run(&scene, depth(6), &OwnDetails::default())[0][0];
+        assert!(report.lit.lower > 0.98 * report.area, "{position:?}: {:?}", report.lit);
+    }
+}

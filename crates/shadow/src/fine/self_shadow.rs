@@ -97,9 +97,15 @@ impl SelfShadow<'_> {
         match (self.light.side, self.body.pieces()) {
             (Sign::Positive, pieces) if pieces.iter().any(|piece| self.moves_in(piece, corners)) => Facing::Dark,
             (Sign::Negative, _) if is_convex => Facing::Turned,
+            (Sign::Zero, _) if is_convex && self.is_smooth() => Facing::Turned,
             (Sign::Negative | Sign::Zero, [piece]) => self.on_inner_side_of(piece, corners),
             _ => Facing::Unknown,
         }
+    }
+
+    /// Whether the body, if it is convex, has one tangent plane at each point: a way to a light on it, which is not in that plane, runs inside.
+    fn is_smooth(&self) -> bool {
+        self.body.parts().iter().all(|part| matches!(part.surface, Surface::Quadric(_)))
     }
 
     /// Whether the ways from all points, which leave their surface inwards, go on inside a piece: no point lies on another
