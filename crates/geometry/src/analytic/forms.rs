@@ -119,6 +119,13 @@ where
     term(0) + term(1) + term(2) + term(3)
 }
 
+/// Whether a linear form is known to have one sign, and not to be zero, over all of the hull of some points.
+pub fn is_nowhere_zero(row: &[Approx; 4], corners: &[LocalPoint<Approx>]) -> bool {
+    let mut signs = corners.iter().map(|x| linear_value(row, x).sign());
+    let first = signs.next().flatten();
+    matches!(first, Some(Sign::Positive | Sign::Negative)) && signs.all(|sign| sign == first)
+}
+
 /// All forms of a placed body over the numbers `T`.
 #[derive(Clone, Debug)]
 pub struct Forms<T> {

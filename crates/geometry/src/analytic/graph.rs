@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::{
     chart::{CellHull, HULL, Occupied, PADDING},
-    forms::{LocalPoint, QuadricForm, linear_value},
+    forms::{LocalPoint, QuadricForm, is_nowhere_zero, linear_value},
     jet::Jet,
     polynomial::all_known,
 };
@@ -436,13 +436,6 @@ pub(crate) fn above(axis: usize, coordinate: f64) -> [Dyadic; 4] {
     let mut row = [0.0, 0.0, 0.0, -coordinate].map(Dyadic::new);
     row[axis] = Dyadic::new(1.0);
     row
-}
-
-/// Whether a linear form is known to have one sign over all of a hull.
-fn is_nowhere_zero(row: &[Approx; 4], corners: &[LocalPoint<Approx>; HULL]) -> bool {
-    let mut signs = corners.iter().map(|x| linear_value(row, x).sign());
-    let first = signs.next().flatten();
-    matches!(first, Some(Sign::Positive | Sign::Negative)) && signs.all(|sign| sign == first)
 }
 
 /// What values of a condition at all corners of a hull say of it.

@@ -30,7 +30,7 @@ use crate::{aabb::Aabb, number::accept, placement::Placement};
 pub use area::PatchArea;
 pub use chart::{CellHull, Chart, HULL, Occupied};
 pub use crossing::Crossing;
-pub use forms::{Forms, LocalPoint, QuadricForm, linear_value};
+pub use forms::{Forms, LocalPoint, QuadricForm, is_nowhere_zero, linear_value};
 pub use glance::Glance;
 pub(crate) use graph::HomogeneousPoint;
 pub use layout::{Part, Piece, Surface, Trim};

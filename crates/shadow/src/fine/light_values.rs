@@ -2,7 +2,7 @@
 
 use umbriel_geometry::{
     Approx, LightSource, PlacedAnalytic, Sign,
-    analytic::{Glance, LocalPoint, Piece, linear_value},
+    analytic::{Glance, LocalPoint, Piece, is_nowhere_zero},
 };
 
 /// A light seen from a body: the values of its forms there, all with known signs.
@@ -41,11 +41,8 @@ impl LightValues {
 
     /// Whether a quadric's surface is seen edge-on everywhere in the hull of some of the body's points: it holds the tip, or is a plane that the light is in.
     pub(super) fn is_edge_on(&self, quadric: usize, points: &[LocalPoint<Approx>]) -> bool {
-        let is_off = |other: &[Approx; 4]| {
-            let sides = points.iter().map(|x| linear_value(other, x).sign());
-            all_alike(sides).is_some_and(|side| side != Sign::Zero)
-        };
-        self.is_tip(quadric) || self.beside_edge_on[quadric].as_ref().is_some_and(is_off)
+        self.is_tip(quadric)
+            || self.beside_edge_on[quadric].as_ref().is_some_and(|other| is_nowhere_zero(other, points))
     }
 
     /// What floats say of ways to the light, if it is outside.
@@ -69,10 +66,4 @@ impl LightValues {
             || piece.planes.iter().any(|&plane| self.plane(plane) == Sign::Negative)
             || piece.flat.is_some_and(|plane| self.plane(plane) != Sign::Zero)
     }
-}
-
-/// The sign that all have.
-pub(super) fn all_alike(mut signs: impl Iterator<Item = Option<Sign>>) -> Option<Sign> {
-    let first = signs.next()??;
-    signs.all(|sign| sign == Some(first)).then_some(first)
 }

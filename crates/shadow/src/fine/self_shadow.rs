@@ -10,7 +10,7 @@ use umbriel_geometry::{
     blocking::Probe,
 };
 
-use super::light_values::{LightValues, all_alike};
+use super::light_values::LightValues;
 
 /// Whether the light is strictly on the lit side of a cell, and what the body itself does to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -178,4 +178,10 @@ fn pairs() -> impl Iterator<Item = [usize; 2]> {
 
 fn is_negative(value: &Approx) -> bool {
     value.upper() < 0.0
+}
+
+/// The sign that all have.
+fn all_alike(mut signs: impl Iterator<Item = Option<Sign>>) -> Option<Sign> {
+    let first = signs.next()??;
+    signs.all(|sign| sign == Some(first)).then_some(first)
 }
