@@ -55,6 +55,7 @@ impl Deref for Corners {
 
 impl Facet {
     /// The corners, indices of points.
+    #[inline]
     pub fn corners(&self) -> Corners {
         match *self {
             Self::Triangle([a, b, c]) => Corners { numbers: [a, b, c, c], count: 3 },
@@ -225,6 +226,7 @@ impl Facets {
     ///
     /// # Panics
     /// If there is no such point.
+    #[inline]
     pub fn point(&self, point: u32) -> Point<'_> {
         let position = self.positions()[point as usize];
         self.inexact.get(point as usize).map_or(Point::exact(position), Image::point)

@@ -74,6 +74,7 @@ impl Image {
     }
 
     /// The point for predicates.
+    #[inline]
     pub(crate) fn point(&self) -> Point<'_> {
         Point::with_rest(self.position, self.rest, Exact::Image(self))
     }
@@ -127,11 +128,13 @@ pub struct Point<'a> {
 
 impl Point<'static> {
     /// A point whose float coordinates are exact.
+    #[inline]
     pub fn exact(position: DVec3) -> Self {
         Self::within(position, DVec3::ZERO)
     }
 
     /// A point that is off by no more than `slack` along each axis.
+    #[inline]
     pub fn within(position: DVec3, slack: DVec3) -> Self {
         Self { position, slack, rest: DVec3::ZERO, exact: None }
     }
@@ -155,6 +158,7 @@ impl Point<'_> {
 
 impl<'a> Point<'a> {
     /// A float position, what it leaves out of the exact point, rounded once at most, and that point.
+    #[inline]
     pub fn with_rest(position: DVec3, rest: DVec3, exact: Exact<'a>) -> Self {
         Self { position, slack: rest.abs() * (1.0 + 2.0 * f64::EPSILON), rest, exact: Some(exact) }
     }

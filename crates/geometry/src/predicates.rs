@@ -184,6 +184,7 @@ pub fn exact_side<T: Decide>(a: &ExactPoint<T>, b: &ExactPoint<T>, c: &ExactPoin
 
 /// Whether two points are the same at a glance, by their floats or as one and the same corner of a body: neighbours on a
 /// surface share corners all the time.
+#[inline]
 pub fn coincide(a: &Point, b: &Point) -> bool {
     if a.position != b.position {
         return false;

@@ -3,7 +3,7 @@
 use std::{borrow::Cow, sync::OnceLock};
 
 use umbriel_geometry::{Facet, Facets, Point, blocking::Probe};
-use umbriel_octree::Face;
+use umbriel_octree::{Face, Quadrant};
 
 use crate::{
     bodies::Body,
@@ -219,7 +219,9 @@ impl<'a> FlatReceiver<'a> {
         candidates.facets.retain(|&candidate| candidate != self.id);
         let measured = candidates.facets.len() + candidates.bodies.len();
         let levels = self.all.levels(self.id.object as usize, &self.size, self.depth.level(measured));
-        let blockers = occluders.blockers(&candidates.facets, &candidates.bodies, &receiver);
+        let whole = under(levels, Blockers::none()).hull(Quadrant::ROOT);
+        let cover = |blockers: &Blockers<FLAT>| blockers.cover(&whole);
+        let blockers = occluders.blockers_until(&candidates, &receiver, cover);
         Self::costing(measured, levels.finest, under(levels, blockers).run())
     }
 

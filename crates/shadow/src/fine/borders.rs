@@ -38,18 +38,46 @@ pub(crate) struct Border {
 }
 
 /// Marks the edges whose uses do not cancel on all polygons that use them in the prevailing direction: to choose one of
-/// these would be to ask for an order of theirs.
+/// these would be to ask for an order of theirs. Polygons that share an edge are of one sheet.
 pub(crate) fn mark_borders<const N: usize>(polygons: &mut [PolygonBlocker<N>], mut edges: Vec<DirectedEdge>) {
     edges.sort_unstable();
+    let mut sheets = Sheets::apart(polygons.len());
     let uses_of_edges = edges.chunk_by(|a, b| (a.object, a.low, a.high) == (b.object, b.low, b.high));
     for (edge, uses) in (0..).zip(uses_of_edges) {
         let forward = uses.iter().filter(|usage| usage.forward).count();
         let backward = uses.len() - forward;
+        uses.windows(2).for_each(|pair| sheets.join(pair[0].polygon, pair[1].polygon));
         let border = Border { net: forward.abs_diff(backward) as u32, users: forward.max(backward) as u32, edge };
         if border.net > 0 {
             for usage in uses.iter().filter(|usage| usage.forward == (forward > backward)) {
                 polygons[usage.polygon as usize].border[usage.side as usize] = border;
             }
         }
+    }
+    for (polygon, number) in polygons.iter_mut().zip(0..) {
+        polygon.sheet = sheets.of(number);
+    }
+}
+
+/// Which polygons hang together by edges: each sheet is a tree with the first of its polygons at the root (Galler and Fischer 1964).
+struct Sheets(Vec<u32>);
+
+impl Sheets {
+    fn apart(count: usize) -> Self {
+        Self((0..count as u32).collect())
+    }
+
+    fn of(&mut self, mut polygon: u32) -> u32 {
+        while self.0[polygon as usize] != polygon {
+            let next = self.0[polygon as usize];
+            self.0[polygon as usize] = self.0[next as usize];
+            polygon = next;
+        }
+        polygon
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let [a, b] = [self.of(a), self.of(b)];
+        self.0[a.max(b) as usize] = a.min(b);
     }
 }

@@ -76,6 +76,18 @@ impl<'a, const N: usize> Blockers<'a, N> {
         Self { polygons: Vec::new(), bodies: Vec::new(), holes: Vec::new() }
     }
 
+    /// Adds those of other objects.
+    pub(crate) fn append(&mut self, mut others: Self) {
+        let (first, first_hole) = (self.polygons.len() as u32, self.holes.len() as u32);
+        for polygon in &mut others.polygons {
+            polygon.sheet += first;
+            polygon.holes = polygon.holes.map(|holes| holes + first_hole);
+        }
+        self.polygons.append(&mut others.polygons);
+        self.bodies.append(&mut others.bodies);
+        self.holes.append(&mut others.holes);
+    }
+
     /// All blockers as entries.
     pub(crate) fn entries(&self) -> Vec<Entry> {
         let polygons = (0..self.polygons.len() as u32).map(|index| Entry { index, is_body: false, known: 0 });
@@ -89,6 +101,11 @@ impl<'a, const N: usize> Blockers<'a, N> {
             Blocker::Polygon(index) => self.polygons[index].id,
             Blocker::Body(index) => FacetId { object: self.bodies[index].object, facet: 0 },
         }
+    }
+
+    /// Whether these are proved to cover a cell.
+    pub(crate) fn cover(&self, hull: &Hull<N>) -> bool {
+        !self.polygons.is_empty() && self.classify(hull, &self.entries(), &mut Vec::new()) == Verdict::Shadowed
     }
 
     /// What is proved of a cell, given the blockers in question over a cell that holds it. Those still in question are
@@ -180,7 +197,7 @@ impl<'a, const N: usize> Blockers<'a, N> {
         (influence, Entry { known, ..entry })
     }
 
-    /// Whether the winding at some probe survives all borders that cross the cell.
+    /// Whether the winding of some sheet at some probe survives all its borders that cross the cell.
     fn winding_covers(&self, hull: &Hull<N>, entries: &[Entry]) -> bool {
         let winds = |polygon: &PolygonBlocker<N>| !polygon.edge_on && polygon.holes.is_none();
         let polygons = || entries.iter().filter(|entry| !entry.is_body && winds(&self.polygons[entry.index as usize]));
@@ -194,12 +211,20 @@ impl<'a, const N: usize> Blockers<'a, N> {
                     value.value > value.error
                 })
             };
-            let winding = polygons().filter(holds).count() as u64;
+            let holding = polygons().filter(holds).map(|entry| (self.polygons[entry.index as usize].sheet, 1));
+            let mut balance: Vec<(u32, i64)> = holding.collect();
+            if balance.is_empty() {
+                return false;
+            }
             let may_lose = |crossing: &&Crossing<N>| {
                 let value = crossing.function.at(probe);
                 -value.value <= value.error
             };
-            winding > 0 && winding > crossing.iter().filter(may_lose).map(|crossing| u64::from(crossing.lost)).sum()
+            let losses = crossing.iter().filter(may_lose);
+            balance.extend(losses.map(|crossing| (crossing.sheet, -i64::from(crossing.lost))));
+            balance.sort_unstable();
+            let mut sheets = balance.chunk_by(|a, b| a.0 == b.0);
+            sheets.any(|sheet| sheet.iter().map(|&(_, change)| change).sum::<i64>() > 0)
         };
         survives(&hull.center) || (!crossing.is_empty() && hull.corners.iter().any(survives))
     }
@@ -218,15 +243,19 @@ impl<const N: usize> Blockers<'_, N> {
             for index in polygon.function_indices().filter(|index| entry.known & (1 << index) == 0) {
                 let function = polygon.function(index);
                 if index == NEARER {
-                    crossing.push(Crossing { function, lost: 1 });
+                    crossing.push(Crossing { function, lost: 1, sheet: polygon.sheet });
                     continue;
                 }
                 let Border { net, users, edge } = polygon.border[index];
                 let is_beside =
                     || hull.parameters.as_ref().is_some_and(|cell| cell.misses_inside(&polygon.edge_reach(index)));
                 if net > 0 && !is_beside() {
-                    let border = Crossing { function, lost: net };
-                    if users == 1 { crossing.push(border) } else { shared.push((edge, users as usize, border)) }
+                    let border = Crossing { function, lost: net, sheet: polygon.sheet };
+                    if users == 1 {
+                        crossing.push(border)
+                    } else {
+                        shared.push(((polygon.sheet, edge), users as usize, border))
+                    }
                 }
             }
         }
@@ -246,6 +275,8 @@ struct Crossing<'a, const N: usize> {
     function: &'a Field<N>,
     /// How many polygons.
     lost: u32,
+    /// Of which sheet.
+    sheet: u32,
 }
 
 /// A polygon seen edge-on touches a cell only along a line; it never covers.

@@ -7,6 +7,7 @@
 mod analytic_blocker;
 mod borders;
 mod classify;
+mod clearance;
 pub(crate) mod crowd;
 mod field;
 pub(crate) mod flat;

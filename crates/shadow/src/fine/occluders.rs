@@ -18,6 +18,7 @@ use super::{
     analytic_blocker::AnalyticBlocker,
     borders::DirectedEdge,
     classify::Blockers,
+    clearance::Clearance,
     light_frame::LightFrame,
     light_values::LightValues,
     polygon_blocker::{FacetId, PolygonBlocker},
@@ -341,6 +342,27 @@ impl<'a> Occluders<'a> {
         }
     }
 
+    /// What of these may block a receiver, measured object by object until that of one is enough.
+    pub(crate) fn blockers_until<const N: usize>(
+        &self,
+        candidates: &Candidates,
+        receiver: &Receiver<N>,
+        is_enough: impl Fn(&Blockers<N>) -> bool,
+    ) -> Blockers<'_, N> {
+        let mut all = self.blockers(&[], &candidates.bodies, receiver);
+        for of_object in candidates.facets.chunk_by(|a, b| a.object == b.object) {
+            let some = self.blockers(of_object, &[], receiver);
+            if is_enough(&some) {
+                return some;
+            }
+            all.append(some);
+            if self.is_over() {
+                break;
+            }
+        }
+        all
+    }
+
     /// Facets and bodies measured against a receiver; those that cannot block it after all are left out.
     pub(crate) fn blockers<const N: usize>(
         &self,
@@ -348,6 +370,7 @@ impl<'a> Occluders<'a> {
         bodies: &[u32],
         receiver: &Receiver<N>,
     ) -> Blockers<'_, N> {
+        let clearance = Clearance::of(receiver);
         let mut polygons = Vec::new();
         let (mut edges, mut holes) = (Vec::new(), Vec::new());
         for (number, &id) in facets.iter().enumerate() {
@@ -355,6 +378,11 @@ impl<'a> Occluders<'a> {
                 break;
             }
             let Body::Flat(facets) = self.bodies.get(id.object as usize) else { continue };
+            let corners = facets.facet(id.facet as usize).corners();
+            if clearance.as_ref().is_some_and(|face| face.tells_of(corners.iter().map(|&corner| facets.point(corner))))
+            {
+                continue;
+            }
             let numbers = facets.from_base(id.facet as usize).corners();
             let (mut corners, count) = ([(facets.point(numbers[0]), 0); 4], numbers.len());
             fill_numbered(&mut corners, facets, &numbers);

@@ -35,6 +35,8 @@ pub(crate) struct PolygonBlocker<const N: usize> {
     pub(crate) edge_on: bool,
     /// What each edge is to the sum of all polygons.
     pub(crate) border: [Border; 4],
+    /// The same number for all polygons that hang together by edges.
+    pub(crate) sheet: u32,
     /// Where its holes are listed, if it has any: it blocks where it is opaque only.
     pub(crate) holes: Option<u32>,
     outline: Outline,
@@ -57,7 +59,7 @@ impl<const N: usize> PolygonBlocker<N> {
         let edge_on = light_side == Sign::Zero;
         let nearer = Field::new(receiver.sides_of_plane(corners, -sign));
         let beyond_reach = if edge_on { has_one_sign(&nearer) } else { everywhere(&nearer, |v| v <= 0.0) };
-        if beyond_reach || receiver.is_before(corners) {
+        if beyond_reach || receiver.is_clear_of(corners) {
             return None;
         }
         let mut functions = [nearer; 5];
@@ -66,7 +68,7 @@ impl<const N: usize> PolygonBlocker<N> {
             // From the lower number to the higher: all polygons at an edge have one function of it, to the last bit.
             let (ends, sign) = if low < high { ([from, to], sign) } else { ([to, from], -sign) };
             let side = Field::new(receiver.sides_of_shadow_plane(ends, sign));
-            let misses = if edge_on { has_one_sign(&side) } else { everywhere(&side, |v| v < 0.0) };
+            let misses = if edge_on { has_one_sign(&side) } else { is_outside(&side, &nearer) };
             if misses {
                 return None;
             }
@@ -80,7 +82,16 @@ impl<const N: usize> PolygonBlocker<N> {
                 Outline::new(&functions[..side_count]).unwrap_or_else(|| Outline::of_images(corners, receiver))
             }
         };
-        Some(Self { id, functions, side_count, edge_on, holes: None, border: [Border::default(); 4], outline })
+        Some(Self {
+            id,
+            functions,
+            side_count,
+            edge_on,
+            holes: None,
+            border: [Border::default(); 4],
+            sheet: 0,
+            outline,
+        })
     }
 
     /// Function `index`: a side's, or [`NEARER`].
@@ -153,6 +164,15 @@ fn corners<const N: usize>(field: &Field<N>) -> impl Iterator<Item = Approx> + '
 /// Whether an upper bound of the function fulfils `test` at all corners, and so everywhere.
 fn everywhere<const N: usize>(field: &Field<N>, test: impl Fn(f64) -> bool) -> bool {
     corners(field).all(|corner| test(corner.value + corner.error))
+}
+
+/// Whether no point is on the inner side of an edge and beyond the polygon's plane: where the side's function vanishes, if anywhere, the receiver is in that plane
+/// or before it, as along an edge or at a corner that both share.
+fn is_outside<const N: usize>(side: &Field<N>, nearer: &Field<N>) -> bool {
+    corners(side).zip(corners(nearer)).all(|(side, nearer)| {
+        let side = side.value + side.error;
+        side < 0.0 || (side == 0.0 && nearer.value + nearer.error <= 0.0)
+    })
 }
 
 /// Whether the function is strictly positive everywhere, or strictly negative everywhere.

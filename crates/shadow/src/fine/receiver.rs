@@ -50,13 +50,37 @@ impl<const N: usize> Receiver<'_, N> {
         Approx { value: value.value * sign, error: value.error }
     }
 
-    /// Whether all of the polygon lies in the receiver's plane or behind it, seen from the light: it cannot block. Exact;
-    /// `false` for a curved receiver.
-    pub(crate) fn is_before(&self, corners: &[Point]) -> bool {
+    /// Whether a polygon cannot block: all of it lies in the receiver's plane or behind it, seen from the light, or it lies
+    /// beside the receiver and what is over a border of this, as at a shared corner, is not nearer. Exact; `false` for a curved receiver.
+    pub(crate) fn is_clear_of(&self, corners: &[Point]) -> bool {
         let Some([a, b, c]) = &self.plane else { return false };
         let side = |target: Target| Sign::of(side_value(a, b, c, target).value);
         let facing = self.facing.unwrap_or_else(|| side(Target::Light(self.light)));
         let is_own = |corner: &Point| self.facing.is_some() && self.points.iter().any(|own| coincide(own, corner));
-        corners.iter().all(|corner| is_own(corner) || side(Target::Point(corner)).times(facing) != Sign::Positive)
+        let is_nearer = |corner: &Point| !is_own(corner) && side(Target::Point(corner)).times(facing) == Sign::Positive;
+        let mut nearer = [false; N];
+        nearer.iter_mut().zip(corners).for_each(|(nearer, corner)| *nearer = is_nearer(corner));
+        // Which side of a border's shadow plane; of the receiver's own corners none is outside.
+        let is_beside = |[from, to]: [&Point; 2]| {
+            corners.iter().zip(nearer).all(|(corner, is_nearer)| {
+                let outside = side_value(from, to, corner, Target::Light(self.light)).value;
+                let outside = Sign::of(outside).times(facing);
+                outside == Sign::Negative || (outside == Sign::Zero && !is_nearer)
+            })
+        };
+        nearer[..corners.len()].iter().all(|is_nearer| !is_nearer)
+            || (self.facing.is_some() && self.borders().any(is_beside))
+    }
+
+    /// The borders of a flat face; a triangle's third corner repeats its first. None if that is in doubt.
+    pub(crate) fn borders(&self) -> impl Iterator<Item = [&Point<'_>; 2]> {
+        let [first, third] = [0, 2].map(|k| &self.points[k]);
+        let numbers: &[usize] = match coincide(first, third) {
+            true => &[0, 1, 3],
+            false if first.position == third.position => &[],
+            false => &[0, 1, 2, 3],
+        };
+        let next = |k: usize| numbers[(k + 1) % numbers.len()];
+        numbers.iter().enumerate().map(move |(k, &number)| [number, next(k)].map(|number| &self.points[number]))
     }
 }
