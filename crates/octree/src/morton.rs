@@ -114,6 +114,7 @@ impl Code<2> {
     }
 
     /// The cell's place among the cells of its level, along u and v.
+    #[inline]
     pub fn coordinates(self) -> [u32; 2] {
         decode2(self.bits)
     }
@@ -181,6 +182,7 @@ impl<const D: usize> Code<D> {
     }
 
     /// How often the whole was halved.
+    #[inline]
     pub fn level(self) -> u8 {
         self.level
     }
@@ -203,6 +205,7 @@ impl<const D: usize> Code<D> {
     }
 
     /// The children in Morton order; none at [`Code::MAX_LEVEL`].
+    #[inline]
     pub fn children(self) -> impl DoubleEndedIterator<Item = Self> {
         (0..1 << D).filter_map(move |index| self.child(index))
     }

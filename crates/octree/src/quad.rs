@@ -21,16 +21,19 @@ pub enum Face {
 
 impl Face {
     /// Whether the cell has area on the face.
+    #[inline]
     pub fn has(self, cell: Quadrant) -> bool {
         self == Self::Square || place(cell) <= 0
     }
 
     /// Whether the cell keeps only its lower half: it lies on the side u + v = 1 of a triangle.
+    #[inline]
     pub fn halves(self, cell: Quadrant) -> bool {
         self == Self::Triangle && place(cell) == 0
     }
 
     /// The children that have area on the face, in Morton order; none at the deepest level.
+    #[inline]
     pub fn children(self, cell: Quadrant) -> impl Iterator<Item = Quadrant> {
         cell.children().filter(move |&child| self.has(child))
     }
@@ -47,6 +50,7 @@ impl Face {
     }
 
     /// The cell's corners (u, v), counter-clockwise in the parameter plane: four, or three of a half; exact.
+    #[inline]
     pub fn corners(self, cell: Quadrant) -> impl Iterator<Item = [f64; 2]> {
         let ([u, v], edge) = (cell.low_corner(), cell.edge());
         let corners = [[u, v], [u + edge, v], [u + edge, v + edge], [u, v + edge]];
@@ -57,17 +61,20 @@ impl Face {
 
 impl Quadrant {
     /// The least parameters of the cell; exact.
+    #[inline]
     pub fn low_corner(self) -> [f64; 2] {
         self.coordinates().map(|coordinate| f64::from(coordinate) * self.edge())
     }
 
     /// The edge of the cell, 2^−level; exact.
+    #[inline]
     pub fn edge(self) -> f64 {
         1.0 / (1u64 << self.level()) as f64
     }
 }
 
 /// i + j + 1 − 2^level: negative below the diagonal of the square, zero on it.
+#[inline]
 fn place(cell: Quadrant) -> i64 {
     let [i, j] = cell.coordinates();
     i64::from(i) + i64::from(j) + 1 - (1 << cell.level())

@@ -37,6 +37,11 @@ pub(crate) struct Border {
     pub(crate) edge: u32,
 }
 
+impl Border {
+    /// Where a polygon ends at the receiver.
+    pub(crate) const CUT: Self = Self { net: 1, users: 1, edge: 0 };
+}
+
 /// Marks the edges whose uses do not cancel on all polygons that use them in the prevailing direction: to choose one of
 /// these would be to ask for an order of theirs. Polygons that share an edge are of one sheet.
 pub(crate) fn mark_borders<const N: usize>(polygons: &mut [PolygonBlocker<N>], mut edges: Vec<DirectedEdge>) {

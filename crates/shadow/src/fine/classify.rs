@@ -18,6 +18,7 @@ use super::{
     borders::{Border, DirectedEdge, mark_borders},
     field::{Field, Weights},
     outline::ParamBox,
+    pattern::POINTS,
     polygon_blocker::{FacetId, NEARER, PolygonBlocker},
 };
 use crate::report::Verdict;
@@ -53,10 +54,28 @@ impl Entry {
 
 /// A cell as the hull of its corners, given by weights of the receiver's corners.
 pub(crate) struct Hull<const N: usize> {
-    pub(crate) corners: Vec<Weights<N>>,
+    corners: [Weights<N>; N],
+    count: usize,
     pub(crate) center: Weights<N>,
     /// Bounds on the parameters, on a flat face.
     pub(crate) parameters: Option<ParamBox>,
+}
+
+impl<const N: usize> Hull<N> {
+    /// Of N corners at most.
+    #[inline]
+    pub(crate) fn new(corners: impl IntoIterator<Item = Weights<N>>, center: Weights<N>) -> Self {
+        let mut hull = Self { corners: [[0.0; N]; N], count: 0, center, parameters: None };
+        for (place, corner) in hull.corners.iter_mut().zip(corners) {
+            *place = corner;
+            hull.count += 1;
+        }
+        hull
+    }
+
+    pub(crate) fn corners(&self) -> &[Weights<N>] {
+        &self.corners[..self.count]
+    }
 }
 
 impl<'a, const N: usize> Blockers<'a, N> {
@@ -155,9 +174,25 @@ impl<'a, const N: usize> Blockers<'a, N> {
         }
     }
 
+    /// The likely answers at some points of a flat face in a cell that an entry is known for, a bit each; `weights` are those of a point.
+    pub(crate) fn probably_blocked(
+        &self,
+        entry: Entry,
+        points: &[[f64; POINTS]; 2],
+        weights: impl Fn(usize) -> Weights<N>,
+    ) -> u16 {
+        if let Blocker::Polygon(index) = entry.blocker()
+            && let polygon = &self.polygons[index]
+            && polygon.holes.is_none()
+        {
+            return polygon.probably_blocked(entry.known, points);
+        }
+        (0..POINTS).map(|k| u16::from(self.probably_blocks(entry, &weights(k))) << k).sum()
+    }
+
     fn influence(&self, entry: Entry, hull: &Hull<N>) -> (Influence, Entry) {
         if entry.is_body {
-            return (self.bodies[entry.index as usize].influence(&hull.corners), entry);
+            return (self.bodies[entry.index as usize].influence(hull.corners()), entry);
         }
         let polygon = &self.polygons[entry.index as usize];
         if hull.parameters.as_ref().is_some_and(|parameters| parameters.misses(polygon.reach())) {
@@ -172,7 +207,7 @@ impl<'a, const N: usize> Blockers<'a, N> {
             if known & (1 << index) != 0 {
                 continue;
             }
-            let range = polygon.function(index).range(&hull.corners);
+            let range = polygon.function(index).range(hull.corners());
             if range.max < 0.0 || (index == NEARER && range.max <= 0.0) {
                 return (Influence::None, entry);
             }
@@ -186,7 +221,7 @@ impl<'a, const N: usize> Blockers<'a, N> {
             (None, true) => Influence::All,
             (None, false) => Influence::Unknown,
             (Some(holes), _) => {
-                let ways: Vec<_> = hull.corners.iter().map(|weights| polygon.way(weights)).collect();
+                let ways: Vec<_> = hull.corners().iter().map(|weights| polygon.way(weights)).collect();
                 match self.holes[holes as usize].opacity_over(&ways) {
                     Opacity::Clear => Influence::None,
                     Opacity::Opaque if covers => Influence::All,
@@ -199,72 +234,65 @@ impl<'a, const N: usize> Blockers<'a, N> {
 
     /// Whether the winding of some sheet at some probe survives all its borders that cross the cell.
     fn winding_covers(&self, hull: &Hull<N>, entries: &[Entry]) -> bool {
-        let winds = |polygon: &PolygonBlocker<N>| !polygon.edge_on && polygon.holes.is_none();
-        let polygons = || entries.iter().filter(|entry| !entry.is_body && winds(&self.polygons[entry.index as usize]));
-        let crossing = self.crossing_borders(hull, polygons());
-        let survives = |probe: &Weights<N>| {
-            let holds = |entry: &&Entry| {
-                let polygon = &self.polygons[entry.index as usize];
-                let mut open = polygon.function_indices().filter(|index| entry.known & (1 << index) == 0);
-                open.all(|index| {
-                    let value = polygon.function(index).at(probe);
-                    value.value > value.error
-                })
-            };
-            let holding = polygons().filter(holds).map(|entry| (self.polygons[entry.index as usize].sheet, 1));
-            let mut balance: Vec<(u32, i64)> = holding.collect();
+        let Some(crossing) = self.crossing_borders(hull, entries) else { return false };
+        let mut balance = Vec::new();
+        std::iter::once(&hull.center).chain(hull.corners()).any(|probe| {
+            let holding = self.winding(entries).filter(|(known, polygon)| polygon.holds(*known, probe));
+            balance.clear();
+            balance.extend(holding.map(|(_, polygon)| (polygon.sheet, 1)));
             if balance.is_empty() {
                 return false;
             }
-            let may_lose = |crossing: &&Crossing<N>| {
-                let value = crossing.function.at(probe);
-                -value.value <= value.error
-            };
-            let losses = crossing.iter().filter(may_lose);
-            balance.extend(losses.map(|crossing| (crossing.sheet, -i64::from(crossing.lost))));
+            for Crossing { function, lost, sheet } in &crossing {
+                let value = function.at(probe);
+                if -value.value <= value.error {
+                    balance.push((*sheet, -i64::from(*lost)));
+                }
+            }
             balance.sort_unstable();
             let mut sheets = balance.chunk_by(|a, b| a.0 == b.0);
             sheets.any(|sheet| sheet.iter().map(|&(_, change)| change).sum::<i64>() > 0)
-        };
-        survives(&hull.center) || (!crossing.is_empty() && hull.corners.iter().any(survives))
+        })
+    }
+
+    /// The polygons that are part of a winding, each with what is known of it.
+    fn winding(&self, entries: &[Entry]) -> impl Iterator<Item = (u8, &PolygonBlocker<N>)> {
+        entries.iter().filter_map(|entry| {
+            let Blocker::Polygon(index) = entry.blocker() else { return None };
+            let polygon = &self.polygons[index];
+            (!polygon.edge_on && polygon.holes.is_none()).then_some((entry.known, polygon))
+        })
     }
 }
 
 impl<const N: usize> Blockers<'_, N> {
-    /// The borders and cuts that may meet the inside of a cell, each once.
-    fn crossing_borders<'a>(
-        &'a self,
-        hull: &Hull<N>,
-        polygons: impl Iterator<Item = &'a Entry>,
-    ) -> Vec<Crossing<'a, N>> {
+    /// The borders and cuts that may meet the inside of a cell, each once. `None` if each polygon has one that takes away all that it bounds: a polygon that holds a
+    /// probe holds it inside of its borders, so that nothing is left over.
+    fn crossing_borders(&self, hull: &Hull<N>, entries: &[Entry]) -> Option<Vec<Crossing<'_, N>>> {
         let (mut crossing, mut shared) = (Vec::new(), Vec::new());
-        for entry in polygons {
-            let polygon = &self.polygons[entry.index as usize];
-            for index in polygon.function_indices().filter(|index| entry.known & (1 << index) == 0) {
-                let function = polygon.function(index);
-                if index == NEARER {
-                    crossing.push(Crossing { function, lost: 1, sheet: polygon.sheet });
-                    continue;
-                }
-                let Border { net, users, edge } = polygon.border[index];
-                let is_beside =
-                    || hull.parameters.as_ref().is_some_and(|cell| cell.misses_inside(&polygon.edge_reach(index)));
-                if net > 0 && !is_beside() {
-                    let border = Crossing { function, lost: net, sheet: polygon.sheet };
-                    if users == 1 {
-                        crossing.push(border)
-                    } else {
-                        shared.push(((polygon.sheet, edge), users as usize, border))
-                    }
+        let (mut count, mut bounded) = (0, 0);
+        for (known, polygon) in self.winding(entries) {
+            let bit = 1u64.checked_shl(count).unwrap_or(0);
+            for (index, Border { net, users, edge }) in polygon.crossing(known, hull.parameters.as_ref()) {
+                let border = Crossing { function: polygon.function(index), lost: net, sheet: polygon.sheet };
+                if users == 1 {
+                    crossing.push(border);
+                    bounded |= bit;
+                } else {
+                    shared.push(((polygon.sheet, edge), users, bit, border));
                 }
             }
+            count += 1;
         }
         // The users of an edge have the same function of it. Those that are missing here are out of the way or settled, and so is the
         // edge.
         shared.sort_by_key(|&(edge, ..)| edge);
-        let edges = shared.chunk_by(|a, b| a.0 == b.0).filter(|uses| uses.len() == uses[0].1);
-        crossing.extend(edges.map(|uses| uses[0].2));
-        crossing
+        for uses in shared.chunk_by(|a, b| a.0 == b.0).filter(|uses| uses.len() == uses[0].1 as usize) {
+            let (_, users, _, border) = uses[0];
+            crossing.push(border);
+            bounded |= uses.iter().filter(|_| border.lost == users).fold(0, |bits, usage| bits | usage.2);
+        }
+        (count > bounded.count_ones()).then_some(crossing)
     }
 }
 
@@ -282,7 +310,7 @@ struct Crossing<'a, const N: usize> {
 /// A polygon seen edge-on touches a cell only along a line; it never covers.
 fn edge_on_influence<const N: usize>(polygon: &PolygonBlocker<N>, hull: &Hull<N>) -> Influence {
     let misses = polygon.function_indices().any(|index| {
-        let range = polygon.function(index).range(&hull.corners);
+        let range = polygon.function(index).range(hull.corners());
         range.min > 0.0 || range.max < 0.0
     });
     if misses { Influence::None } else { Influence::Unknown }

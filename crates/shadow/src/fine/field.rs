@@ -41,6 +41,7 @@ impl<const N: usize> Field<N> {
     }
 
     /// The value at a point.
+    #[inline]
     pub(crate) fn at(&self, weights: &Weights<N>) -> Approx {
         let (mut value, mut error) = (0.0, 0.0);
         for (k, weight) in weights.iter().enumerate() {
@@ -48,6 +49,13 @@ impl<const N: usize> Field<N> {
             error += weight * self.error[k];
         }
         Approx { value, error }
+    }
+
+    /// Over a flat face (corners: first, second, …, last) as constant + along_u·u + along_v·v, rounded.
+    #[inline]
+    pub(crate) fn along_parameters(&self) -> [f64; 3] {
+        let [constant, at_u, at_v] = [0, 1, N - 1].map(|k| self.value[k]);
+        [constant, at_u - constant, at_v - constant]
     }
 
     /// The value at corner k, as given.

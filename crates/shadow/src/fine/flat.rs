@@ -16,7 +16,7 @@ use super::{
     field::Weights,
     lattice::Lattice,
     outline::ParamBox,
-    pattern,
+    pattern::{self, POINTS},
     tally::{Measure, Tally, Units, cell_units},
 };
 use crate::{
@@ -126,24 +126,31 @@ impl FlatFace<'_> {
 
     /// Classifies a cell, given the blockers in question over one that holds it.
     pub(crate) fn divide(&self, place: Quadrant, parent: &[Entry], tally: &mut Tally<Units>) {
+        let levels = 1 + usize::from(self.levels.finest.saturating_sub(place.level()));
+        self.divide_with(place, parent, &mut vec![Vec::new(); levels], tally);
+    }
+
+    /// The same with a list for each level from the cell's down to the finest, to be used again and again.
+    fn divide_with(&self, place: Quadrant, parent: &[Entry], lists: &mut [Vec<Entry>], tally: &mut Tally<Units>) {
         if (self.is_cancelled)() {
             return;
         }
         tally.examined += 1;
-        let mut entries = Vec::new();
-        let verdict = self.blockers.classify(&self.hull(place), parent, &mut entries);
+        let (entries, deeper) = lists.split_first_mut().expect("a list for each level");
+        entries.clear();
+        let verdict = self.blockers.classify(&self.hull(place), parent, entries);
         if verdict != Verdict::Undecided {
             count(tally, self.shape, place, verdict, self.levels);
             count_samples(tally, self.lattice, place, verdict);
         } else if self.is_finest(place) {
             count(tally, self.shape, place, verdict, self.levels);
-            self.estimate(place, &entries, tally);
-            self.decide_samples(place, &entries, tally);
+            self.estimate(place, entries, tally);
+            self.decide_samples(place, entries, tally);
         } else if entries.len() >= PARALLEL_ENTRIES {
-            self.divide_in_parallel(place, &entries, tally);
+            self.divide_in_parallel(place, entries, tally);
         } else {
             for part in self.shape.domain.children(place) {
-                self.divide(part, &entries, tally);
+                self.divide_with(part, entries, deeper, tally);
             }
         }
     }
@@ -179,9 +186,10 @@ impl FlatFace<'_> {
             parameters = parameters.with([u, v, u + v]);
             self.weights(u, v)
         });
-        let corners = corners.collect();
         let [u, v] = self.middle(place);
-        Hull { corners, center: self.weights(u, v), parameters: Some(parameters) }
+        let mut hull = Hull::new(corners, self.weights(u, v));
+        hull.parameters = Some(parameters);
+        hull
     }
 
     /// The middle of a square; inside a half it is a dyadic too, so that weights stay exact.
@@ -203,14 +211,22 @@ impl FlatFace<'_> {
     pub(crate) fn estimate(&self, place: Quadrant, entries: &[Entry], tally: &mut Tally<Units>) {
         let ([u, v], edge) = (place.low_corner(), place.edge());
         let is_half = self.shape.domain.halves(place);
-        let lit = pattern::points(place).filter(|&[s, t]| {
+        let mut points = [[0.0; POINTS]; 2];
+        for (k, [s, t]) in pattern::points(place).enumerate() {
             // On a half cell, points beyond the long side are turned back into it.
             let [s, t] = if is_half && s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] };
-            let weights = self.weights(u + s * edge, v + t * edge);
-            !entries.iter().any(|&entry| self.blockers.probably_blocks(entry, &weights))
-        });
-        let lit = lit.count() as u64;
-        tally.points += 16;
+            [points[0][k], points[1][k]] = [u + s * edge, v + t * edge];
+        }
+        let weights = |k: usize| self.weights(points[0][k], points[1][k]);
+        let mut blocked = 0;
+        for &entry in entries {
+            blocked |= self.blockers.probably_blocked(entry, &points, weights);
+            if blocked == u16::MAX {
+                break;
+            }
+        }
+        let lit = u64::from(blocked.count_zeros());
+        tally.points += POINTS as u64;
         tally.likely += cell_units(place.level(), is_half).part(lit);
     }
 

@@ -200,14 +200,13 @@ impl Patch<'_> {
         is_divisible: bool,
     ) -> (Verdict, Candidates) {
         let unit = |k: usize| -> Weights<HULL> { std::array::from_fn(|l| f64::from(u8::from(k == l))) };
-        let corners = (0..HULL).map(unit).collect();
-        let cell = Hull { corners, center: [1.0 / HULL as f64; HULL], parameters: None };
+        let cell = Hull::new((0..HULL).map(unit), [1.0 / HULL as f64; HULL]);
         let receiver = Receiver { points, light: self.occluders.light, facing: None, plane: self.plane };
         let ([u, v], half) = (place.low_corner(), 0.5 * place.edge());
         let pile = Pile {
             occluders: self.occluders,
             receiver: &receiver,
-            corners: &cell.corners,
+            corners: cell.corners(),
             middle: &self.point([u + half, v + half]),
             is_divisible,
         };

@@ -6,6 +6,9 @@
 
 use umbriel_octree::Quadrant;
 
+/// How many points an estimate looks at.
+pub(crate) const POINTS: usize = 16;
+
 const STEP: [u32; 2] = [12_664_746, 9_560_334];
 const BITS: u32 = 24;
 
@@ -13,7 +16,7 @@ const BITS: u32 = 24;
 pub(crate) fn points(cell: Quadrant) -> impl Iterator<Item = [f64; 2]> {
     let seed = mix(cell.bits()) ^ mix(!u64::from(cell.level()));
     let start = [seed as u32, (seed >> 32) as u32];
-    (0..16u32).map(move |k| {
+    (0..POINTS as u32).map(move |k| {
         std::array::from_fn(|axis| {
             let place = start[axis].wrapping_add(STEP[axis].wrapping_mul(k)) & ((1 << BITS) - 1);
             (f64::from(place) + 0.5) / f64::from(1u32 << BITS)

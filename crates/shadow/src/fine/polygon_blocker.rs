@@ -11,6 +11,7 @@ use super::{
     borders::Border,
     field::{Field, Weights},
     outline::{Outline, ParamBox},
+    pattern::POINTS,
     receiver::Receiver,
 };
 
@@ -100,8 +101,19 @@ impl<const N: usize> PolygonBlocker<N> {
     }
 
     /// The numbers of all functions.
+    #[inline]
     pub(crate) fn function_indices(&self) -> impl Iterator<Item = usize> + use<N> {
-        (0..self.side_count).chain([NEARER])
+        let indices: &[usize] = if self.side_count == 3 { &[0, 1, 2, NEARER] } else { &[0, 1, 2, 3, NEARER] };
+        indices.iter().copied()
+    }
+
+    /// Whether the functions but those `known` are surely positive at a point.
+    #[inline]
+    pub(crate) fn holds(&self, known: u8, probe: &Weights<N>) -> bool {
+        self.function_indices().filter(|index| known & (1 << index) == 0).all(|index| {
+            let value = self.functions[index].at(probe);
+            value.value > value.error
+        })
     }
 
     /// A bound on the shadow in the face's parameters.
@@ -109,9 +121,15 @@ impl<const N: usize> PolygonBlocker<N> {
         &self.outline.reach
     }
 
-    /// A bound on an edge's shadow in the face's parameters.
-    pub(crate) fn edge_reach(&self, side: usize) -> ParamBox {
-        self.outline.edge(side, self.side_count)
+    /// The borders and the cut that may meet the inside of a cell, with the numbers of their functions; those that are known to be on the blocking
+    /// side do not. `cell` bounds its parameters, on a flat face.
+    #[inline]
+    pub(crate) fn crossing(&self, known: u8, cell: Option<&ParamBox>) -> impl Iterator<Item = (usize, Border)> {
+        self.function_indices().filter(move |index| known & (1 << index) == 0).filter_map(move |index| {
+            let Some(&border) = self.border.get(index) else { return Some((NEARER, Border::CUT)) };
+            let is_beside = || cell.is_some_and(|cell| cell.misses_inside(&self.outline.edge(index, self.side_count)));
+            (border.net > 0 && !is_beside()).then_some((index, border))
+        })
     }
 
     /// How the way from a point meets a triangle, as a [`FaceCutOut`](umbriel_geometry::cut_out::FaceCutOut) takes it: what the
@@ -145,6 +163,22 @@ impl<const N: usize> PolygonBlocker<N> {
             }
         }
         certain.then_some(true)
+    }
+
+    /// The likely answers at points of a flat face, a bit each, for estimates; without holes. Bit f of `known`: function f is on the blocking side at
+    /// all of them.
+    pub(crate) fn probably_blocked(&self, known: u8, [u, v]: &[[f64; POINTS]; 2]) -> u16 {
+        let mut blocked = if self.edge_on { 0 } else { u16::MAX };
+        for index in self.function_indices().filter(|index| known & (1 << index) == 0) {
+            let [constant, along_u, along_v] = self.functions[index].along_parameters();
+            let mut inner = 0;
+            for k in 0..POINTS {
+                let value = constant + along_u * u[k] + along_v * v[k];
+                inner |= u16::from(value > 0.0 || (value == 0.0 && index != NEARER)) << k;
+            }
+            blocked &= inner;
+        }
+        blocked
     }
 
     /// The likely answer, for estimates; without holes.
