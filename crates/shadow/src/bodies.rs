@@ -241,6 +241,14 @@ impl<'a> Bodies<'a> {
         Some((mesh, of_mesh.tree.get_or_init(|| Arc::new(tree_of(mesh)))))
     }
 
+    /// The number of a facet's component among those of its object: facets that share edges have the same. Of an instance, which is placed for a while, all count as one.
+    pub(crate) fn component(&self, object: usize, facet: usize) -> u32 {
+        match self.get(object) {
+            Body::Flat(facets) if !self.is_instance(object) => facets.topology().component_of[facet],
+            _ => 0,
+        }
+    }
+
     /// Whether a face can be lit on one side only.
     pub(crate) fn is_one_sided(&self, object: usize, face: usize) -> bool {
         let is_closed = || match self.get(object) {

@@ -262,9 +262,12 @@ impl<'a> Occluders<'a> {
         mut visit: impl FnMut(FacetId) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         match among {
-            Among::Objects(objects) => objects.iter().try_for_each(|&object| {
-                self.for_each_meeting(object, frame, query, |facet| visit(FacetId { object, facet }))
-            }),
+            Among::Objects(objects) => {
+                let may_meet = |object: u32| self.view_of_body(object, frame).is_some_and(|body| body.meets(query));
+                objects.iter().copied().filter(|&object| may_meet(object)).try_for_each(|object| {
+                    self.for_each_meeting(object, frame, query, |facet| visit(FacetId { object, facet }))
+                })
+            }
             Among::Throng(throng) => throng.for_each_meeting(frame, query, visit),
         }
     }
@@ -342,16 +345,18 @@ impl<'a> Occluders<'a> {
         }
     }
 
-    /// What of these may block a receiver, measured object by object until that of one is enough.
+    /// What of these may block a receiver, measured component by component of each object until that of one is enough.
     pub(crate) fn blockers_until<const N: usize>(
         &self,
-        candidates: &Candidates,
+        mut candidates: Candidates,
         receiver: &Receiver<N>,
         is_enough: impl Fn(&Blockers<N>) -> bool,
     ) -> Blockers<'_, N> {
+        let part_of = |id: &FacetId| (id.object, self.bodies.component(id.object as usize, id.facet as usize));
+        candidates.facets.sort_by_key(part_of);
         let mut all = self.blockers(&[], &candidates.bodies, receiver);
-        for of_object in candidates.facets.chunk_by(|a, b| a.object == b.object) {
-            let some = self.blockers(of_object, &[], receiver);
+        for part in candidates.facets.chunk_by(|a, b| part_of(a) == part_of(b)) {
+            let some = self.blockers(part, &[], receiver);
             if is_enough(&some) {
                 return some;
             }
