@@ -28,6 +28,7 @@ fn spread2(value: u32) -> u64 {
 }
 
 /// The inverse of [`spread2`]; other bits are ignored.
+#[inline]
 fn gather2(bits: u64) -> u32 {
     let mut bits = bits & 0x5555_5555_5555_5555;
     for (shift, mask) in [
@@ -78,6 +79,7 @@ pub fn encode2([x, y]: [u32; 2]) -> u64 {
 }
 
 /// The coordinates of a code of [`encode2`].
+#[inline]
 pub fn decode2(code: u64) -> [u32; 2] {
     [gather2(code), gather2(code >> 1)]
 }

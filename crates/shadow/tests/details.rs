@@ -1,9 +1,9 @@
 //! Details of single objects and lights, and cells as small as a camera's pixels.
 
-use std::time::Duration;
+use std::{sync::Arc, time::Duration};
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Analytic, Cuboid, LightSource, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Camera, Light, Object, Projection, Scene, Shape, Sides};
 use umbriel_shadow::{Detail, ObjectReport, OwnDetails, Request, Silent, Verdict, bake};
 
@@ -207,5 +207,27 @@ fn a_light_on_a_capsule_lights_its_inner_side() {
         let scene = Scene { objects: vec![body], lights, ..Scene::default() };
         let report = &run(&scene, depth(6), &OwnDetails::default())[0][0];
         assert!(report.lit.lower > 0.98 * report.area, "{position:?}: {:?}", report.lit);
+    }
+}
+
+/// Ends of curved bodies are flat, and their cells are estimated point by point.
+#[test]
+fn flat_faces_hide_a_disk_and_a_cap() {
+    let disk = Shape::Analytic(Analytic::Disk { radius: 1.0 });
+    let cylinder = Shape::Analytic(Analytic::Cylinder { radius: 1.0, height: 1.0 });
+    let roof = Rectangle { size: [1.0; 2] };
+    let triangles = Mesh::new(
+        vec![[-0.5, 0.0, -0.5], [-0.5, 0.0, 0.5], [0.5, 0.0, 0.5], [0.5, 0.0, -0.5]],
+        vec![[0, 1, 2], [0, 2, 3]],
+    );
+    let roofs = [Shape::Rectangle(roof), Shape::Mesh(Arc::new(triangles.expect("a mesh")))];
+    for (body, roof) in [(&disk, &roofs[0]), (&disk, &roofs[1]), (&cylinder, &roofs[0]), (&cylinder, &roofs[1])] {
+        let sun = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun");
+        let objects = vec![placed("body", body.clone(), [0.0; 3]), placed("roof", roof.clone(), [0.0, 2.0, 0.0])];
+        let scene = Scene { objects, lights: vec![Light::new("sun", sun)], ..Scene::default() };
+        let lit = run(&scene, depth(6), &OwnDetails::default())[0][0].lit;
+        let known = std::f64::consts::PI - 1.0;
+        assert!(lit.lower <= known && known <= lit.upper, "{lit:?}");
+        assert!((lit.estimate - known).abs() < 0.02, "{lit:?}");
     }
 }

@@ -354,9 +354,10 @@ impl<'a> Occluders<'a> {
     ) -> Blockers<'_, N> {
         let part_of = |id: &FacetId| (id.object, self.bodies.component(id.object as usize, id.facet as usize));
         candidates.facets.sort_by_key(part_of);
+        let clearance = Clearance::of(receiver);
         let mut all = self.blockers(&[], &candidates.bodies, receiver);
         for part in candidates.facets.chunk_by(|a, b| part_of(a) == part_of(b)) {
-            let some = self.blockers(part, &[], receiver);
+            let some = self.blockers_of(part, &[], (receiver, clearance.as_ref()));
             if is_enough(&some) {
                 return some;
             }
@@ -375,7 +376,15 @@ impl<'a> Occluders<'a> {
         bodies: &[u32],
         receiver: &Receiver<N>,
     ) -> Blockers<'_, N> {
-        let clearance = Clearance::of(receiver);
+        self.blockers_of(facets, bodies, (receiver, Clearance::of(receiver).as_ref()))
+    }
+
+    fn blockers_of<const N: usize>(
+        &self,
+        facets: &[FacetId],
+        bodies: &[u32],
+        (receiver, clearance): (&Receiver<N>, Option<&Clearance>),
+    ) -> Blockers<'_, N> {
         let mut polygons = Vec::new();
         let (mut edges, mut holes) = (Vec::new(), Vec::new());
         for (number, &id) in facets.iter().enumerate() {
@@ -384,8 +393,7 @@ impl<'a> Occluders<'a> {
             }
             let Body::Flat(facets) = self.bodies.get(id.object as usize) else { continue };
             let corners = facets.facet(id.facet as usize).corners();
-            if clearance.as_ref().is_some_and(|face| face.tells_of(corners.iter().map(|&corner| facets.point(corner))))
-            {
+            if clearance.is_some_and(|face| face.tells_of(corners.iter().map(|&corner| facets.point(corner)))) {
                 continue;
             }
             let numbers = facets.from_base(id.facet as usize).corners();

@@ -58,18 +58,17 @@ impl<const N: usize> Receiver<'_, N> {
         let facing = self.facing.unwrap_or_else(|| side(Target::Light(self.light)));
         let is_own = |corner: &Point| self.facing.is_some() && self.points.iter().any(|own| coincide(own, corner));
         let is_nearer = |corner: &Point| !is_own(corner) && side(Target::Point(corner)).times(facing) == Sign::Positive;
-        let mut nearer = [false; N];
-        nearer.iter_mut().zip(corners).for_each(|(nearer, corner)| *nearer = is_nearer(corner));
-        // Which side of a border's shadow plane; of the receiver's own corners none is outside.
-        let is_beside = |[from, to]: [&Point; 2]| {
-            corners.iter().zip(nearer).all(|(corner, is_nearer)| {
-                let outside = side_value(from, to, corner, Target::Light(self.light)).value;
-                let outside = Sign::of(outside).times(facing);
-                outside == Sign::Negative || (outside == Sign::Zero && !is_nearer)
+        if !corners.iter().any(is_nearer) {
+            return true;
+        }
+        // Of the receiver's own corners none is outside of a border.
+        let is_beyond = |[from, to]: [&Point; 2]| {
+            corners.iter().all(|corner| {
+                let inward = Sign::of(side_value(from, to, corner, Target::Light(self.light)).value).times(facing);
+                inward == Sign::Negative || (inward == Sign::Zero && !is_nearer(corner))
             })
         };
-        nearer[..corners.len()].iter().all(|is_nearer| !is_nearer)
-            || (self.facing.is_some() && self.borders().any(is_beside))
+        self.facing.is_some() && self.borders().any(is_beyond)
     }
 
     /// The borders of a flat face; a triangle's third corner repeats its first. None if that is in doubt.
