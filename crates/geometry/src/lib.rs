@@ -20,6 +20,7 @@ mod brep;
 pub mod cut_out;
 mod decide;
 pub mod decisions;
+mod disjoint_sets;
 mod dyadic;
 pub mod edge_uses;
 mod expansion;
@@ -51,6 +52,7 @@ pub use brep::{
     Silhouette,
 };
 pub use decide::Decide;
+pub use disjoint_sets::DisjointSets;
 pub use dyadic::Dyadic;
 pub use facets::{Base, Corners, Facet, Facets, length_squared};
 pub use light::{LightDefect, LightSource};

@@ -5,7 +5,10 @@
 
 use glam::DVec3;
 
-use crate::edge_uses::{EdgeUses, cancel, edges_of};
+use crate::{
+    disjoint_sets::DisjointSets,
+    edge_uses::{EdgeUses, cancel, edges_of},
+};
 
 /// A set of triangles joined by edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,29 +85,6 @@ pub(crate) fn unify(positions: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
     }
     distinct.shrink_to_fit(); // kept as long as the body
     (distinct, place)
-}
-
-/// Union–find with path halving.
-struct DisjointSets(Vec<u32>);
-
-impl DisjointSets {
-    fn new(count: usize) -> Self {
-        Self((0..count as u32).collect())
-    }
-
-    fn root(&mut self, mut member: u32) -> u32 {
-        while self.0[member as usize] != member {
-            self.0[member as usize] = self.0[self.0[member as usize] as usize];
-            member = self.0[member as usize];
-        }
-        member
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        // The smaller root stays, so that the result does not depend on the order of the joins.
-        self.0[a.max(b) as usize] = a.min(b);
-    }
 }
 
 #[cfg(test)]

@@ -4,6 +4,8 @@
 //! once each way and cancels; silhouettes and open borders do not. Edges are compared by their end points' numbers,
 //! which stand for exact positions, so no hash and no tolerance is involved.
 
+use umbriel_geometry::DisjointSets;
+
 use super::polygon_blocker::PolygonBlocker;
 
 /// One edge of one polygon, in the direction of its counter-clockwise turn in the projection.
@@ -46,7 +48,7 @@ impl Border {
 /// these would be to ask for an order of theirs. Polygons that share an edge are of one sheet.
 pub(crate) fn mark_borders<const N: usize>(polygons: &mut [PolygonBlocker<N>], mut edges: Vec<DirectedEdge>) {
     edges.sort_unstable();
-    let mut sheets = Sheets::apart(polygons.len());
+    let mut sheets = DisjointSets::new(polygons.len());
     let uses_of_edges = edges.chunk_by(|a, b| (a.object, a.low, a.high) == (b.object, b.low, b.high));
     for (edge, uses) in (0..).zip(uses_of_edges) {
         let forward = uses.iter().filter(|usage| usage.forward).count();
@@ -60,29 +62,6 @@ pub(crate) fn mark_borders<const N: usize>(polygons: &mut [PolygonBlocker<N>], m
         }
     }
     for (polygon, number) in polygons.iter_mut().zip(0..) {
-        polygon.sheet = sheets.of(number);
-    }
-}
-
-/// Which polygons hang together by edges: each sheet is a tree with the first of its polygons at the root (Galler and Fischer 1964).
-struct Sheets(Vec<u32>);
-
-impl Sheets {
-    fn apart(count: usize) -> Self {
-        Self((0..count as u32).collect())
-    }
-
-    fn of(&mut self, mut polygon: u32) -> u32 {
-        while self.0[polygon as usize] != polygon {
-            let next = self.0[polygon as usize];
-            self.0[polygon as usize] = self.0[next as usize];
-            polygon = next;
-        }
-        polygon
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let [a, b] = [self.of(a), self.of(b)];
-        self.0[a.max(b) as usize] = a.min(b);
+        polygon.sheet = sheets.root(number);
     }
 }
