@@ -243,9 +243,12 @@ impl<'a> Bodies<'a> {
 
     /// The number of a facet's component among those of its object: facets that share edges have the same. Of an instance, which is placed for a while, all count as one.
     pub(crate) fn component(&self, object: usize, facet: usize) -> u32 {
+        if self.is_instance(object) {
+            return 0;
+        }
         match self.get(object) {
-            Body::Flat(facets) if !self.is_instance(object) => facets.topology().component_of[facet],
-            _ => 0,
+            Body::Flat(facets) => facets.topology().component_of[facet],
+            Body::Analytic(_) => 0,
         }
     }
 

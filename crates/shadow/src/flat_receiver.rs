@@ -219,7 +219,7 @@ impl<'a> FlatReceiver<'a> {
         candidates.facets.retain(|&candidate| candidate != self.id);
         let measured = candidates.facets.len() + candidates.bodies.len();
         let levels = self.all.levels(self.id.object as usize, &self.size, self.depth.level(measured));
-        let whole = under(levels, Blockers::none()).hull(Quadrant::ROOT);
+        let whole = self.shape.hull(Quadrant::ROOT);
         let cover = |blockers: &Blockers<FLAT>| blockers.cover(&whole);
         let blockers = occluders.blockers_until(candidates, &receiver, cover);
         Self::costing(measured, levels.finest, under(levels, blockers).run())

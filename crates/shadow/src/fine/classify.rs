@@ -95,7 +95,7 @@ impl<'a, const N: usize> Blockers<'a, N> {
         Self { polygons: Vec::new(), bodies: Vec::new(), holes: Vec::new() }
     }
 
-    /// Adds those of other objects.
+    /// Adds those of other components.
     pub(crate) fn append(&mut self, mut others: Self) {
         let (first, first_hole) = (self.polygons.len() as u32, self.holes.len() as u32);
         for polygon in &mut others.polygons {
@@ -203,10 +203,7 @@ impl<'a, const N: usize> Blockers<'a, N> {
         }
         let mut known = entry.known;
         let mut covers = true;
-        for index in polygon.function_indices() {
-            if known & (1 << index) != 0 {
-                continue;
-            }
+        for index in polygon.open_functions(entry.known) {
             let range = polygon.function(index).range(hull.corners());
             if range.max < 0.0 || (index == NEARER && range.max <= 0.0) {
                 return (Influence::None, entry);
@@ -290,7 +287,9 @@ impl<const N: usize> Blockers<'_, N> {
         for uses in shared.chunk_by(|a, b| a.0 == b.0).filter(|uses| uses.len() == uses[0].1 as usize) {
             let (_, users, _, border) = uses[0];
             crossing.push(border);
-            bounded |= uses.iter().filter(|_| border.lost == users).fold(0, |bits, usage| bits | usage.2);
+            if border.lost == users {
+                uses.iter().for_each(|&(_, _, bit, _)| bounded |= bit);
+            }
         }
         (count > bounded.count_ones()).then_some(crossing)
     }

@@ -45,7 +45,7 @@ impl<'a> Clearance<'a> {
 
     /// Whether a polygon surely blocks no point of the face.
     #[inline]
-    pub(crate) fn tells_of<'p>(&self, polygon: impl ExactSizeIterator<Item = Point<'p>> + Clone) -> bool {
+    pub(crate) fn tells_of<'p>(&self, polygon: impl Iterator<Item = Point<'p>> + Clone) -> bool {
         let is_own = |corner: &Point| self.borders.iter().any(|([from, _], _)| coincide(from, corner));
         let is_beyond = |(ends, border): &([&Point; 2], Determinant)| {
             polygon

@@ -153,7 +153,7 @@ impl<'a> Crowd<'a> {
         } else if !bare.is_finest(place) {
             return (tally, true);
         } else {
-            let middle = self.spot(bare, bare.middle(place));
+            let middle = self.spot(bare, bare.shape.middle(place));
             let hiding = self.occluders.hiding((picked, self.own), (&corners, &middle));
             self.under_parts(bare, parts_of(hiding), place, &mut tally);
         }
@@ -164,7 +164,7 @@ impl<'a> Crowd<'a> {
     fn under_parts(&self, bare: &FlatFace, parts: Candidates, place: Quadrant, tally: &mut Tally<Units>) {
         let face = self.under_these(parts);
         let entries = face.blockers.entries();
-        if face.blockers.classify(&bare.hull(place), &entries, &mut Vec::new()) == Verdict::Shadowed {
+        if face.blockers.classify(&bare.shape.hull(place), &entries, &mut Vec::new()) == Verdict::Shadowed {
             return shadowed(bare, place, tally);
         }
         count(tally, bare.shape, place, Verdict::Undecided, bare.levels);
@@ -178,7 +178,7 @@ impl<'a> Crowd<'a> {
 
     /// A corner or the middle of a cell.
     fn spot(&self, bare: &FlatFace, [u, v]: [f64; 2]) -> Spot<'a> {
-        Spot { probe: flat::flat_probe(&self.receiver.points, u, v), weights: bare.weights(u, v) }
+        Spot { probe: flat::flat_probe(&self.receiver.points, u, v), weights: bare.shape.weights(u, v) }
     }
 
     /// The face under some facets alone.

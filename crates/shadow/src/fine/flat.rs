@@ -103,6 +103,36 @@ pub(crate) struct FaceShape {
     pub(crate) corner: u8,
 }
 
+impl FaceShape {
+    /// A cell as the hull of its corners.
+    pub(crate) fn hull(&self, place: Quadrant) -> Hull<FLAT> {
+        let mut parameters = ParamBox::EMPTY;
+        let corners = self.domain.corners(place).map(|[u, v]| {
+            parameters = parameters.with([u, v, u + v]);
+            self.weights(u, v)
+        });
+        let [u, v] = self.middle(place);
+        let mut hull = Hull::new(corners, self.weights(u, v));
+        hull.parameters = Some(parameters);
+        hull
+    }
+
+    /// The middle of a square; inside a half it is a dyadic too, so that weights stay exact.
+    pub(crate) fn middle(&self, place: Quadrant) -> [f64; 2] {
+        let inward = place.edge() * if self.domain.halves(place) { 0.25 } else { 0.5 };
+        place.low_corner().map(|low| low + inward)
+    }
+
+    /// The weights of the corners at (u, v).
+    pub(crate) fn weights(&self, u: f64, v: f64) -> Weights<FLAT> {
+        if self.domain == Face::Triangle {
+            [1.0 - u - v, u, 0.0, v]
+        } else {
+            [(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v]
+        }
+    }
+}
+
 impl FlatFace<'_> {
     /// Classifies the whole face.
     pub(crate) fn run(&self) -> Tally<Units> {
@@ -138,7 +168,7 @@ impl FlatFace<'_> {
         tally.examined += 1;
         let (entries, deeper) = lists.split_first_mut().expect("a list for each level");
         entries.clear();
-        let verdict = self.blockers.classify(&self.hull(place), parent, entries);
+        let verdict = self.blockers.classify(&self.shape.hull(place), parent, entries);
         if verdict != Verdict::Undecided {
             count(tally, self.shape, place, verdict, self.levels);
             count_samples(tally, self.lattice, place, verdict);
@@ -159,7 +189,7 @@ impl FlatFace<'_> {
     pub(crate) fn is_finest(&self, place: Quadrant) -> bool {
         let is_a_pixel = |stop: PixelStop| {
             let [u, v] = place.low_corner();
-            let corners = self.weights(u, v).into_iter().zip(&self.corners);
+            let corners = self.shape.weights(u, v).into_iter().zip(&self.corners);
             stop.is_met(place.level(), corners.map(|(weight, corner)| weight * corner.position).sum())
         };
         place.level() == self.levels.finest || self.levels.pixel.is_some_and(is_a_pixel)
@@ -179,34 +209,6 @@ impl FlatFace<'_> {
         parts.into_iter().for_each(|part| tally.append(part));
     }
 
-    /// A cell as the hull of its corners.
-    pub(crate) fn hull(&self, place: Quadrant) -> Hull<FLAT> {
-        let mut parameters = ParamBox::EMPTY;
-        let corners = self.shape.domain.corners(place).map(|[u, v]| {
-            parameters = parameters.with([u, v, u + v]);
-            self.weights(u, v)
-        });
-        let [u, v] = self.middle(place);
-        let mut hull = Hull::new(corners, self.weights(u, v));
-        hull.parameters = Some(parameters);
-        hull
-    }
-
-    /// The middle of a square; inside a half it is a dyadic too, so that weights stay exact.
-    pub(crate) fn middle(&self, place: Quadrant) -> [f64; 2] {
-        let inward = place.edge() * if self.shape.domain.halves(place) { 0.25 } else { 0.5 };
-        place.low_corner().map(|low| low + inward)
-    }
-
-    /// The weights of the corners at (u, v).
-    pub(crate) fn weights(&self, u: f64, v: f64) -> Weights<FLAT> {
-        if self.shape.domain == Face::Triangle {
-            [1.0 - u - v, u, 0.0, v]
-        } else {
-            [(1.0 - u) * (1.0 - v), u * (1.0 - v), u * v, (1.0 - u) * v]
-        }
-    }
-
     /// Looks at some points of an undecided cell.
     pub(crate) fn estimate(&self, place: Quadrant, entries: &[Entry], tally: &mut Tally<Units>) {
         let ([u, v], edge) = (place.low_corner(), place.edge());
@@ -217,7 +219,7 @@ impl FlatFace<'_> {
             let [s, t] = if is_half && s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] };
             [points[0][k], points[1][k]] = [u + s * edge, v + t * edge];
         }
-        let weights = |k: usize| self.weights(points[0][k], points[1][k]);
+        let weights = |k: usize| self.shape.weights(points[0][k], points[1][k]);
         let mut blocked = 0;
         for &entry in entries {
             blocked |= self.blockers.probably_blocked(entry, &points, weights);
@@ -253,7 +255,7 @@ impl FlatFace<'_> {
     }
 
     fn blocks(&self, entry: Entry, u: f64, v: f64) -> bool {
-        if let Some(blocks) = self.blockers.blocks(entry, &self.weights(u, v)) {
+        if let Some(blocks) = self.blockers.blocks(entry, &self.shape.weights(u, v)) {
             count_decisions(Level::Double, 1);
             return blocks;
         }

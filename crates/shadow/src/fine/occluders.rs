@@ -355,10 +355,14 @@ impl<'a> Occluders<'a> {
         let part_of = |id: &FacetId| (id.object, self.bodies.component(id.object as usize, id.facet as usize));
         candidates.facets.sort_by_key(part_of);
         let clearance = Clearance::of(receiver);
-        let mut all = self.blockers(&[], &candidates.bodies, receiver);
-        for part in candidates.facets.chunk_by(|a, b| part_of(a) == part_of(b)) {
-            let some = self.blockers_of(part, &[], (receiver, clearance.as_ref()));
-            if is_enough(&some) {
+        let of = |facets: &[FacetId], bodies: &[u32]| self.blockers_of(facets, bodies, (receiver, clearance.as_ref()));
+        let mut all = Blockers::none();
+        let mut parts = candidates.facets.chunk_by(|a, b| part_of(a) == part_of(b)).peekable();
+        while let Some(part) = parts.next() {
+            let some = of(part, &[]);
+            // What the last one does is asked of all together.
+            let others = parts.peek().is_some() || !candidates.bodies.is_empty();
+            if others && is_enough(&some) {
                 return some;
             }
             all.append(some);
@@ -366,6 +370,7 @@ impl<'a> Occluders<'a> {
                 break;
             }
         }
+        all.append(of(&[], &candidates.bodies));
         all
     }
 

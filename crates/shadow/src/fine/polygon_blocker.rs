@@ -107,10 +107,16 @@ impl<const N: usize> PolygonBlocker<N> {
         indices.iter().copied()
     }
 
+    /// The numbers of the functions of which nothing is known: bit f of `known` is that of function f.
+    #[inline]
+    pub(crate) fn open_functions(&self, known: u8) -> impl Iterator<Item = usize> + use<N> {
+        self.function_indices().filter(move |index| known & (1 << index) == 0)
+    }
+
     /// Whether the functions but those `known` are surely positive at a point.
     #[inline]
     pub(crate) fn holds(&self, known: u8, probe: &Weights<N>) -> bool {
-        self.function_indices().filter(|index| known & (1 << index) == 0).all(|index| {
+        self.open_functions(known).all(|index| {
             let value = self.functions[index].at(probe);
             value.value > value.error
         })
@@ -125,8 +131,11 @@ impl<const N: usize> PolygonBlocker<N> {
     /// side do not. `cell` bounds its parameters, on a flat face.
     #[inline]
     pub(crate) fn crossing(&self, known: u8, cell: Option<&ParamBox>) -> impl Iterator<Item = (usize, Border)> {
-        self.function_indices().filter(move |index| known & (1 << index) == 0).filter_map(move |index| {
-            let Some(&border) = self.border.get(index) else { return Some((NEARER, Border::CUT)) };
+        self.open_functions(known).filter_map(move |index| {
+            if index == NEARER {
+                return Some((index, Border::CUT));
+            }
+            let border = self.border[index];
             let is_beside = || cell.is_some_and(|cell| cell.misses_inside(&self.outline.edge(index, self.side_count)));
             (border.net > 0 && !is_beside()).then_some((index, border))
         })
@@ -169,7 +178,7 @@ impl<const N: usize> PolygonBlocker<N> {
     /// all of them.
     pub(crate) fn probably_blocked(&self, known: u8, [u, v]: &[[f64; POINTS]; 2]) -> u16 {
         let mut blocked = if self.edge_on { 0 } else { u16::MAX };
-        for index in self.function_indices().filter(|index| known & (1 << index) == 0) {
+        for index in self.open_functions(known) {
             let [constant, along_u, along_v] = self.functions[index].along_parameters();
             let mut inner = 0;
             for k in 0..POINTS {
