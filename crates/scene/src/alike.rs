@@ -16,7 +16,7 @@ use crate::object::{Object, Shape};
 /// numbers, so that the same faces stand in the same order at the same points. Two meshes may be given apart; with holes, these are equal too.
 /// Names, sides and boxes are no part of a body. A body that two placements bring to one place by different numbers counts as two.
 ///
-/// Cost: some 100 ns an object, and a look at those meshes that have as many vertices and triangles as another one.
+/// Cost: some 100 ns an object, and a look at those meshes that are like another one at a [`Glance`].
 #[allow(clippy::mutable_key_type, reason = "what a mesh finds out later about itself is no part of its numbers")]
 pub fn first_alike<'a>(objects: impl IntoIterator<Item = &'a Object>) -> Vec<usize> {
     let objects: Vec<&Object> = objects.into_iter().collect();
@@ -36,27 +36,38 @@ fn mesh_of(object: &Object) -> Option<&Arc<Mesh>> {
 /// For each mesh that has the same numbers as one before it, the first of these.
 #[allow(clippy::mutable_key_type, reason = "what a mesh finds out later about itself is no part of its numbers")]
 fn first_meshes(objects: &[&Object]) -> HashMap<*const Mesh, *const Mesh> {
-    let mut known: HashMap<(usize, usize), Vec<&Mesh>> = HashMap::new();
-    let mut last = None;
-    for mesh in objects.iter().filter_map(|object| mesh_of(object)) {
-        // Instances mostly follow each other.
-        if last != Some(Arc::as_ptr(mesh)) {
-            known.entry((mesh.positions().len(), mesh.triangles().len())).or_default().push(mesh);
-            last = Some(Arc::as_ptr(mesh));
-        }
+    let mut meshes: Vec<&Mesh> = objects.iter().filter_map(|object| mesh_of(object)).map(|mesh| &**mesh).collect();
+    // Instances mostly follow each other.
+    meshes.dedup_by(|one, other| std::ptr::eq(*one, *other));
+    let mut glances: HashMap<Glance, u32> = HashMap::with_capacity(meshes.len());
+    for &mesh in &meshes {
+        *glances.entry(Glance::of(mesh)).or_default() += 1;
     }
-    let mut firsts = HashMap::new();
-    for meshes in known.into_values().filter(|meshes| meshes.len() > 1) {
-        let mut seen: HashMap<*const Mesh, ()> = HashMap::new();
-        let mut known: HashMap<Numbers, *const Mesh> = HashMap::new();
-        for mesh in meshes.into_iter().filter(|&mesh| seen.insert(mesh, ()).is_none()) {
-            let first = *known.entry(Numbers(mesh)).or_insert(mesh);
-            if !std::ptr::eq(first, mesh) {
-                firsts.insert(std::ptr::from_ref(mesh), first);
-            }
-        }
+    meshes.retain(|mesh| glances[&Glance::of(mesh)] > 1);
+    let mut known: HashMap<Numbers, *const Mesh> = HashMap::new();
+    let mut firsts: HashMap<*const Mesh, *const Mesh> = HashMap::new();
+    for mesh in meshes {
+        firsts.entry(mesh).or_insert_with(|| *known.entry(Numbers(mesh)).or_insert(mesh));
     }
     firsts
+}
+
+/// What a look at a few of its numbers tells of a mesh: meshes that differ in it are not equal.
+#[derive(PartialEq, Eq, Hash)]
+struct Glance {
+    vertices: usize,
+    triangles: usize,
+    /// The vertices at the beginning, in the middle and at the end; −0 is 0.
+    places: [[u64; 3]; 3],
+}
+
+impl Glance {
+    fn of(mesh: &Mesh) -> Self {
+        let positions = mesh.positions();
+        let (vertices, triangles) = (positions.len(), mesh.triangles().len());
+        let place = |index: usize| positions.get(index).map_or([0; 3], |place| place.to_array().map(bits));
+        Self { vertices, triangles, places: [0, vertices / 2, vertices.saturating_sub(1)].map(place) }
+    }
 }
 
 /// A mesh by its numbers.
@@ -116,7 +127,12 @@ impl Hash for Body<'_> {
 
 /// Numbers that are equal have one hash, −0 and 0 as well.
 fn hash_numbers<H: Hasher>(numbers: impl IntoIterator<Item = f64>, state: &mut H) {
-    numbers.into_iter().for_each(|number| state.write_u64((number + 0.0).to_bits()));
+    numbers.into_iter().for_each(|number| state.write_u64(bits(number)));
+}
+
+/// The bits of a number; those of 0 for −0, which it equals.
+fn bits(number: f64) -> u64 {
+    (number + 0.0).to_bits()
 }
 
 fn hash_points<H: Hasher>(points: &[DVec3], state: &mut H) {
