@@ -398,14 +398,17 @@ impl<'a> Occluders<'a> {
             }
             let Body::Flat(facets) = self.bodies.get(id.object as usize) else { continue };
             let corners = facets.facet(id.facet as usize).corners();
-            if clearance.is_some_and(|face| face.tells_of(corners.iter().map(|&corner| facets.point(corner)))) {
+            let is_clear = clearance.and_then(|face| face.tells_of(corners.iter().map(|&corner| facets.point(corner))));
+            if is_clear == Some(true) {
                 continue;
             }
             let numbers = facets.from_base(id.facet as usize).corners();
             let (mut corners, count) = ([(facets.point(numbers[0]), 0); 4], numbers.len());
             fill_numbered(&mut corners, facets, &numbers);
             let turn = self.turn(id);
-            let Some(mut blocker) = PolygonBlocker::new(id, &corners[..count], turn, receiver) else { continue };
+            let Some(mut blocker) = PolygonBlocker::new(id, &corners[..count], turn, receiver, is_clear) else {
+                continue;
+            };
             if let Some(cut_out) = facets.holes(id.facet as usize) {
                 blocker.holes = Some(holes.len() as u32);
                 holes.push(cut_out.counted_from(facets.base(id.facet as usize).corner));

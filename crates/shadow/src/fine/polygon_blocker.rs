@@ -45,13 +45,14 @@ pub(crate) struct PolygonBlocker<const N: usize> {
 
 impl<const N: usize> PolygonBlocker<N> {
     /// Of corners with a number for each position; `None` when the polygon cannot block any point of the receiver.
-    /// `light_side` is the side of the polygon's plane on which the light lies. Inlined, as its 600 bytes are made in place then.
+    /// `light_side` is the side of the polygon's plane on which the light lies, `is_clear` what is known of [`Receiver::is_clear_of`]. Inlined, as its 600 bytes are made in place then.
     #[inline(always)]
     pub(crate) fn new(
         id: FacetId,
         numbered: &[(Point, u32)],
         light_side: Sign,
         receiver: &Receiver<N>,
+        is_clear: Option<bool>,
     ) -> Option<Self> {
         let mut points = [numbered[0].0; 4];
         points.iter_mut().zip(numbered).for_each(|(point, corner)| *point = corner.0);
@@ -60,7 +61,7 @@ impl<const N: usize> PolygonBlocker<N> {
         let edge_on = light_side == Sign::Zero;
         let nearer = Field::new(receiver.sides_of_plane(corners, -sign));
         let beyond_reach = if edge_on { has_one_sign(&nearer) } else { everywhere(&nearer, |v| v <= 0.0) };
-        if beyond_reach || receiver.is_clear_of(corners) {
+        if beyond_reach || is_clear.unwrap_or_else(|| receiver.is_clear_of(corners)) {
             return None;
         }
         let mut functions = [nearer; 5];

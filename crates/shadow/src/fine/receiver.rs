@@ -1,6 +1,5 @@
 //! What a blocker is measured against: the corners of a flat face, or of a hull round a part of a curved one.
 
-use glam::DVec3;
 use umbriel_geometry::{
     Approx, LightSource, Point, Sign,
     predicates::{Target, coincide, side_filter, side_value},
@@ -32,16 +31,13 @@ impl<const N: usize> Receiver<'_, N> {
         self.at_corners(|point| self.evaluate(a, b, point, Target::Light(self.light), sign))
     }
 
-    /// A function at each corner; at those that repeat the first one it is copied. Both must be exact: corners that
-    /// only round alike are two.
+    /// A function at each corner; at those that repeat the first one it is copied.
     fn at_corners(&self, function: impl Fn(&Point) -> Approx) -> [Approx; N] {
         let origin = &self.points[0];
         let first = function(origin);
         std::array::from_fn(|k| {
             let point = &self.points[k];
-            let is_exact = point.slack == DVec3::ZERO && origin.slack == DVec3::ZERO;
-            let repeats = is_exact && point.position == origin.position;
-            if k == 0 || repeats { first } else { function(point) }
+            if k == 0 || coincide(point, origin) { first } else { function(point) }
         })
     }
 

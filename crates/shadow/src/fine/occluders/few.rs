@@ -223,7 +223,7 @@ impl Occluders<'_> {
         let numbers = facets.from_base(id.facet as usize).corners();
         let mut corners = [(facets.point(numbers[0]), 0); 4];
         fill_numbered(&mut corners, facets, &numbers);
-        PolygonBlocker::new(id, &corners[..numbers.len()], self.turn(id), face)
+        PolygonBlocker::new(id, &corners[..numbers.len()], self.turn(id), face, None)
     }
 
     /// Those picked whose rectangle holds that of a hull, in every frame that sees this.
