@@ -221,7 +221,7 @@ impl<'a> FlatReceiver<'a> {
         let levels = self.all.levels(self.id.object as usize, &self.size, self.depth.level(measured));
         let whole = self.shape.hull(Quadrant::ROOT);
         let cover = |blockers: &Blockers<FLAT>| blockers.cover(&whole);
-        let blockers = occluders.blockers_until(candidates, &receiver, cover);
+        let blockers = occluders.blockers_until(&candidates, &receiver, cover);
         Self::costing(measured, levels.finest, under(levels, blockers).run())
     }
 

@@ -348,16 +348,20 @@ impl<'a> Occluders<'a> {
     /// What of these may block a receiver, measured component by component of each object until that of one is enough.
     pub(crate) fn blockers_until<const N: usize>(
         &self,
-        mut candidates: Candidates,
+        candidates: &Candidates,
         receiver: &Receiver<N>,
         is_enough: impl Fn(&Blockers<N>) -> bool,
     ) -> Blockers<'_, N> {
-        let part_of = |id: &FacetId| (id.object, self.bodies.component(id.object as usize, id.facet as usize));
-        candidates.facets.sort_by_key(part_of);
+        let component = |id: FacetId| self.bodies.component(id.object as usize, id.facet as usize);
+        let mut facets: Vec<((u32, u32), FacetId)> =
+            candidates.facets.iter().map(|&id| ((id.object, component(id)), id)).collect();
+        facets.sort_by_key(|&(part, _)| part);
         let clearance = Clearance::of(receiver);
-        let of = |facets: &[FacetId], bodies: &[u32]| self.blockers_of(facets, bodies, (receiver, clearance.as_ref()));
+        let of = |part: &[((u32, u32), FacetId)], bodies: &[u32]| {
+            self.blockers_of(part.iter().map(|&(_, id)| id), bodies, (receiver, clearance.as_ref()))
+        };
         let mut all = Blockers::none();
-        let mut parts = candidates.facets.chunk_by(|a, b| part_of(a) == part_of(b)).peekable();
+        let mut parts = facets.chunk_by(|(a, _), (b, _)| a == b).peekable();
         while let Some(part) = parts.next() {
             let some = of(part, &[]);
             // What the last one does is asked of all together.
@@ -381,18 +385,18 @@ impl<'a> Occluders<'a> {
         bodies: &[u32],
         receiver: &Receiver<N>,
     ) -> Blockers<'_, N> {
-        self.blockers_of(facets, bodies, (receiver, Clearance::of(receiver).as_ref()))
+        self.blockers_of(facets.iter().copied(), bodies, (receiver, Clearance::of(receiver).as_ref()))
     }
 
     fn blockers_of<const N: usize>(
         &self,
-        facets: &[FacetId],
+        facets: impl Iterator<Item = FacetId>,
         bodies: &[u32],
         (receiver, clearance): (&Receiver<N>, Option<&Clearance>),
     ) -> Blockers<'_, N> {
         let mut polygons = Vec::new();
         let (mut edges, mut holes) = (Vec::new(), Vec::new());
-        for (number, &id) in facets.iter().enumerate() {
+        for (number, id) in facets.enumerate() {
             if number % LOOKS == LOOKS - 1 && self.is_over() {
                 break;
             }
