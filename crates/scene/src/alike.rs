@@ -16,7 +16,7 @@ use crate::object::{Object, Shape};
 /// numbers, so that the same faces stand in the same order at the same points. Two meshes may be given apart; with holes, these are equal too.
 /// Names, sides and boxes are no part of a body. A body that two placements bring to one place by different numbers counts as two.
 ///
-/// Cost: some 100 ns an object, and a look at those meshes that are like another one at a [`Glance`].
+/// Cost: some 100 ns an object, and a look at those meshes that have the sizes and a few vertices of another one.
 #[allow(clippy::mutable_key_type, reason = "what a mesh finds out later about itself is no part of its numbers")]
 pub fn first_alike<'a>(objects: impl IntoIterator<Item = &'a Object>) -> Vec<usize> {
     let objects: Vec<&Object> = objects.into_iter().collect();
