@@ -39,14 +39,14 @@ fn first_meshes(objects: &[&Object]) -> HashMap<*const Mesh, *const Mesh> {
     let mut meshes: Vec<&Mesh> = objects.iter().filter_map(|object| mesh_of(object)).map(|mesh| &**mesh).collect();
     // Instances mostly follow each other.
     meshes.dedup_by(|one, other| std::ptr::eq(*one, *other));
-    let mut glances: HashMap<Glance, u32> = HashMap::with_capacity(meshes.len());
-    for &mesh in &meshes {
-        *glances.entry(Glance::of(mesh)).or_default() += 1;
+    let glances: Vec<Glance> = meshes.iter().map(|mesh| Glance::of(mesh)).collect();
+    let mut counts: HashMap<&Glance, u32> = HashMap::with_capacity(meshes.len());
+    for glance in &glances {
+        *counts.entry(glance).or_default() += 1;
     }
-    meshes.retain(|mesh| glances[&Glance::of(mesh)] > 1);
     let mut known: HashMap<Numbers, *const Mesh> = HashMap::new();
     let mut firsts: HashMap<*const Mesh, *const Mesh> = HashMap::new();
-    for mesh in meshes {
+    for (mesh, _) in meshes.into_iter().zip(&glances).filter(|(_, glance)| counts[glance] > 1) {
         firsts.entry(mesh).or_insert_with(|| *known.entry(Numbers(mesh)).or_insert(mesh));
     }
     firsts
@@ -185,6 +185,20 @@ mod tests {
         let expected: Vec<usize> = (0..18).chain([0, 1, 8, 0]).chain(2..6).collect();
         assert_eq!(first_alike(&objects), expected);
         assert!(first_alike(&[]).is_empty());
+    }
+
+    #[test]
+    fn meshes_that_differ_where_no_glance_falls_are_two() {
+        let mesh = |second: f64| {
+            let positions = vec![[0.0; 3], [second, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            Mesh::new(positions, vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).expect("a mesh")
+        };
+        assert!(Glance::of(&mesh(1.0)) == Glance::of(&mesh(2.0)));
+        let object = |second: f64| {
+            let shape = Shape::Mesh(Arc::new(mesh(second)));
+            Object::new("mesh".into(), shape, Placement::IDENTITY, Sides::Auto).expect("an object")
+        };
+        assert_eq!(first_alike(&[1.0, 2.0, 1.0].map(object)), [0, 1, 0]);
     }
 
     #[test]
