@@ -19,40 +19,13 @@ use umbriel_geometry::{
 
 use super::{
     projection::{Image, ImageBounds, Place, Projection},
+    segments::{Chain, CornerKey, Segment, Veil},
     silhouette::{BorderEdge, Silhouette},
 };
 use crate::fine::flat::FLAT;
 
 /// A cut that is uncertain by more cells than this makes its facet a veil.
 const MOST_SLIP: f64 = 0.25;
-
-/// A directed segment; more facets cover what is on its left.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Segment {
-    pub(crate) from: [f64; 2],
-    pub(crate) to: [f64; 2],
-    /// The true segment has each point within this of ours, in x and in y.
-    pub(crate) margin: f32,
-    /// How many facets more; at least 1.
-    pub(crate) net: i32,
-    /// It lies exactly on the face's own side u = 0, and its facet on the other side of that: it counts for the winding, but
-    /// touches no cell.
-    pub(crate) is_beside: bool,
-}
-
-/// A convex polygon, closed, that may shadow what it touches.
-#[derive(Clone, Debug)]
-pub(crate) struct Veil {
-    pub(crate) corners: Vec<[f64; 2]>,
-    pub(crate) margin: f32,
-}
-
-/// Everything that may change verdicts on a face.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Chain {
-    pub(crate) segments: Vec<Segment>,
-    pub(crate) veils: Vec<Veil>,
-}
 
 /// The face is not one for this method: something passes too near to the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,6 +113,7 @@ impl Chain {
                 count(Level::Double, body.states.iter().filter(|state| **state & place::CLEAR != 0).count() as u64);
             }
         }
+        self.bodies += 1;
         body.add_cuts(silhouette, self)?;
         for border in &silhouette.borders {
             body.add_border(border, self);
@@ -349,7 +323,7 @@ impl BodyChain<'_> {
             let height = far.h.abs() - error;
             self.slid(own, far, 0.0, (own.h.abs() + error) / height * (1.0 + 4.0 * f64::EPSILON))
         } else {
-            End { place: self.place(own), slip: 0.0 }
+            End { place: self.place_of(corner), slip: 0.0 }
         }
     }
 
@@ -367,11 +341,16 @@ impl BodyChain<'_> {
         self.plane.projection.place(image, &self.bounds)
     }
 
+    /// The place of a whole corner.
+    fn place_of(&self, corner: &Corner) -> Place {
+        Place { corner: Some(self.facets.first_at(corner.point)), ..self.place(&corner.image) }
+    }
+
     fn add_border(&self, border: &BorderEdge, chain: &mut Chain) {
         let [a, b] = border.ends.map(|point| self.corner(point));
         let net = if self.plane.facing == Sign::Negative { -border.net } else { border.net };
         if a.state == place::ABOVE && b.state == place::ABOVE {
-            self.push(&self.place(&a.image), &self.place(&b.image), net, chain);
+            self.push(&self.place_of(&a), &self.place_of(&b), net, chain);
         } else if let Some(ends) = self.edge(&a, &b).filter(is_sure) {
             self.push(&ends[0].widened(), &ends[1].widened(), net, chain);
         }
@@ -441,6 +420,8 @@ impl BodyChain<'_> {
             || (self.plane.is_triangle && (from.x + from.y).min(to.x + to.y) > cells + 2.0 * reach);
         if !is_outside {
             let (from, to) = if net > 0 { (from, to) } else { (to, from) };
+            let key = |number: u32| CornerKey::new(&self.facets.point(number), chain.bodies, number);
+            chain.ends.push([from.corner.map(key), to.corner.map(key)]);
             let (from, to, net) = ([from.x, from.y], [to.x, to.y], net.abs());
             chain.segments.push(Segment { from, to, margin, net, is_beside });
         }

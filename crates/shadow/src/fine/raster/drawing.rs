@@ -1,8 +1,9 @@
 //! What is drawn of a face: borders wait in a list, and are drawn and forgotten as soon as there are more of them than cells.
 //!
 //! Few borders wait until all are there; then each tile is needed for a moment only. Many are drawn in parts: the tiles that they meet are kept, with the
-//! crossings in their cells for the estimate, and the list begins again. Both add up whole numbers, segment by segment, so the result is the same. Memory: some
-//! 70 bytes a waiting border, looked at after each body, and of what is drawn 34 KiB a tile and 16 bytes a cell that a border touches (64 in tiles where a byte
+//! crossings in their cells for the estimate, and the list begins again. Both add up whole numbers, segment by segment, so the marks are the same; but cells that these
+//! leave open are only looked at again ([`open_cells`](super::open_cells)) where all borders are there, of which there are few enough for that to be of use. Memory: some
+//! 130 bytes a waiting border, looked at after each body, and of what is drawn 34 KiB a tile and 16 bytes a cell that a border touches (64 in tiles where a byte
 //! does not hold the changes in each cell); so besides the borders of one body it goes with the cells of the face, however many borders there are.
 
 use rayon::prelude::*;
@@ -10,8 +11,10 @@ use rayon::prelude::*;
 use super::{
     Raster,
     bins::Bins,
-    chain::{Chain, Segment, Veil},
-    estimate::{Crossings, Estimate},
+    estimate::Crossings,
+    lowest::Met,
+    open_cells::{Found, estimate, look},
+    segments::{Chain, Segment, Veil},
     span::{Walk, floor},
     tally::{Outcome, TileGrid, TileMasks},
     tile::{TILE, Tile, TilePlace},
@@ -68,10 +71,11 @@ impl<'a> Drawing<'a> {
         }
         let tiles = self.tiles();
         self.kept.resize_with(tiles, || (0..tiles).map(|_| None).collect());
+        self.chain.join_rims();
         let [segments, veils] = self.bins();
         let (raster, chain, size) = (self.raster, &self.chain, self.size);
         self.kept.par_iter_mut().enumerate().for_each(|(number, kept)| {
-            Band { raster, chain, number, size }.draw([segments.of(number), veils.of(number)], kept);
+            Band { raster, chain, number, size, in_parts: true }.draw([segments.of(number), veils.of(number)], kept);
         });
         // The room of the first list is more than those that follow need.
         self.chain = Chain::default();
@@ -81,11 +85,13 @@ impl<'a> Drawing<'a> {
     pub(super) fn finish(mut self) -> Tally<Units> {
         let tiles = self.tiles();
         let mut kept = std::mem::take(&mut self.kept);
+        let in_parts = !kept.is_empty();
         kept.resize_with(tiles, Row::new);
+        self.chain.join_rims();
         let [segments, veils] = self.bins();
         let (raster, chain, size) = (self.raster, &self.chain, self.size);
         let settle = |(number, kept): (usize, Row)| {
-            Band { raster, chain, number, size }.settle([segments.of(number), veils.of(number)], kept)
+            Band { raster, chain, number, size, in_parts }.settle([segments.of(number), veils.of(number)], kept)
         };
         let rows: Vec<Vec<Outcome>> = kept.into_par_iter().enumerate().map(settle).collect();
         TileGrid::new(raster, size, rows.into_iter().flatten().collect()).finish()
@@ -141,6 +147,8 @@ struct Band<'a> {
     chain: &'a Chain,
     number: usize,
     size: i64,
+    /// Whether anything on the face was drawn before and is forgotten.
+    in_parts: bool,
 }
 
 /// What meets each tile of a band.
@@ -187,38 +195,43 @@ impl Band<'_> {
                 if segments.len() + veils.len() == 0 && kept.is_none() {
                     return Outcome::clear(carry[0]);
                 }
+                let met: Vec<Met> = segments.clone().map(|k| (&self.chain.segments[k], &self.chain.ends[k])).collect();
                 let segments = segments.map(|k| &self.chain.segments[k]);
                 let veils = veils.map(|k| &self.chain.veils[k]);
                 let Some(mut kept) = kept else {
                     fresh.move_to(place);
-                    segments.clone().for_each(|segment| fresh.add(segment));
+                    met.iter().for_each(|(segment, _)| fresh.add(segment));
                     veils.for_each(|veil| fresh.add_veil(veil));
-                    return self.settle_tile(&fresh, &mut carry, |open, before| {
-                        let mut estimate = Estimate::new(self.raster, &fresh, open, before);
-                        segments.clone().for_each(|segment| estimate.add(&fresh, open, segment));
-                        estimate.lit_points()
+                    return self.settle_tile(&fresh, &mut carry, |open_cells| {
+                        let look = if self.in_parts { estimate } else { look };
+                        look(self.raster, &fresh, open_cells, &met)
                     });
                 };
                 kept.draw(self.raster, segments, veils);
                 let Kept { tile, crossings } = kept.as_ref();
-                self.settle_tile(tile, &mut carry, |open, before| crossings.lit_points(tile, open, before))
+                self.settle_tile(tile, &mut carry, |(open, before)| {
+                    Found::points(crossings.lit_points(tile, open, before))
+                })
             })
             .collect()
     }
 
-    /// `lit_points` answers how many points of each undecided cell are lit, given the windings at the left.
+    /// `look` answers what is found out about the open cells, given the windings at the left.
     fn settle_tile(
         &self,
         tile: &Tile,
         carry: &mut [i32; TILE],
-        lit_points: impl Fn(&[u64; TILE], &[i32; TILE]) -> Vec<u8>,
+        look: impl Fn((&[u64; TILE], &[i32; TILE])) -> Found,
     ) -> Outcome {
         let before = *carry;
         let proofs = tile.settle(carry);
-        let masks = TileMasks::new(self.raster, tile.place, &proofs);
-        masks
-            .whole()
-            .unwrap_or_else(|| Outcome::Mixed(Box::new(masks.tally(self.raster, &lit_points(&masks.open, &before)))))
+        let mut masks = TileMasks::new(self.raster, tile.place, &proofs);
+        if let Some(outcome) = masks.whole() {
+            return outcome;
+        }
+        let found = look((&masks.open, &before));
+        masks.add_shadowed(&found.shadowed);
+        masks.whole().unwrap_or_else(|| Outcome::Mixed(Box::new(masks.tally(self.raster, &found.lit_points))))
     }
 
     fn place(&self, number: usize) -> TilePlace {
@@ -307,27 +320,37 @@ mod tests {
                 is_lit_exactly: &|_, _| true,
                 is_cancelled: &|| false,
             };
-            let drawn = |most: usize| {
+            let drawn = |most: usize, as_part: bool| {
                 let mut drawing = Drawing::with_most(&raster, most);
                 let mut parts = 0;
                 for triangle in triangles(count, raster.cells() as f64) {
                     match triangle {
-                        Ok(sides) => drawing.chain.segments.extend(sides),
+                        Ok(sides) => {
+                            drawing.chain.segments.extend(sides);
+                            drawing.chain.ends.extend([[None; 2]; 3]);
+                        }
                         Err(veil) => drawing.chain.veils.push(veil),
                     }
                     drawing.relieve();
                     parts += usize::from(drawing.chain.segments.is_empty());
                 }
+                if as_part && drawing.kept.is_empty() {
+                    drawing.kept.push(Row::new());
+                }
                 let tally = drawing.finish();
                 ((tally.lit, tally.shadowed, tally.undecided, tally.likely), tally.cells, tally.points, parts)
             };
-            let (sums, cells, points, parts) = drawn(usize::MAX);
+            let (sums, cells, points, parts) = drawn(usize::MAX, true);
             assert!(parts == 0 && sums.0 > 0 && (finest < 8 || sums.1 > 0) && sums.2 > 0 && sums.3 > 0, "{sums:?}");
             for most in [1, 20] {
-                let in_parts = drawn(most);
+                let in_parts = drawn(most, false);
                 assert!(in_parts.3 > 0);
                 assert!((in_parts.0, in_parts.1, in_parts.2) == (sums, cells.clone(), points), "{domain:?} {finest}");
             }
+            // All at once, open cells are looked at again.
+            let looked_at = drawn(usize::MAX, false).0;
+            assert_eq!((looked_at.0, looked_at.1 + looked_at.2), (sums.0, sums.1 + sums.2));
+            assert!(looked_at.2 < sums.2 || finest < 8, "{looked_at:?} {sums:?}");
         }
     }
 }

@@ -7,7 +7,7 @@ use umbriel_octree::Quadrant;
 
 use super::{
     Raster,
-    chain::Segment,
+    segments::Segment,
     tile::{TILE, Tile},
 };
 use crate::fine::pattern;
@@ -25,15 +25,21 @@ struct CellPoints {
 type Windings = [i32; POINTS];
 
 /// An undecided cell.
-struct OpenCell {
+pub(super) struct OpenCell {
     points: CellPoints,
     windings: Windings,
 }
 
-/// The undecided cells of a tile, in the order of rows and columns.
-pub(crate) struct Estimate {
+/// Some cells of a tile in the order of rows and columns.
+pub(super) struct Places {
+    cells: [u64; TILE],
     /// How many cells come before each row.
     before: [usize; TILE],
+}
+
+/// Undecided cells of a tile.
+pub(super) struct Estimate {
+    places: Places,
     cells: Vec<OpenCell>,
 }
 
@@ -77,11 +83,11 @@ impl Crossings {
 
     /// How many of the points of each cell of `open` are lit, in the order of rows and columns; `carry` is the winding at the left of the tile's rows.
     pub(crate) fn lit_points(&self, tile: &Tile, open: &[u64; TILE], carry: &[i32; TILE]) -> Vec<u8> {
-        let mut lit = Vec::with_capacity(count(open));
+        let mut lit = Vec::new();
         for (row, &bits) in open.iter().enumerate().filter(|(_, bits)| **bits != 0) {
             let windings = tile.windings(row, carry[row]);
-            let columns = (0..TILE).filter(|column| bits >> column & 1 == 1);
-            lit.extend(columns.map(|column| lit_of(self.of(row, column).map(|change| windings[column] + change))));
+            let windings_at = |column: usize| self.of(row, column).map(|change| windings[column] + change);
+            lit.extend(columns(bits).map(|column| lit_of(&windings_at(column))));
         }
         lit
     }
@@ -95,12 +101,37 @@ impl Crossings {
     }
 }
 
-/// How many cells these are.
-fn count(cells: &[u64; TILE]) -> usize {
-    cells.iter().map(|bits| bits.count_ones() as usize).sum()
+impl Places {
+    /// Of these cells.
+    pub(super) fn of(cells: &[u64; TILE]) -> Self {
+        let mut places = Self { cells: *cells, before: [0; TILE] };
+        for row in 1..TILE {
+            places.before[row] = places.before[row - 1] + cells[row - 1].count_ones() as usize;
+        }
+        places
+    }
+
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.before[TILE - 1] + self.cells[TILE - 1].count_ones() as usize
+    }
+
+    /// Which of them the one at a row and a column is.
+    pub(super) fn of_cell(&self, [row, column]: [usize; 2]) -> usize {
+        self.before[row] + (self.cells[row] & ((1 << column) - 1)).count_ones() as usize
+    }
 }
 
-fn lit_of(windings: Windings) -> u8 {
+/// The columns of these bits of a row.
+pub(super) fn columns(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let column = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (column < TILE).then_some(column)
+    })
+}
+
+fn lit_of(windings: &Windings) -> u8 {
     windings.iter().filter(|&&winding| winding <= 0).count() as u8
 }
 
@@ -143,37 +174,44 @@ impl Changes {
     }
 }
 
+impl OpenCell {
+    /// At a row and a column of a tile, with the winding of its middle; without points off the face.
+    pub(super) fn new(raster: &Raster, tile: &Tile, cell: [usize; 2], winding: i32) -> Option<Self> {
+        CellPoints::new(raster, tile, cell).map(|points| Self { points, windings: [winding; POINTS] })
+    }
+
+    /// Takes a segment's crossings into account, that has the cell's middle on its left or not.
+    pub(super) fn cross(&mut self, middle: [f64; 2], segment: &Segment, is_left: bool) {
+        self.points.cross_about(middle, segment, if is_left { -segment.net } else { segment.net }, &mut self.windings);
+    }
+
+    /// How many of its points are lit.
+    pub(super) fn lit_points(&self) -> u8 {
+        lit_of(&self.windings)
+    }
+}
+
 impl Estimate {
     /// For the cells `open` of a tile; `carry` is the winding at the left of the tile's rows.
-    pub(crate) fn new(raster: &Raster, tile: &Tile, open: &[u64; TILE], carry: &[i32; TILE]) -> Self {
-        let mut estimate = Self { before: [0; TILE], cells: Vec::with_capacity(count(open)) };
-        for (row, &bits) in open.iter().enumerate() {
-            estimate.before[row] = estimate.cells.len();
-            if bits == 0 {
-                continue;
-            }
+    pub(super) fn new(raster: &Raster, tile: &Tile, open: &[u64; TILE], carry: &[i32; TILE]) -> Self {
+        let mut cells = Vec::new();
+        for (row, &bits) in open.iter().enumerate().filter(|(_, bits)| **bits != 0) {
             let windings = tile.windings(row, carry[row]);
-            for column in (0..TILE).filter(|column| bits >> column & 1 == 1) {
-                let Some(points) = CellPoints::new(raster, tile, [row, column]) else { continue };
-                estimate.cells.push(OpenCell { points, windings: [windings[column]; POINTS] });
-            }
+            cells.extend(columns(bits).filter_map(|at| OpenCell::new(raster, tile, [row, at], windings[at])));
         }
-        estimate
+        Self { places: Places::of(open), cells }
     }
 
     /// Takes a segment's crossings into account.
-    pub(crate) fn add(&mut self, tile: &Tile, open: &[u64; TILE], segment: &Segment) {
-        let net = segment.net;
-        tile.for_each_touched(segment, open, |[row, column], middle, is_left| {
-            let place = self.before[row] + (open[row] & ((1u64 << column) - 1)).count_ones() as usize;
-            let OpenCell { points, windings } = &mut self.cells[place];
-            points.cross_about(middle, segment, if is_left { -net } else { net }, windings);
+    pub(super) fn add(&mut self, tile: &Tile, segment: &Segment) {
+        tile.for_each_touched(segment, &self.places.cells, |cell, middle, is_left| {
+            self.cells[self.places.of_cell(cell)].cross(middle, segment, is_left);
         });
     }
 
     /// How many of the points of each cell are lit, in the order of rows and columns.
-    pub(crate) fn lit_points(&self) -> Vec<u8> {
-        self.cells.iter().map(|cell| lit_of(cell.windings)).collect()
+    pub(super) fn lit_points(&self) -> Vec<u8> {
+        self.cells.iter().map(OpenCell::lit_points).collect()
     }
 }
 

@@ -17,7 +17,10 @@ mod chain;
 mod drawing;
 pub(crate) mod edge_table;
 mod estimate;
+mod lowest;
+mod open_cells;
 mod projection;
+mod segments;
 pub(crate) mod silhouette;
 mod span;
 mod tally;
@@ -34,8 +37,9 @@ use super::{
 use drawing::Drawing;
 use projection::Projection;
 
-pub(crate) use chain::{Chain, GiveUp, Occluder, Plane};
+pub(crate) use chain::{GiveUp, Occluder, Plane};
 pub(crate) use edge_table::MAX_FACETS;
+pub(crate) use segments::Chain;
 
 /// Faces with fewer cells along an edge (as a power of two) are divided, which is sharper, while few facets are over them: each takes some 700 bytes there.
 const LEAST_LEVEL: u8 = 5;

@@ -59,6 +59,8 @@ pub(crate) struct Place {
     pub(crate) x: f64,
     pub(crate) y: f64,
     pub(crate) margin: f64,
+    /// The number of the body's point that is cast here, if it is one of its corners.
+    pub(crate) corner: Option<u32>,
 }
 
 /// From space to a face's parameters.
@@ -149,7 +151,7 @@ impl Projection {
         let far = u.abs().max(v.abs());
         // (E_U + |u|·E_W)/(W − E_W), and W's bound is far below W.
         let error = (bounds.u.max(bounds.v) + far * bounds.w) / (image.w - bounds.w) + far * (4.0 * f64::EPSILON);
-        Place { x: u * self.cells, y: v * self.cells, margin: error * PADDING * self.cells }
+        Place { x: u * self.cells, y: v * self.cells, margin: error * PADDING * self.cells, corner: None }
     }
 }
 

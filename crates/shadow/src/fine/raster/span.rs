@@ -4,7 +4,7 @@
 //! margin before the segment is cut to it, and the columns after. So the true segment, whose points are within the margin of
 //! ours, touches no other cell.
 
-use super::chain::Segment;
+use super::segments::Segment;
 
 /// Whole numbers below this are floats.
 const MOST: f64 = (1u64 << 52) as f64;

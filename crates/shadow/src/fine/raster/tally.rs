@@ -73,6 +73,14 @@ impl TileMasks {
         masks
     }
 
+    /// Open cells turn out to be shadowed.
+    pub(super) fn add_shadowed(&mut self, cells: &[u64; TILE]) {
+        for (row, cells) in cells.iter().enumerate() {
+            self.shadowed[row] |= cells & self.open[row];
+            self.open[row] &= !cells;
+        }
+    }
+
     /// The outcome where one verdict is proved everywhere.
     pub(super) fn whole(&self) -> Option<Outcome> {
         let verdict = self.verdict([0, 0], self.place.size as usize)?;

@@ -7,7 +7,7 @@
 //! for each row of a segment and 50 ns for each row with segments.
 
 use super::{
-    chain::{Segment, Veil},
+    segments::{Segment, Veil},
     span::{Walk, floor},
 };
 
@@ -173,7 +173,7 @@ impl Tile {
             while left != 0 {
                 let column = left.trailing_zeros() as usize;
                 left &= left - 1;
-                let middle = [(place.column + column as i64) as f64 + 0.5, row as f64 + 0.5];
+                let middle = self.middle([local, column]);
                 let is_left = match crossing {
                     Some(x) => (middle[0] < floor(x + 0.5) as f64) == is_upward,
                     None => side.left(middle) > 0.0,
@@ -181,6 +181,12 @@ impl Tile {
                 visit([local, column], middle, is_left);
             }
         });
+    }
+
+    /// The middle of the cell at a row and a column, in cells of the face.
+    #[inline]
+    pub(crate) fn middle(&self, [row, column]: [usize; 2]) -> [f64; 2] {
+        [self.place.column + column as i64, self.place.row + row as i64].map(|place| place as f64 + 0.5)
     }
 
     /// The winding at the middles of a row, from that at its left.
