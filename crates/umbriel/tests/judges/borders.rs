@@ -127,3 +127,50 @@ fn a_triangle_without_area_shadows_a_line() {
     let verdicts: Vec<Verdict> = touched.map(|(_, cell)| cell.verdict).collect();
     assert!(verdicts.len() > 8 && verdicts.iter().all(|&verdict| verdict == Verdict::Undecided), "{verdicts:?}");
 }
+
+/// What stands on the floor along a line or at a point does not block there: no cell with a point of contact that the sun reaches is proved shadowed.
+#[test]
+fn contact_within_a_shadow_is_not_proved_shadowed() {
+    let [near, far] = [0.2, 0.4];
+    let to_the_left = [[-0.8, 0.0, 0.3], [0.8, 0.0, 0.3], [0.8, 0.5, -near], [-0.8, 0.5, -near]];
+    let to_the_right = [[-0.8, 0.0, 0.3], [0.8, 0.0, 0.3], [0.8, 0.5, 0.6 + near], [-0.8, 0.5, 0.6 + near]];
+    let quad = [[0, 1, 2], [0, 2, 3]];
+    let both: Vec<[f64; 3]> = to_the_left.iter().chain(&to_the_right).copied().collect();
+    let gutter = vec![mesh(&both, &[[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])];
+    let two_sheets = vec![mesh(&to_the_left, &quad), mesh(&to_the_right, &quad)];
+    let rim =
+        [[-far, 0.5, -far], [far, 0.5, -far], [far, 0.5, far], [-far, 0.5, far]].map(|[x, y, z]| [x + 0.3, y, z + 0.3]);
+    let funnel = mesh(&[&rim[..], &[[0.3, 0.0, 0.3]]].concat(), &[[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]);
+    let blades = (0..3).map(|blade| {
+        let at = |degrees: f64| [0.3 + 0.5 * degrees.to_radians().cos(), 0.5, 0.3 + 0.5 * degrees.to_radians().sin()];
+        let start = 120.0 * f64::from(blade);
+        mesh(&[[0.3, 0.0, 0.3], at(start), at(start + 130.0)], &[[0, 1, 2]])
+    });
+    let line: Vec<f64> = (-7..=7).map(|k| 0.1 * f64::from(k)).collect();
+    for (name, bodies, along) in [
+        ("gutter", gutter, &line[..]),
+        ("two sheets", two_sheets, &line[..]),
+        ("funnel", vec![funnel], &[0.3][..]),
+        ("pinwheel", blades.collect(), &[0.3][..]),
+    ] {
+        let floor = with_sides("floor", rectangle(2.0, 2.0), DAffine3::IDENTITY, Sides::Auto);
+        let bodies = bodies.into_iter().map(|body| with_sides("body", body, DAffine3::IDENTITY, Sides::Auto));
+        let scene = scene(std::iter::once(floor).chain(bodies).collect());
+        let overhead = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun");
+        let case = Case::by(CellMethod::Borders, name, &scene, overhead, 5);
+        let facets = scene.objects[0].facets().expect("a flat floor");
+        let [a, b, d] = [0, 1, 3].map(|corner| facets.positions()[facets.facet(0).corners()[corner] as usize]);
+        let cells: Vec<Cell> = case.cells().filter(|(object, _)| *object == 0).map(|(_, cell)| cell).collect();
+        let holds = |cell: &Cell, x: f64| {
+            let edge = 0.5f64.powi(i32::from(cell.level));
+            let way = glam::DVec3::new(x, 0.0, 0.3) - a;
+            let place = [b - a, d - a].map(|side| way.dot(side) / side.length_squared() / edge);
+            (place[0] - f64::from(cell.i) - 0.5).abs() <= 0.5 && (place[1] - f64::from(cell.j) - 0.5).abs() <= 0.5
+        };
+        for &x in along {
+            let verdicts: Vec<Verdict> = cells.iter().filter(|cell| holds(cell, x)).map(|cell| cell.verdict).collect();
+            assert!(!verdicts.is_empty() && !verdicts.contains(&Verdict::Shadowed), "{name} at {x}: {verdicts:?}");
+        }
+        assert!(cells.iter().any(|cell| cell.verdict == Verdict::Shadowed), "{name} casts a shadow");
+    }
+}

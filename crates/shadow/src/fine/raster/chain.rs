@@ -341,9 +341,10 @@ impl BodyChain<'_> {
         self.plane.projection.place(image, &self.bounds)
     }
 
-    /// The place of a whole corner.
+    /// The place of a corner; with its number if it is clear of the plane: what ends in the plane only touches the face there.
     fn place_of(&self, corner: &Corner) -> Place {
-        Place { corner: Some(self.facets.first_at(corner.point)), ..self.place(&corner.image) }
+        let number = (corner.state == place::ABOVE).then(|| self.facets.first_at(corner.point));
+        Place { corner: number, ..self.place(&corner.image) }
     }
 
     fn add_border(&self, border: &BorderEdge, chain: &mut Chain) {

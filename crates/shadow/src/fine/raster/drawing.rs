@@ -1,8 +1,8 @@
 //! What is drawn of a face: borders wait in a list, and are drawn and forgotten as soon as there are more of them than cells.
 //!
 //! Few borders wait until all are there; then each tile is needed for a moment only. Many are drawn in parts: the tiles that they meet are kept, with the
-//! crossings in their cells for the estimate, and the list begins again. Both add up whole numbers, segment by segment, so the marks are the same; but cells that these
-//! leave open are only looked at again ([`open_cells`](super::open_cells)) where all borders are there, of which there are few enough for that to be of use. Memory: some
+//! crossings in their cells for the estimate, and the list begins again. Both add up whole numbers, segment by segment, so the marks are the same; but rims are joined, and cells that the marks
+//! leave open looked at again ([`open_cells`](super::open_cells)), only where all borders are there: how they fall into parts depends on the order of bodies. Memory: some
 //! 130 bytes a waiting border, looked at after each body, and of what is drawn 34 KiB a tile and 16 bytes a cell that a border touches (64 in tiles where a byte
 //! does not hold the changes in each cell); so besides the borders of one body it goes with the cells of the face, however many borders there are.
 
@@ -71,7 +71,6 @@ impl<'a> Drawing<'a> {
         }
         let tiles = self.tiles();
         self.kept.resize_with(tiles, || (0..tiles).map(|_| None).collect());
-        self.chain.join_rims();
         let [segments, veils] = self.bins();
         let (raster, chain, size) = (self.raster, &self.chain, self.size);
         self.kept.par_iter_mut().enumerate().for_each(|(number, kept)| {
@@ -87,7 +86,9 @@ impl<'a> Drawing<'a> {
         let mut kept = std::mem::take(&mut self.kept);
         let in_parts = !kept.is_empty();
         kept.resize_with(tiles, Row::new);
-        self.chain.join_rims();
+        if !in_parts {
+            self.chain.join_rims();
+        }
         let [segments, veils] = self.bins();
         let (raster, chain, size) = (self.raster, &self.chain, self.size);
         let settle = |(number, kept): (usize, Row)| {

@@ -59,7 +59,7 @@ pub(crate) struct Place {
     pub(crate) x: f64,
     pub(crate) y: f64,
     pub(crate) margin: f64,
-    /// The number of the body's point that is cast here, if it is one of its corners.
+    /// The number of the body's point that is cast here, if it is a corner clear of the face's plane.
     pub(crate) corner: Option<u32>,
 }
 

@@ -30,7 +30,7 @@ pub(crate) struct Veil {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chain {
     pub(crate) segments: Vec<Segment>,
-    /// The ends of each segment that are whole corners of a body. Apart from the rest: hardly any is asked for.
+    /// The ends of each segment that are corners of a body clear of the plane. Apart from the rest: hardly any is asked for.
     pub(crate) ends: Vec<[Option<CornerKey>; 2]>,
     pub(crate) veils: Vec<Veil>,
     /// How many bodies there have been.
