@@ -196,10 +196,9 @@ impl Band<'_> {
                 if segments.len() + veils.len() == 0 && kept.is_none() {
                     return Outcome::clear(carry[0]);
                 }
-                let met: Vec<Met> = segments.clone().map(|k| (&self.chain.segments[k], &self.chain.ends[k])).collect();
-                let segments = segments.map(|k| &self.chain.segments[k]);
                 let veils = veils.map(|k| &self.chain.veils[k]);
                 let Some(mut kept) = kept else {
+                    let met: Vec<Met> = segments.map(|k| (&self.chain.segments[k], &self.chain.ends[k])).collect();
                     fresh.move_to(place);
                     met.iter().for_each(|(segment, _)| fresh.add(segment));
                     veils.for_each(|veil| fresh.add_veil(veil));
@@ -208,7 +207,7 @@ impl Band<'_> {
                         look(self.raster, &fresh, open_cells, &met)
                     });
                 };
-                kept.draw(self.raster, segments, veils);
+                kept.draw(self.raster, segments.map(|k| &self.chain.segments[k]), veils);
                 let Kept { tile, crossings } = kept.as_ref();
                 self.settle_tile(tile, &mut carry, |(open, before)| {
                     Found::points(crossings.lit_points(tile, open, before))

@@ -8,7 +8,7 @@ use umbriel_octree::Quadrant;
 use super::{
     Raster,
     segments::Segment,
-    tile::{TILE, Tile},
+    tile::{TILE, Tile, columns},
 };
 use crate::fine::pattern;
 
@@ -120,15 +120,6 @@ impl Places {
     pub(super) fn of_cell(&self, [row, column]: [usize; 2]) -> usize {
         self.before[row] + (self.cells[row] & ((1 << column) - 1)).count_ones() as usize
     }
-}
-
-/// The columns of these bits of a row.
-pub(super) fn columns(mut bits: u64) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let column = bits.trailing_zeros() as usize;
-        bits &= bits.wrapping_sub(1);
-        (column < TILE).then_some(column)
-    })
 }
 
 fn lit_of(windings: &Windings) -> u8 {

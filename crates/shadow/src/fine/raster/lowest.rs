@@ -10,6 +10,8 @@
 //! segments that share an end do not cross, and the same edge there and back takes nothing (NUMERICS.md, "Borders on a face").
 //! Cost: some 20 ns for each pair of segments.
 
+use glam::DVec2;
+
 use super::segments::{CornerKey, Segment};
 
 /// With more segments a cell is not looked at.
@@ -36,8 +38,8 @@ pub(super) struct Surroundings {
 /// What is near a cell of a segment, from the cell's middle.
 #[derive(Clone, Copy, Debug)]
 struct Piece {
-    from: [f64; 2],
-    to: [f64; 2],
+    from: DVec2,
+    to: DVec2,
     net: i32,
     /// The corners at the segment's ends.
     edge: [Option<CornerKey>; 2],
@@ -88,7 +90,7 @@ impl Surroundings {
     /// Whether it is sure on which side of each piece the middle lies; notes it.
     fn middle_is_clear(&mut self) -> bool {
         self.pieces.iter_mut().all(|piece| {
-            let side = piece.side([0.0; 2], self.doubt);
+            let side = piece.side(DVec2::ZERO, self.doubt);
             piece.holds_middle = side == Some(true);
             side.is_some()
         })
@@ -100,7 +102,7 @@ impl Surroundings {
         let start = 0.5 * (piece.inside[0] + piece.inside[1]);
         let place = piece.at(start);
         // It hardly touches the cell.
-        if !place.iter().all(|x| x.abs() <= 0.5) {
+        if !place.abs().cmple(DVec2::splat(0.5)).all() {
             return false;
         }
         let mut winding = winding - piece.net;
@@ -158,7 +160,7 @@ impl Crossing {
 impl Piece {
     /// `None` if the segment is not in the cell.
     fn new(middle: [f64; 2], (segment, corners): Met, doubt: f64) -> Option<Self> {
-        let way = [minus(segment.from, middle), minus(segment.to, middle)];
+        let way = [segment.from, segment.to].map(|end| DVec2::from(end) - DVec2::from(middle));
         let [near, inside] = within(way, [REACH, 0.5 + doubt])?;
         let is_whole = [near[0] <= 0.0, near[1] >= 1.0];
         let [from, to] = [0, 1].map(|end| if is_whole[end] { way[end] } else { along(way, near[end]) });
@@ -167,7 +169,7 @@ impl Piece {
         Some(Self { from, to, net: segment.net, edge: *corners, ends, inside, holds_middle: false })
     }
 
-    fn at(&self, t: f64) -> [f64; 2] {
+    fn at(&self, t: f64) -> DVec2 {
         along([self.from, self.to], t)
     }
 
@@ -178,29 +180,24 @@ impl Piece {
     }
 
     /// The cross product of the piece with the way from its start to a point: positive on its left.
-    fn left(&self, point: [f64; 2]) -> f64 {
-        cross(minus(self.to, self.from), minus(point, self.from))
+    fn left(&self, point: DVec2) -> f64 {
+        (self.to - self.from).perp_dot(point - self.from)
     }
 
     /// Whether a point is on its left; `None` in doubt.
-    fn side(&self, point: [f64; 2], doubt: f64) -> Option<bool> {
+    fn side(&self, point: DVec2, doubt: f64) -> Option<bool> {
         sign(self.left(point), doubt)
     }
 
     /// How the winding changes across it on the straight way from the cell's middle to a point on its left or not; at least.
-    fn least_change_on_the_way_to(&self, point: [f64; 2], is_left: bool, doubt: f64) -> i32 {
+    fn least_change_on_the_way_to(&self, point: DVec2, is_left: bool, doubt: f64) -> i32 {
         if is_left == self.holds_middle {
             return 0;
         }
         let change = if is_left { self.net } else { -self.net };
-        match [self.from, self.to].map(|end| sign(cross(point, end), doubt)) {
-            [Some(from), Some(to)] => {
-                if from != to {
-                    change
-                } else {
-                    0
-                }
-            }
+        match [self.from, self.to].map(|end| sign(point.perp_dot(end), doubt)) {
+            [Some(from), Some(to)] if from == to => 0,
+            [Some(_), Some(_)] => change,
             _ => change.min(0),
         }
     }
@@ -239,9 +236,9 @@ fn sign(number: f64, doubt: f64) -> Option<bool> {
 }
 
 /// From where to where a way is in the squares of these half edges (Liang & Barsky 1984); `None` if it misses the last.
-fn within([from, to]: [[f64; 2]; 2], halves: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+fn within([from, to]: [DVec2; 2], halves: [f64; 2]) -> Option<[[f64; 2]; 2]> {
     let mut ranges = [[0.0_f64, 1.0_f64]; 2];
-    for (start, step) in from.into_iter().zip(minus(to, from)) {
+    for (start, step) in from.to_array().into_iter().zip((to - from).to_array()) {
         let inverse = 1.0 / step;
         for (range, half) in ranges.iter_mut().zip(halves) {
             if step == 0.0 {
@@ -255,16 +252,8 @@ fn within([from, to]: [[f64; 2]; 2], halves: [f64; 2]) -> Option<[[f64; 2]; 2]> 
     (ranges[1][0] <= ranges[1][1]).then_some(ranges)
 }
 
-fn along([from, to]: [[f64; 2]; 2], t: f64) -> [f64; 2] {
-    [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * t)
-}
-
-fn minus(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
+fn along([from, to]: [DVec2; 2], t: f64) -> DVec2 {
+    from + (to - from) * t
 }
 
 #[cfg(test)]
@@ -321,15 +310,16 @@ mod tests {
             let mut places: Vec<[f64; 2]> = lines.iter().flatten().copied().chain([MIDDLE]).collect();
             for (number, a) in lines.iter().enumerate() {
                 for b in &lines[..number] {
-                    let (u, v) = (minus(a[1], a[0]), minus(b[1], b[0]));
-                    let t = cross(minus(b[0], a[0]), v) / cross(u, v);
-                    places.extend((0.0..=1.0).contains(&t).then(|| along(*a, t)));
+                    let (a, b) = (a.map(DVec2::from), b.map(DVec2::from));
+                    let (u, v) = (a[1] - a[0], b[1] - b[0]);
+                    let t = (b[0] - a[0]).perp_dot(v) / u.perp_dot(v);
+                    places.extend((0.0..=1.0).contains(&t).then(|| along(a, t).to_array()));
                 }
             }
-            let round = (0..64).map(|k| glam::DVec2::from_angle(f64::from(k) * 0.098 + 0.0123) * 1e-7);
+            let round = (0..64).map(|k| DVec2::from_angle(f64::from(k) * 0.098 + 0.0123) * 1e-7);
             let round: Vec<[f64; 2]> = round.map(|step| step.to_array()).collect();
             let near = places.iter().flat_map(|p| round.iter().map(|step| [p[0] + step[0], p[1] + step[1]]));
-            let is_in = |p: &[f64; 2]| minus(*p, MIDDLE).iter().all(|x| x.abs() < 0.5);
+            let is_in = |p: &[f64; 2]| (0..2).all(|axis| (p[axis] - MIDDLE[axis]).abs() < 0.5);
             near.filter(is_in).map(|p| self.winding(p)).min().expect("the middle")
         }
 

@@ -5,9 +5,9 @@
 
 use super::{
     Raster,
-    estimate::{Estimate, OpenCell, Places, columns},
+    estimate::{Estimate, OpenCell, Places},
     lowest::{MOST_SEGMENTS, Met, Surroundings},
-    tile::{TILE, Tile},
+    tile::{TILE, Tile, columns},
 };
 
 /// What is found out about the open cells of a tile.

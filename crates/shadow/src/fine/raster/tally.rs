@@ -7,7 +7,7 @@ use umbriel_octree::Quadrant;
 
 use super::{
     Raster,
-    tile::{Proofs, TILE, TilePlace},
+    tile::{Proofs, TILE, TilePlace, columns},
 };
 use crate::{
     fine::{
@@ -109,10 +109,8 @@ impl TileMasks {
         let mut lit_points = lit_points.iter().map(|&points| u64::from(points));
         for row in 0..self.place.size as usize {
             tally.examined += u64::from(self.on_face[row].count_ones());
-            let mut left = self.open[row];
-            while left != 0 {
-                let is_half = self.halves[row] & left & left.wrapping_neg() != 0;
-                left &= left - 1;
+            for column in columns(self.open[row]) {
+                let is_half = self.halves[row] >> column & 1 == 1;
                 tally.points += 16;
                 tally.likely += cell_units(level, is_half).part(lit_points.next().unwrap_or(0));
             }

@@ -169,10 +169,7 @@ impl Tile {
             if open[local] == 0 {
                 return;
             }
-            let mut left = open[local] & bits(&place.columns(reach));
-            while left != 0 {
-                let column = left.trailing_zeros() as usize;
-                left &= left - 1;
+            for column in columns(open[local] & bits(&place.columns(reach))) {
                 let middle = self.middle([local, column]);
                 let is_left = match crossing {
                     Some(x) => (middle[0] < floor(x + 0.5) as f64) == is_upward,
@@ -239,6 +236,15 @@ impl Side {
         let times = u16::from(left >= -self.doubt) + u16::from(left.abs() <= self.doubt);
         self.net.saturating_mul(times)
     }
+}
+
+/// The columns of these bits of a row.
+pub(super) fn columns(mut bits: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let column = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (column < TILE).then_some(column)
+    })
 }
 
 /// The bits of a range of columns.
