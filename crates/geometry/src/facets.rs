@@ -246,6 +246,11 @@ impl Facets {
         self.inexact.iter().map(|image| image.point().slack.max_element()).fold(0.0, f64::max)
     }
 
+    /// Whether all points are where their float positions are; [`Facets::slack`] says how far they are off else.
+    pub fn are_floats(&self) -> bool {
+        self.inexact.is_empty()
+    }
+
     /// Whether the placement reversed the windings: the front is then where the corners run clockwise.
     pub fn is_mirrored(&self) -> bool {
         self.mirrored

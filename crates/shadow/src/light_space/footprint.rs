@@ -158,7 +158,7 @@ impl Footprint {
 }
 
 /// Edges whose functions are off by more than this, in parts of the window, say nothing.
-const VAGUE: f64 = 1.0 / (1u64 << 24) as f64;
+const VAGUE: f64 = 1.0 / (1u64 << 22) as f64;
 
 /// The function of one edge before it is scaled.
 struct Side {

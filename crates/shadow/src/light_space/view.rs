@@ -83,14 +83,23 @@ impl View {
         Homogeneous { x: u, y: v, w, h }
     }
 
-    /// Bound on the error of x, y and w of [`View::see`] for points whose coordinates are below `size` and known to
-    /// one ulp; that of h is as much times [`View::nearness_scale`].
+    /// Bound on the error of x, y and w of [`View::see`] for points that are off by `slack` in each coordinate and no farther than `reach` from
+    /// the view's origin along any axis; that of h is as much times [`View::nearness_scale`].
     ///
-    /// With m the greater of `size` and the origin's coordinates: an ulp is 2u·m, the difference rounds by u·2m, and its
-    /// part along, 2m(1 + 2u) with an error of 4um, is multiplied by a slope of at most 1 with an error of u: less than
-    /// 4um + 2um + 2um more; the sum, at most 4m, rounds by 4um. All together below 18um, without the second powers of u.
-    pub(crate) fn error(&self, size: f64) -> f64 {
-        20.0 * ROUNDOFF * size.max(self.origin.abs().max_element())
+    /// With p the slack and r the reach: a difference is off by p and rounds by ur. Its part along is multiplied by a slope of at most 1 with an
+    /// error of u, and rounds: p + 3ur in all; the sum of the two, at most 2r, rounds by 2ur. All together below 2p + 6ur, without the
+    /// second powers of u. What the scene's distance from the world's origin is does not matter, as long as coordinates are exact.
+    pub(crate) fn error(&self, slack: f64, reach: f64) -> f64 {
+        2.5 * slack + 8.0 * ROUNDOFF * reach
+    }
+
+    /// How far a box reaches from the origin of the view along any axis; 0 for an empty one.
+    pub(crate) fn reach(&self, bounds: &Aabb) -> f64 {
+        if bounds.is_empty() {
+            return 0.0;
+        }
+        let [low, high] = [bounds.min, bounds.max].map(|corner| (corner - self.origin).abs().max_element());
+        low.max(high) * (1.0 + f64::EPSILON)
     }
 
     /// A rectangle that holds the image of the hull of `corners`, least u, v and greatest u, v; `None` when a lamp's view

@@ -33,7 +33,7 @@ fn low_bits(sum: f64) -> u32 {
 
 /// One view, cut into tiles.
 pub(super) struct Grid<'a> {
-    pieces: &'a Pieces<'a>,
+    pub(super) pieces: &'a Pieces<'a>,
     pub(super) view: View,
     /// Place of the first tile's corner.
     corner: [f64; 2],
@@ -56,7 +56,7 @@ pub(super) struct Grids<'a> {
     pub(super) grids: Vec<Grid<'a>>,
     /// How many cells there are.
     pub(super) cells: u32,
-    /// The greatest magnitude of a coordinate of the pieces.
+    /// [`Pieces::size`].
     pub(super) size: f64,
 }
 
@@ -74,7 +74,7 @@ impl<'a> Grids<'a> {
             }
         }
         grids.iter_mut().filter_map(|grid| grid.places.last_mut()).for_each(|beside| beside.first = cells);
-        Some(Self { grids, cells, size: greatest(&pieces.bounds) })
+        Some(Self { grids, cells, size: pieces.size() })
     }
 }
 
@@ -94,7 +94,7 @@ struct Placed {
 impl<'a> Grid<'a> {
     /// Finds the tiles of all pieces.
     fn of(pieces: &'a Pieces<'a>, view: View, points: usize) -> Self {
-        let error = view.error(greatest(&pieces.bounds));
+        let error = view.error(pieces.slack, view.reach(&pieces.bounds));
         let seen = see_all(pieces, &view, error);
         let bounds =
             seen.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |all, placed| {
@@ -112,8 +112,8 @@ impl<'a> Grid<'a> {
         let grid_size = if seen.is_empty() { [0; 2] } else { [along(width), along(height)] };
         // Half a tile of nothing all round.
         let corner = [bounds[0] - 0.5 * side, bounds[1] - 0.5 * side];
-        // x' = 2d(x − u₀w) − (2i + 1)w: view.rs bounds x and w; with |u₀w| at most that of x, roundings add less than as much again.
-        let error = CornerError { place: 8.0 * density.max(1.0) * error, height: error * view.nearness_scale() };
+        let scale = if view.is_sun() { density } else { density.max(1.0) };
+        let error = CornerError { place: 8.0 * scale * error, height: error * view.nearness_scale() };
         let mut grid = Self {
             pieces,
             view,
@@ -235,11 +235,6 @@ impl<'a> Grid<'a> {
             }
         }
     }
-}
-
-/// The greatest magnitude of a coordinate of a box; 0 for an empty one.
-fn greatest(bounds: &Aabb) -> f64 {
-    if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() }
 }
 
 fn box_corners(bounds: &Aabb) -> [DVec3; 8] {

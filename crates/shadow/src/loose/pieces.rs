@@ -12,6 +12,8 @@ pub(super) struct Pieces<'a> {
     count: u32,
     /// Holds them all.
     pub(super) bounds: Aabb,
+    /// How far corners may be from where floats put them, in any coordinate.
+    pub(super) slack: f64,
 }
 
 /// The pieces of one object.
@@ -27,7 +29,7 @@ struct Numbered<'a> {
 
 /// One piece.
 pub(super) enum Piece {
-    /// Corners, each known to one ulp.
+    /// Corners, each known to the pieces' slack.
     Triangle([DVec3; 3]),
     /// A curved body may be anywhere inside its box.
     Box(Aabb),
@@ -36,7 +38,7 @@ pub(super) enum Piece {
 impl<'a> Pieces<'a> {
     /// Places every object of the scene that has no holes. `None` when 32 bits cannot number the pieces.
     pub(super) fn of(bodies: &'a Bodies) -> Option<Self> {
-        let mut pieces = Self { objects: Vec::new(), count: 0, bounds: Aabb::EMPTY };
+        let mut pieces = Self { objects: Vec::new(), count: 0, bounds: Aabb::EMPTY, slack: 0.0 };
         for object in 0..bodies.scene.objects.len() {
             let (bounds, body) = (bodies.bounds(object), bodies.get(object));
             if matches!(body, Body::Flat(facets) if facets.has_holes()) {
@@ -53,6 +55,10 @@ impl<'a> Pieces<'a> {
                 pieces.objects.push(Numbered { first: pieces.count, object, body, is_halved, bounds });
                 pieces.count = pieces.count.checked_add(count)?;
                 pieces.bounds = pieces.bounds.union(bounds);
+                if matches!(body, Body::Flat(facets) if !facets.are_floats()) {
+                    // Positions are within half an ulp.
+                    pieces.slack = pieces.slack.max(f64::EPSILON * greatest(&bounds));
+                }
             }
         }
         Some(pieces)
@@ -60,6 +66,11 @@ impl<'a> Pieces<'a> {
 
     pub(super) fn len(&self) -> u32 {
         self.count
+    }
+
+    /// The greatest magnitude of a coordinate of the pieces.
+    pub(super) fn size(&self) -> f64 {
+        greatest(&self.bounds)
     }
 
     /// The first and the last piece of a face; `None` where the object has no pieces.
@@ -100,6 +111,11 @@ impl<'a> Pieces<'a> {
     fn place_of(&self, piece: u32) -> usize {
         self.objects.partition_point(|numbered| numbered.first <= piece) - 1
     }
+}
+
+/// The greatest magnitude of a coordinate of a box; 0 for an empty one.
+fn greatest(bounds: &Aabb) -> f64 {
+    if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() }
 }
 
 #[inline]

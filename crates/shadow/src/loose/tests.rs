@@ -199,6 +199,46 @@ fn points_of_faces_are_answered_as_single_ones() {
     }
 }
 
+/// The ball and floor where surveys have their buildings, thousands of kilometres from the origin; turned as well, no corner is a float.
+fn surveyed(scene: &Scene, is_turned: bool) -> Scene {
+    let offset = DVec3::new(684_000.5, 12.25, -5_335_000.25);
+    let turn = if is_turned { DQuat::from_rotation_y(0.3) } else { DQuat::IDENTITY };
+    let Shape::Mesh(mesh) = &scene.objects[0].shape else { unreachable!("the ball is a mesh") };
+    let moved = mesh.positions().iter().map(|&position| (position + offset).to_array()).collect();
+    let (positions, placement) = if is_turned {
+        let placed = DAffine3::from_rotation_translation(turn, offset);
+        (mesh.positions().iter().map(|position| position.to_array()).collect(), Placement::new(placed))
+    } else {
+        (moved, Ok(Placement::IDENTITY))
+    };
+    let mesh = Mesh::new(positions, mesh.triangles().to_vec()).expect("a mesh");
+    let placement = placement.expect("a placement");
+    let object = Object::new("survey".into(), Shape::Mesh(mesh.into()), placement, Sides::Auto).expect("an object");
+    Scene { objects: vec![object], ..Scene::default() }
+}
+
+#[test]
+fn few_points_of_faces_are_in_doubt_far_from_the_origin() {
+    let near = scene();
+    let faces = 0..near.objects[0].face_count();
+    let points: Vec<FacePoint> =
+        faces.flat_map(|face| [(0.3, 0.2), (0.2, 0.5)].map(|(u, v)| FacePoint { object: 0, face, u, v })).collect();
+    for scene in [&near, &surveyed(&near, false), &surveyed(&near, true)] {
+        let queries = Queries::new(scene);
+        let pieces = Pieces::of(&queries.bodies).expect("few pieces");
+        let corner = scene.objects[0].bounds().max;
+        let lamp = LightSource::point((corner + DVec3::ONE).to_array()).expect("a lamp");
+        for light in [lights()[0], lights()[1], lamp] {
+            let grids = Grids::of(&pieces, &light, points.len()).expect("few cells");
+            let mut lit = vec![false; points.len()];
+            let part = Points::OnFaces(&points);
+            let doubtful =
+                queries.filter((&pieces, &grids), part, &light, &mut lit, &mut Room::default()).expect("accepted");
+            assert!(doubtful.len() < points.len() / 50, "{} of {} under {light:?}", doubtful.len(), points.len());
+        }
+    }
+}
+
 #[test]
 fn the_first_point_beside_its_face_is_refused() {
     let scene = mixed_scene();
