@@ -32,6 +32,8 @@ pub(crate) struct Footprint {
     pub(crate) nearest: f64,
     /// Holds the triangle where it is in front of the light: least u, v, greatest u, v; infinite where that is unknown.
     pub(crate) bounds: [f64; 4],
+    /// Light may come through it.
+    pub(crate) has_holes: bool,
     /// Seen the other way round than by its winding in (u, v); a hint for what belongs together.
     pub(crate) is_reversed: bool,
 }
@@ -56,6 +58,7 @@ impl Footprint {
             plane_error: f64::INFINITY,
             nearest: span.nearest,
             bounds: span.bounds,
+            has_holes: false,
             is_reversed: span.determinant < 0.0,
         };
         let (determinant, doubt) = (span.determinant, span.determinant_error);
@@ -77,6 +80,7 @@ impl Footprint {
             plane_error: f64::INFINITY,
             nearest: f64::NEG_INFINITY,
             bounds: [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
+            has_holes: false,
             is_reversed: false,
         };
         for triple in [[0, 1, 2], [3, 4, 5], [6, 7, 0]] {

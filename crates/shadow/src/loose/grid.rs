@@ -225,9 +225,10 @@ impl<'a> Grid<'a> {
             ..seen
         };
         match self.pieces.get(piece, hint) {
-            Piece::Triangle(corners) => {
+            piece @ (Piece::Triangle(corners) | Piece::CutOut(corners)) => {
                 let corners = corners.map(|corner| place(self.view.see(corner)));
-                Footprint::of(&corners, self.view.is_sun(), self.error)
+                let has_holes = matches!(piece, Piece::CutOut(_));
+                Footprint { has_holes, ..Footprint::of(&corners, self.view.is_sun(), self.error) }
             }
             Piece::Box(bounds) => {
                 let corners = box_corners(&bounds).map(|corner| place(self.view.see(corner)));
@@ -249,7 +250,7 @@ fn see_all(pieces: &Pieces, view: &View, error: f64) -> Vec<Placed> {
     let mut hint = 0;
     let rectangle = |piece: u32| {
         let bounds = match pieces.get(piece, &mut hint) {
-            Piece::Triangle(corners) => view.bounds(&corners, error),
+            Piece::Triangle(corners) | Piece::CutOut(corners) => view.bounds(&corners, error),
             Piece::Box(bounds) => view.bounds(&box_corners(&bounds), error),
         };
         Some(Placed { piece, bounds: bounds? })

@@ -76,7 +76,7 @@ pub(super) struct Square {
     pub(super) half: f32,
 }
 
-/// Where a group's triangles are, how near each comes, and whose planes are not known.
+/// Where a group's triangles are, how near each comes, and which hide nothing for certain: their planes are not known, or they have holes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
     /// Of each lane: least s and t, greatest s and t, rounded outward.
@@ -93,14 +93,14 @@ impl Extent {
     };
 
     #[inline]
-    pub(super) fn add(&mut self, lane: usize, footprint: &Footprint, is_plane: bool) {
+    pub(super) fn add(&mut self, lane: usize, footprint: &Footprint, hides: bool) {
         for (k, (bound, to)) in footprint.bounds.iter().zip(&mut self.bounds).enumerate() {
             // Differences from a place in the tile round by less than what cells are widened by.
             let bound = *bound as f32;
             to[lane] = if k < 2 { bound.next_down() } else { bound.next_up() };
         }
         self.nearest[lane] = (footprint.nearest as f32).next_up();
-        self.vague |= u8::from(!is_plane) << lane;
+        self.vague |= u8::from(!hides) << lane;
     }
 
     /// A rectangle that holds all.
@@ -127,8 +127,8 @@ impl Group {
     /// A group without triangles.
     pub(super) const EMPTY: Self = Self { edges: [[[0.0; 8], [0.0; 8], [-4.0; 8]]; 3], plane: [[0.0; 8]; 3] };
 
-    /// Puts a triangle into a lane. What is too far off is made vague: `unit` is 1 for a sun, 0 for a lamp. Whether the plane is known; where it
-    /// is not, a bound takes its place, and the triangle hides nothing for certain.
+    /// Puts a triangle into a lane. What is too far off is made vague: `unit` is 1 for a sun, 0 for a lamp. Whether it may hide something for certain: not
+    /// where it has holes, nor where its plane is not known and a bound takes its place.
     #[inline]
     pub(super) fn set(&mut self, lane: usize, footprint: &Footprint, unit: f32) -> bool {
         let [p, q, r] = footprint.plane;
@@ -142,7 +142,7 @@ impl Group {
         }
         let [p, q, r] = if is_plane { [p, q, r] } else { [0.0, 0.0, footprint.nearest] };
         [self.plane[0][lane], self.plane[1][lane], self.plane[2][lane]] = [p as f32, q as f32, r as f32];
-        is_plane
+        is_plane && !footprint.has_holes
     }
 
     /// Tests all eight, of which those in `vague` hide nothing for certain.

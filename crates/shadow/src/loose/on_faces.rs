@@ -188,7 +188,6 @@ impl Met {
             Body::Flat(facets) => {
                 let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
                 let kind = if flat_face_is_turned_to(bodies, object, face, light) {
-                    // What has holes has no pieces: nothing of it is among those in doubt.
                     let own = pieces.of_face(object, face).unwrap_or([u32::MAX, 0]);
                     Kind::Open(Open::of(facets, face, own))
                 } else {

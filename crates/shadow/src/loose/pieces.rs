@@ -1,8 +1,7 @@
-//! What can stand in the way, numbered through: triangles, halves of parallelograms, analytic bodies as wholes. Objects with holes are
-//! left out: what they do to points is asked point by point.
+//! What can stand in the way, numbered through: triangles, halves of parallelograms, analytic bodies as wholes.
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, Facet, Facets};
+use umbriel_geometry::{Aabb, Facet, Facets, cut_out::Opacity};
 
 use crate::bodies::{Bodies, Body};
 
@@ -31,19 +30,18 @@ struct Numbered<'a> {
 pub(super) enum Piece {
     /// Corners, each known to the pieces' slack.
     Triangle([DVec3; 3]),
+    /// A triangle with holes: it may block where it is met.
+    CutOut([DVec3; 3]),
     /// A curved body may be anywhere inside its box.
     Box(Aabb),
 }
 
 impl<'a> Pieces<'a> {
-    /// Places every object of the scene that has no holes. `None` when 32 bits cannot number the pieces.
+    /// Places every object of the scene. `None` when 32 bits cannot number the pieces.
     pub(super) fn of(bodies: &'a Bodies) -> Option<Self> {
         let mut pieces = Self { objects: Vec::new(), count: 0, bounds: Aabb::EMPTY, slack: 0.0 };
         for object in 0..bodies.scene.objects.len() {
             let (bounds, body) = (bodies.bounds(object), bodies.get(object));
-            if matches!(body, Body::Flat(facets) if facets.has_holes()) {
-                continue;
-            }
             let (faces, is_halved) = match body {
                 Body::Flat(facets) => (facets.len(), facets.iter().any(|face| face.corners().len() == 4)),
                 Body::Analytic(_) => (1, false),
@@ -103,7 +101,12 @@ impl<'a> Pieces<'a> {
         match numbered.body {
             Body::Analytic(_) => Piece::Box(numbered.bounds),
             Body::Flat(facets) => {
-                Piece::Triangle(corners(facets, (piece - numbered.first) as usize, numbered.is_halved))
+                let index = (piece - numbered.first) as usize;
+                let corners = corners(facets, index, numbered.is_halved);
+                match facets.opacity(index >> u32::from(numbered.is_halved)) {
+                    Opacity::Opaque => Piece::Triangle(corners),
+                    Opacity::Mixed | Opacity::Clear => Piece::CutOut(corners),
+                }
             }
         }
     }

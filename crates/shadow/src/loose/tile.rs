@@ -76,9 +76,9 @@ impl Tile {
             let (mut group, mut pieces, mut extent) = (Group::EMPTY, [0; 8], Extent::EMPTY);
             for (lane, &word) in eight.iter().enumerate() {
                 let number = word as u32 as usize;
-                let is_plane = group.set(lane, &footprints[number], unit);
+                let hides = group.set(lane, &footprints[number], unit);
                 pieces[lane] = numbers[number];
-                extent.add(lane, &footprints[number], is_plane);
+                extent.add(lane, &footprints[number], hides);
             }
             tile.groups.push(group);
             tile.pieces.push(pieces);

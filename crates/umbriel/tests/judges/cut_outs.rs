@@ -13,8 +13,8 @@ use umbriel_geometry::{
 };
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{
-    CellMethod, Detail, ObjectReport, Place, Points, Queries, Report, Request, Sampling, Silent, Verdict, bake,
-    for_each_sample,
+    CellMethod, Detail, FacePoint, ObjectReport, Place, Points, Queries, Report, Request, Sampling, Silent, Verdict,
+    bake, for_each_sample,
 };
 
 fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
@@ -325,7 +325,7 @@ fn samples_cells_and_loose_points_agree_with_queries() {
         let chance = Chance::new(&mut Dice::new("cut-out samples", case));
         let (scene, queries) = (&chance.scene, Queries::new(&chance.scene));
         let mut count = vec![(0, 0); scene.objects.len()];
-        let mut loose = Vec::new();
+        let (mut loose, mut oriented, mut on_faces) = (Vec::new(), Vec::new(), Vec::new());
         let samples = Some(Sampling::Count(3000));
         let request = |detail| Request { sampling: samples, ..Request::everything(scene, detail) };
         for_each_sample(scene, &request(Detail::Faces), |point| {
@@ -333,9 +333,18 @@ fn samples_cells_and_loose_points_agree_with_queries() {
             let lit = queries.lit(&place, chance.light()).expect("a point").lit;
             count[point.object].0 += 1;
             count[point.object].1 += u64::from(lit);
+            on_faces.push(FacePoint { object: point.object, face: point.face, u: point.u, v: point.v });
             if point.object == 0 {
                 // Above the floor, in space.
                 loose.push([8.0 * point.u - 4.0, 0.25 + point.v, 8.0 * point.v - 4.0]);
+            }
+            // On the surface, as floats put it: holes of a sheet are surface as well.
+            if let Some(facets) = scene.objects[point.object].facets() {
+                let corners = facets.facet(point.face).corners();
+                let at = |k: usize| facets.positions()[corners[k] as usize];
+                let [x, y, z] =
+                    (at(0) + (at(1) - at(0)) * point.u + (at(corners.len() - 1) - at(0)) * point.v).to_array();
+                oriented.push([x, y, z, 0.1, 1.0, 0.2]);
             }
         });
         for detail in [Detail::Faces, Detail::Depth { interior: 4, boundary: 4 }] {
@@ -345,10 +354,13 @@ fn samples_cells_and_loose_points_agree_with_queries() {
                 assert_eq!((samples.samples, samples.lit), *counted, "case {case}, {detail:?}, {}", object.object);
             }
         }
-        let many = queries.lit_many(Points::FreeDouble(&loose), chance.light(), &Silent).expect("points");
-        for (position, lit) in loose.into_iter().zip(many) {
-            let single = queries.lit(&Place::Free { position }, chance.light()).expect("a point").lit;
-            assert_eq!(lit, single, "case {case}: {position:?}");
+        for points in [Points::FreeDouble(&loose), Points::OrientedDouble(&oriented), Points::OnFaces(&on_faces)] {
+            let many = queries.lit_many(points, chance.light(), &Silent).expect("points");
+            for (index, lit) in many.into_iter().enumerate() {
+                let place = points.place(index);
+                let single = queries.lit(&place, chance.light()).expect("a point").lit;
+                assert_eq!(lit, single, "case {case}: {place:?}");
+            }
         }
     }
 }
