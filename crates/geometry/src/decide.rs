@@ -20,6 +20,11 @@ pub trait Decide: Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output =
     /// The sign, if it is known.
     fn decide(&self) -> Option<Sign>;
 
+    /// About self / divisor, as a first guess; NaN where that is dear.
+    fn about_ratio(&self, _divisor: &Self) -> f64 {
+        f64::NAN
+    }
+
     /// The sign of α + β·√d, d ≥ 0, if it is known.
     fn decide_with_root(alpha: Self, beta: Self, d: Self) -> Option<Sign> {
         let (a, b) = (alpha.decide()?, beta.decide()?.times(d.decide()?));
@@ -75,6 +80,10 @@ impl Decide for Approx {
 
     fn sum_of_three(terms: [Self; 3]) -> Self {
         Approx::sum_of_three(terms)
+    }
+
+    fn about_ratio(&self, divisor: &Self) -> f64 {
+        self.value / divisor.value
     }
 
     fn decide(&self) -> Option<Sign> {

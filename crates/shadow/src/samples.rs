@@ -1,6 +1,6 @@
 //! Samples without cells: flat receivers all at once ([`scan`](crate::fine::scan)), or in [`parts`](crate::parts) where meshes have instances.
 //!
-//! Receivers that a curved body or one with holes may shadow, and these themselves, are left to [`Receivers`](crate::receivers::Receivers).
+//! Receivers that a curved body may shadow, and these themselves, are left to [`Receivers`](crate::receivers::Receivers).
 //! Samples prove nothing about the surface between them: the lit area is bounded by nothing and by all.
 
 use std::sync::Arc;
@@ -47,7 +47,7 @@ impl<'a> Samples<'a> {
         asked: impl Fn(usize) -> bool,
     ) -> Self {
         let bodies = &stage.bodies;
-        let is_flat = |object: usize| !bodies.is_analytic(object) && !bodies.has_holes(object);
+        let is_flat = |object: usize| !bodies.is_analytic(object);
         let all_are_flat = (0..bodies.scene.objects.len()).all(is_flat);
         let is_under_flat = |object: usize| {
             all_are_flat || influences.occluders_of(object as u32).iter().all(|&occluder| is_flat(occluder as usize))

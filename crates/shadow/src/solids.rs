@@ -73,7 +73,8 @@ impl Solids {
     /// are no meshes have none.
     /// What `uses` knows of copies seen before is used.
     pub(crate) fn of(facets: &Facets, uses: &mut Uses) -> Self {
-        let (Some(triangles), true) = (facets.triangles(), facets.slack() == 0.0) else { return Self::default() };
+        let is_solid = facets.are_floats() && !facets.has_holes();
+        let (Some(triangles), true) = (facets.triangles(), is_solid) else { return Self::default() };
         let positions = facets.positions();
         let parts = parts(triangles);
         let solid = |uses: &mut Uses, part: &Run| {

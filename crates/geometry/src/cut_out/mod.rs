@@ -340,9 +340,12 @@ impl FaceCutOut<'_> {
         let own = self.corners.map(|corner| corner.place[axis]);
         let [mut low, mut high] = self.cut_out.texels([least(own), greatest(own)], count);
         high += i64::from(self.cut_out.filter == Filter::Nearest);
-        // The texel is at least `low` and below `high`.
+        // The texel is at least `low` and below `high`, and mostly the first that is asked.
+        let guess = (place.about_ratio(&met.weight) - shift).floor() as i64;
+        let mut guesses = [guess, guess.saturating_add(1)].into_iter();
         while high - low > 1 {
-            let middle = low + (high - low) / 2;
+            let guess = guesses.next().filter(|&guess| low < guess && guess < high);
+            let middle = guess.unwrap_or(low + (high - low) / 2);
             match past(middle).decide()? {
                 Sign::Negative => high = middle,
                 Sign::Zero | Sign::Positive => low = middle,

@@ -88,7 +88,7 @@ mod tests {
         #[inline(always)]
         fn run<S: Simd>(self, simd: S) -> u32 {
             let of = |axis: usize| self.1.map(|corner| simd.splat_int8(corner[axis] + MIDDLE[axis]));
-            let triangles = Triangles { x: of(0), y: of(1), depth: [simd.splat8(0.0); 3] };
+            let triangles = Triangles { x: of(0), y: of(1), depth: [simd.splat8(0.0); 3], holed: simd.mask8(0) };
             self.0.beside(simd, &triangles, MIDDLE)
         }
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use umbriel_geometry::{Facet, Facets, LightSource, Sign};
+use umbriel_geometry::{Facet, Facets, LightSource, Sign, cut_out::Opacity};
 
 use super::{
     clip::clip,
@@ -231,6 +231,12 @@ impl Faces<'_> {
     #[inline(always)]
     pub(super) fn clipped(&self, face: Face) -> Option<&[Image]> {
         if self.clipped.is_empty() { None } else { self.clipped.get(&face).map(Vec::as_slice) }
+    }
+
+    /// What of a face blocks.
+    #[inline(always)]
+    pub(super) fn opacity(&self, face: Face) -> Opacity {
+        self.sources[face.source as usize].facets.opacity(face.number as usize)
     }
 
     #[inline(always)]

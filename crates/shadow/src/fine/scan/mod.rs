@@ -3,7 +3,7 @@
 //! Problem: millions of points on planar faces, each lit or not under one light, exactly. In the light's own space ([`view`]) a
 //! shadow ray is a point, an occluder is a triangle, and both an edge of it and the line in which it meets a receiver's
 //! plane are linear in the row and the column of the receiver's lattice: in each row an occluder hides an interval of
-//! columns, for certain up to a derived band ([`spans`]). Samples in such a band are decided exactly. A convex solid is one occluder, its
+//! columns, for certain up to a derived band ([`spans`]). Samples in such a band, or under a triangle with holes, are decided exactly. A convex solid is one occluder, its
 //! outline and the planes of its faces ([`volumes`], [`shade`]). All other faces are sorted along the light's image ([`order`]); these and
 //! the solids lie under trees of boxes ([`tree`]); receivers that are neighbours there gather the occluders over them together
 //! ([`batch`]).

@@ -1,6 +1,9 @@
 //! Occluders side by side: eight triangles a pack.
 
-use umbriel_geometry::simd::{F8, Float, I8, Int, Mask, Simd};
+use umbriel_geometry::{
+    cut_out::Opacity,
+    simd::{F8, Float, I8, Int, M8, Mask, Simd},
+};
 
 use super::{
     faces::{Face, Faces, Piece, Rect},
@@ -23,6 +26,8 @@ pub(super) struct Pack {
     solid: [i32; WIDTH],
     /// The lanes whose second and third corner have changed places.
     turned: u8,
+    /// The lanes whose triangles have holes: they block nothing for certain.
+    holed: u8,
 }
 
 impl Pack {
@@ -35,14 +40,20 @@ impl Pack {
         number: [-1; WIDTH],
         solid: [-1; WIDTH],
         turned: 0,
+        holed: 0,
     };
 
-    /// Of eight pieces of faces at most.
+    /// Of eight pieces of faces at most, without those that are clear all over.
     pub(super) fn new(faces: &Faces, pieces: &[Piece]) -> Self {
         let mut pack = Self::EMPTY;
         for (lane, &piece) in pieces.iter().enumerate() {
             if let Some(corners) = faces.triangle(piece) {
                 let face = piece.face();
+                match faces.opacity(face) {
+                    Opacity::Opaque => {}
+                    Opacity::Mixed => pack.holed |= 1 << lane,
+                    Opacity::Clear => continue,
+                }
                 pack.set(lane, face, &corners);
                 let convex = faces.sources[face.source as usize].convex(face.number as usize);
                 pack.solid[lane] = convex.map_or(-1, |solid| solid as i32);
@@ -73,6 +84,7 @@ impl Pack {
             self.depth[k][to] = other.depth[k][from];
         }
         (self.source[to], self.number[to]) = (other.source[from], other.number[from]);
+        self.holed = self.holed & !(1 << to) | (other.holed >> from & 1) << to;
     }
 
     /// The corners of the triangle in a lane, as the face has them.
@@ -115,6 +127,7 @@ impl Pack {
             x: [simd.load_int(&self.x[0]), simd.load_int(&self.x[1]), simd.load_int(&self.x[2])],
             y: [simd.load_int(&self.y[0]), simd.load_int(&self.y[1]), simd.load_int(&self.y[2])],
             depth: [simd.load(&self.depth[0]), simd.load(&self.depth[1]), simd.load(&self.depth[2])],
+            holed: simd.mask8(u32::from(self.holed)),
         }
     }
 }
@@ -125,6 +138,8 @@ pub(super) struct Triangles<S: Simd> {
     pub(super) x: [I8<S>; 3],
     pub(super) y: [I8<S>; 3],
     pub(super) depth: [F8<S>; 3],
+    /// Those with holes.
+    pub(super) holed: M8<S>,
 }
 
 /// The corners of eight triangles counted from a point of the image.

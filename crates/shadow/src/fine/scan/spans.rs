@@ -78,6 +78,8 @@ pub(super) struct Functions<S: Simd> {
     nearer: M8<S>,
     /// Occluders of which nothing is certain inside.
     thin: M8<S>,
+    /// Occluders that block nothing for certain: those and what has holes.
+    vague: M8<S>,
     /// Whether some lane is neither.
     is_plane_used: bool,
 }
@@ -127,7 +129,7 @@ impl<S: Simd> Functions<S> {
         // Mostly the depths alone tell.
         let is_plane_used = (!(nearer | is_thin)).bits() & lanes != 0;
         let plane = if is_plane_used { plane(simd, (triangles, area), patch, &edges, errors) } else { edges[0] };
-        Self { edges, plane, nearer, thin: is_thin, is_plane_used }
+        Self { edges, plane, nearer, thin: is_thin, vague: is_thin | triangles.holed, is_plane_used }
     }
 
     /// One sample against all eight: those that block it for certain, and those in doubt.
@@ -143,7 +145,7 @@ impl<S: Simd> Functions<S> {
             return [0, 0];
         }
         let (nearer, off) = (self.plane.at(row, column), self.plane.tolerance);
-        let certain = least.gt(tolerance) & (self.nearer | nearer.gt(off)) & !self.thin;
+        let certain = least.gt(tolerance) & (self.nearer | nearer.gt(off)) & !self.vague;
         let beyond = nearer.lt(-off) & !(self.nearer | self.thin);
         [certain.bits(), (!(beside | beyond | certain)).bits()]
     }
@@ -156,7 +158,7 @@ impl<S: Simd> Functions<S> {
         let rows = simd.splat8((patch.rows - row).min(ROWS) as f32 - 1.0);
         let columns = simd.splat8((patch.columns - 1) as f32);
         let mut missed = simd.mask8(0);
-        let mut covered = !self.thin;
+        let mut covered = !self.vague;
         for edge in &self.edges {
             let [low, high] = edge.range(simd, first, rows, columns);
             missed = missed | high.lt(-edge.tolerance);
@@ -178,7 +180,7 @@ impl<S: Simd> Functions<S> {
         let (plane, plane_holds) =
             if self.is_plane_used { side(simd, &self.plane) } else { (Side::EMPTY, simd.mask8(0xff)) };
         let uses_plane = !(self.nearer | self.thin);
-        let holds = a_holds & b_holds & c_holds & (plane_holds | !uses_plane) & !self.thin;
+        let holds = a_holds & b_holds & c_holds & (plane_holds | !uses_plane) & !self.vague;
         Bounds { sides: [a, b, c, plane], uses_plane: uses_plane.bits(), uncertain: (!holds).bits() }
     }
 }
