@@ -1,12 +1,13 @@
 //! Samples without cells: flat receivers all at once ([`scan`](crate::fine::scan)), or in [`parts`](crate::parts) where meshes have instances.
 //!
-//! Receivers that a curved body may shadow, and these themselves, are left to [`Receivers`](crate::receivers::Receivers).
+//! Curved bodies, and receivers that they may shadow where there are few flat faces besides, are left to [`Receivers`](crate::receivers::Receivers): cells are decided as
+//! wholes. Elsewhere a curved body is in the way as its box is, and what is behind the box and lit else is asked.
 //! Samples prove nothing about the surface between them: the lit area is bounded by nothing and by all.
 
-use std::sync::Arc;
+use std::{borrow::Cow, sync::Arc};
 
 use rayon::prelude::*;
-use umbriel_geometry::{Facets, LightSource, Sign};
+use umbriel_geometry::{Aabb, Facets, LightSource, Mesh, Placement, Sign};
 
 use crate::{
     bake::Stage,
@@ -20,6 +21,9 @@ use crate::{
     solids::{Solids, Uses},
 };
 
+/// Flat faces of a receiver and of what may shadow it from which on samples by themselves are sooner done than cells, if curved bodies are among the latter.
+const MANY_FACES: usize = if cfg!(test) { 8 } else { 1 << 10 };
+
 /// The samples of all flat receivers under one light.
 pub(crate) struct Samples<'a> {
     stage: &'a Stage<'a>,
@@ -32,7 +36,8 @@ pub(crate) struct Samples<'a> {
 /// An object of a lot.
 struct Prepared<'b> {
     object: usize,
-    facets: &'b Facets,
+    /// Of a curved body those of its box.
+    facets: Cow<'b, Facets>,
     solids: Arc<Solids>,
     /// Of a receiver: its place in the request, and its samples.
     receives: Option<(usize, Arc<Layout>)>,
@@ -49,11 +54,17 @@ impl<'a> Samples<'a> {
         let bodies = &stage.bodies;
         let is_flat = |object: usize| !bodies.is_analytic(object);
         let all_are_flat = (0..bodies.scene.objects.len()).all(is_flat);
-        let is_under_flat = |object: usize| {
-            all_are_flat || influences.occluders_of(object as u32).iter().all(|&occluder| is_flat(occluder as usize))
+        let suits = |object: usize| {
+            let occluders = influences.occluders_of(object as u32);
+            let (flat, curved): (Vec<u32>, Vec<u32>) = occluders.iter().partition(|&&other| is_flat(other as usize));
+            let faces = || {
+                bodies.face_count(object) + flat.iter().map(|&other| bodies.face_count(other as usize)).sum::<usize>()
+            };
+            curved.is_empty() || faces() >= MANY_FACES
         };
         let taken = stage.request.receivers.iter().enumerate();
-        let taken = taken.map(|(receiver, &object)| asked(receiver) && is_flat(object) && is_under_flat(object));
+        let taken =
+            taken.map(|(receiver, &object)| asked(receiver) && is_flat(object) && (all_are_flat || suits(object)));
         Self { stage, light, influences, taken: taken.collect() }
     }
 
@@ -138,7 +149,13 @@ impl<'a> Samples<'a> {
         objects.dedup_by_key(|(object, _)| *object);
         objects.reverse();
         let prepare = |uses: &mut Uses, (object, receiver): (usize, Option<usize>)| {
-            let Body::Flat(facets) = bodies.get(object) else { return None };
+            let facets = match bodies.get(object) {
+                Body::Flat(facets) => facets,
+                Body::Analytic(_) => {
+                    let facets = Cow::Owned(box_of(&bodies.bounds(object))?);
+                    return Some(Prepared { object, facets, solids: Arc::default(), receives: None });
+                }
+            };
             let receives = receiver.map(|receiver| (receiver, self.layout(object, facets)));
             // Each object is one job, and lights go one after another: no job waits for what its own thread is making.
             let mut solids = || Arc::new(Solids::of(facets, uses));
@@ -147,7 +164,7 @@ impl<'a> Samples<'a> {
             } else {
                 Arc::clone(self.stage.solids.get_or_init(object, solids))
             };
-            Some(Prepared { object, facets, solids, receives })
+            Some(Prepared { object, facets: Cow::Borrowed(facets), solids, receives })
         };
         objects.into_par_iter().map_init(Uses::default, prepare).flatten_iter().collect()
     }
@@ -166,11 +183,26 @@ impl<'a> Samples<'a> {
 fn sampled<'s>(bodies: &Bodies, one: &'s Prepared<'s>, is_lit: &'s IsLit<'s>) -> Sampled<'s> {
     Sampled {
         object: one.object as u32,
-        facets: one.facets,
+        facets: &one.facets,
+        is_box: bodies.is_analytic(one.object),
         solids: &one.solids,
         receives: one.receives.as_ref().map(|(_, layout)| (&**layout, is_lit)),
         bounds: bodies.bounds(one.object),
     }
+}
+
+/// The sides of a box, to the outside; nothing of an empty one.
+fn box_of(bounds: &Aabb) -> Option<Facets> {
+    if bounds.is_empty() {
+        return None;
+    }
+    let at = |corner: usize, axis: usize| if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+    let corners = (0..8).map(|corner| [at(corner, 0), at(corner, 1), at(corner, 2)]).collect();
+    // Bit k of a corner's number says whether it lies at the far end of axis k.
+    let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let mesh = Mesh::new(corners, triangles).expect("boxes of bodies have accepted coordinates");
+    Some(Facets::of_mesh(mesh, &Placement::IDENTITY))
 }
 
 fn report(object: usize, layout: &Layout, samples: SampleCount) -> ObjectReport {

@@ -16,6 +16,8 @@ use crate::solids::Solids;
 pub(super) struct Source<'a> {
     pub(super) object: u32,
     pub(super) facets: &'a Facets,
+    /// See [`Sampled::is_box`].
+    is_box: bool,
     pub(super) solids: &'a Solids,
     /// What the numbers of its solids are counted from.
     pub(super) first_solid: u32,
@@ -26,10 +28,10 @@ pub(super) struct Source<'a> {
 impl<'a> Source<'a> {
     pub(super) fn all(objects: &[Sampled<'a>], light: &'a LightSource) -> Vec<Self> {
         let mut solid_count = 0;
-        let source = |&Sampled { object, facets, solids, receives, .. }: &Sampled<'a>| {
+        let source = |&Sampled { object, facets, is_box, solids, receives, .. }: &Sampled<'a>| {
             let first_solid = solid_count;
             solid_count += solids.len() as u32;
-            Self { object, facets, solids, first_solid, is_lit: receives.map(|(_, is_lit)| is_lit), light }
+            Self { object, facets, is_box, solids, first_solid, is_lit: receives.map(|(_, is_lit)| is_lit), light }
         };
         objects.iter().map(source).collect()
     }
@@ -57,6 +59,12 @@ impl<'a> Source<'a> {
     /// Which way a face turns as seen from the light. Exact.
     pub(super) fn turn(&self, face: usize) -> Sign {
         self.facets.turn(face, self.light)
+    }
+
+    /// Whether rays to the light only enter a box by a face: what they meet in it they leave by another one.
+    #[inline(always)]
+    pub(super) fn is_entered(&self, face: usize) -> bool {
+        self.is_box && self.turn(face) == Sign::Negative
     }
 
     /// Whether a face has nothing to receive, and blocks nothing that other faces of its solid do not block as well: on their
@@ -233,10 +241,11 @@ impl Faces<'_> {
         if self.clipped.is_empty() { None } else { self.clipped.get(&face).map(Vec::as_slice) }
     }
 
-    /// What of a face blocks.
+    /// What of a face blocks. A body may be anywhere in its box.
     #[inline(always)]
     pub(super) fn opacity(&self, face: Face) -> Opacity {
-        self.sources[face.source as usize].facets.opacity(face.number as usize)
+        let source = &self.sources[face.source as usize];
+        if source.is_box { Opacity::Mixed } else { source.facets.opacity(face.number as usize) }
     }
 
     #[inline(always)]

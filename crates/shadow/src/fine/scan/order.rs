@@ -141,17 +141,17 @@ impl Chunk {
     fn new(pieces: &[(u32, Range<usize>)], sources: &[Source], images: &Images, view: &View) -> Self {
         let mut items = Vec::with_capacity(pieces.iter().map(|(_, faces)| faces.len()).sum());
         let mut clipped = Vec::new();
-        for (source, faces) in pieces {
-            let facets = sources[*source as usize].facets;
-            let images = images.of(*source);
-            for number in faces.clone() {
-                let face = Face { source: *source, number: number as u32 };
+        for (index, faces) in pieces {
+            let source = &sources[*index as usize];
+            let (facets, images) = (source.facets, images.of(*index));
+            for number in faces.clone().filter(|&number| !source.is_entered(number)) {
+                let face = Face { source: *index, number: number as u32 };
                 let (corners, count) = corners(facets, images, number);
                 let (rect, pieces) = match sight(facets, number, &corners[..count], view) {
                     Sight::Nothing => continue,
                     Sight::Whole => {
                         let rect = Rect::of(&corners[..count]);
-                        if !view.concerns(&rect) || sources[*source as usize].is_spare(number, &corners, view) {
+                        if !view.concerns(&rect) || source.is_spare(number, &corners, view) {
                             continue;
                         }
                         (rect, count - 2)

@@ -42,6 +42,8 @@ pub(crate) type IsLit<'a> = dyn Fn(usize, Option<Sign>) -> bool + Sync + 'a;
 pub(crate) struct Sampled<'a> {
     pub(crate) object: u32,
     pub(crate) facets: &'a Facets,
+    /// The facets are those of a box, outward, and a curved body in it is in the way.
+    pub(crate) is_box: bool,
     pub(crate) solids: &'a Solids,
     /// `None` for an object that only blocks.
     pub(crate) receives: Option<(&'a Layout, &'a IsLit<'a>)>,
@@ -101,7 +103,8 @@ pub(crate) fn sample(
         let tree = Tree::of_packs(&packs);
         let errors = Errors { image: view.error as f32, depth: view.depth_error };
         let wide = (2.0 * view.error).ceil() as i32 + 2;
-        let unbounded = faces.clipped.iter().filter(|(_, images)| images.is_empty()).map(|(&face, _)| face).collect();
+        let unbounded = faces.clipped.iter().filter(|(_, images)| images.is_empty()).map(|(&face, _)| face);
+        let unbounded = unbounded.chain(boxes_round_lamp(objects, light)).collect();
         let sampler = Sampler {
             bodies,
             light,
@@ -124,6 +127,12 @@ pub(crate) fn sample(
     }
     decide_beside_lamp(bodies, light, objects, &lit);
     Ok(lit)
+}
+
+/// Boxes that rays to the lamp need not leave.
+fn boxes_round_lamp(objects: &[Sampled], light: &LightSource) -> impl Iterator<Item = Face> {
+    let is_round = |object: &Sampled| object.is_box && !light.is_sun() && object.bounds.contains(light.xyz());
+    (0..).zip(objects).filter(move |(_, object)| is_round(object)).map(|(source, _)| Face { source, number: 0 })
 }
 
 impl Sampler<'_> {
@@ -201,6 +210,10 @@ impl Sampler<'_> {
     /// Whether a face may block samples of another one: not if it is nowhere before that one's plane as seen from the light, nor if that one is nowhere
     /// behind its own. Exact.
     pub(super) fn may_block(&self, face: Face, occluder: Face) -> bool {
+        if self.objects[occluder.source as usize].is_box {
+            // What is in a box may block without its face.
+            return true;
+        }
         let own = (self.objects[face.source as usize].facets, face.number as usize);
         let other = (self.faces.sources[occluder.source as usize].facets, occluder.number as usize);
         let lies = |(facets, number): (&Facets, usize), plane: (&Facets, usize), aside: Sign| {
