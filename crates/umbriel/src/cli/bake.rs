@@ -8,7 +8,7 @@ use umbriel_io::{
     write::{Staged, WriteError, write_glb, write_gray_png, write_vtu},
 };
 use umbriel_scene::Scene;
-use umbriel_shadow::{CellMethod, Report, Request, Sampling};
+use umbriel_shadow::{CellMethod, Report, Request};
 
 use crate::{
     cli::{
@@ -46,10 +46,9 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     let interrupt = &Interrupt::install();
     let scene = &loaded.file.scene;
     let cells = outputs.cell_use();
-    let sampling = args.samples.map(Sampling::Count).or(args.spacing.map(Sampling::Spacing));
-    let choose = if sampling.is_some() { plan::choose_detail_beside_samples } else { plan::choose_detail };
+    let (sampling, detail) = plan::choose_samples_and_detail(args, &loaded.file, cells)?;
     let request = Request {
-        detail: choose(&args.detail, &loaded.file, cells)?,
+        detail,
         own: plan::own_details(&args.detail, &loaded.file, cells)?,
         sampling,
         lights,

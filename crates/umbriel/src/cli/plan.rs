@@ -5,12 +5,12 @@ use std::{collections::BTreeMap, path::Path, time::Instant};
 use umbriel_geometry::{LightDefect, LightSource, cut_out::Opacity};
 use umbriel_io::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis, surface_findings};
 use umbriel_scene::{Finding, FindingKind, Light, Scene, Shape, Sides};
-use umbriel_shadow::{Detail, OwnDetails, Request, most_samples};
+use umbriel_shadow::{Detail, OwnDetails, Request, Sampling, most_samples};
 
 use crate::{
     cli::{
         Failure,
-        args::{BlendChoice, DetailArgs, LightArgs, SceneArgs, SidesChoice, Up},
+        args::{BakeArgs, BlendChoice, DetailArgs, LightArgs, SceneArgs, SidesChoice, Up},
         glob::Pattern,
         reach::{self, VisibleFrom},
     },
@@ -192,14 +192,16 @@ pub(crate) enum CellUse {
     Cells,
 }
 
-/// The detail where samples are asked for: cells only if somebody typed how fine, or looks at them.
-pub(crate) fn choose_detail_beside_samples(
-    args: &DetailArgs,
+/// The samples that are asked for, and the detail: cells beside samples only if somebody typed how fine, or looks at them.
+pub(crate) fn choose_samples_and_detail(
+    args: &BakeArgs,
     file: &LoadedScene,
     cells: CellUse,
-) -> Result<Detail, Failure> {
-    let is_typed = args.pixel.is_some() || typed(args).is_some();
-    if is_typed || cells == CellUse::Cells { choose_detail(args, file, cells) } else { Ok(Detail::Faces) }
+) -> Result<(Option<Sampling>, Detail), Failure> {
+    let sampling = args.samples.map(Sampling::Count).or(args.spacing.map(Sampling::Spacing));
+    let is_typed = args.detail.pixel.is_some() || typed(&args.detail).is_some();
+    let are_alone = sampling.is_some() && !is_typed && cells == CellUse::Sums;
+    Ok((sampling, if are_alone { Detail::Faces } else { choose_detail(&args.detail, file, cells)? }))
 }
 
 /// The detail: as typed, else as the scene file says, else the source's typical depths.

@@ -8,7 +8,7 @@ use umbriel_io::{
     write::{Staged, WriteError, write_glb, write_vtu},
 };
 use umbriel_scene::{Finding, FindingKind};
-use umbriel_shadow::{CellMethod, HoursError, OwnDetails, Request, Sampling, TimedLight, bake_hours};
+use umbriel_shadow::{CellMethod, HoursError, OwnDetails, Request, TimedLight, bake_hours};
 
 use crate::{
     cli::{
@@ -41,10 +41,11 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
     let lights = place(&rows, &mut loaded.file, path)?;
     let cells = outputs.cell_use();
     let scene = &loaded.file.scene;
+    let (sampling, detail) = plan::choose_samples_and_detail(args, &loaded.file, cells)?;
     let request = Request {
-        detail: plan::choose_detail(&args.detail, &loaded.file, cells)?,
+        detail,
         own: OwnDetails::default(),
-        sampling: args.samples.map(Sampling::Count).or(args.spacing.map(Sampling::Spacing)),
+        sampling,
         lights: Vec::new(),
         receivers: plan::choose_receivers(scene, &args.receiver)?,
         keep_cells: cells == CellUse::Cells,

@@ -81,6 +81,18 @@ fn rows_last_as_long_as_they_say() {
 }
 
 #[test]
+fn samples_alone_need_no_cells() {
+    let workspace = workspace(DAY);
+    let alone = json(&workspace, "--samples 40000");
+    assert_eq!(alone["detail"]["faces"], "whole", "{}", alone["detail"]);
+    let hours = |bake: &Value| number(bake, "/suns/objects/0/sampled_hours");
+    // The plate hides 2 of 64 m² from each of two suns of half an hour.
+    assert!((hours(&alone) - 62.0 / 64.0).abs() < 1e-3, "{alone}");
+    let beside = json(&workspace, "--samples 40000 --boundary-depth 4");
+    assert_eq!((beside["detail"]["boundary_depth"].as_u64(), hours(&beside)), (Some(4), hours(&alone)));
+}
+
+#[test]
 fn directions_are_taken_as_they_are() {
     let workspace = workspace("x,y,z\n0,-1,0\n0,1,0\n");
     let run = workspace.run("bake plate.toml --suns day.csv").succeeds();
