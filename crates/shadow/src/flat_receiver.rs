@@ -36,6 +36,17 @@ const TILES_A_CELL: u64 = 4;
 /// Undecided cells that are drawn in the time of a cell of a quadtree.
 const DRAWN_A_CELL: u64 = 4;
 
+/// All facets of a body are looked at in the time in which so many times fewer are found over a face and put together.
+const FOUND_A_FACET: usize = 12;
+
+/// What is drawn on a face by [`raster`].
+struct Drawn {
+    /// The facets that are found over the face, rather than all of the bodies that may shadow it.
+    are_found: bool,
+    /// What that costs, in looks at facets.
+    looks: usize,
+}
+
 /// One face that is asked for.
 pub(crate) struct FlatReceiver<'a> {
     all: &'a Receivers<'a>,
@@ -86,7 +97,8 @@ impl<'a> FlatReceiver<'a> {
             return FlatFace::decided(self.shape, Verdict::Shadowed, self.levels, self.lattice);
         }
         let crowded = self.effort_in_crowd();
-        let by_borders = if crowded.is_none() && self.suits_borders() { self.draw().ok() } else { None };
+        let drawn = if crowded.is_none() { self.suits_borders() } else { None };
+        let by_borders = drawn.and_then(|drawn| self.draw(&drawn).ok());
         by_borders.unwrap_or_else(|| self.divide(crowded))
     }
 
@@ -104,13 +116,13 @@ impl<'a> FlatReceiver<'a> {
         self.all.among(objects)
     }
 
-    /// Whether the face is one for [`raster`], and likely to be done sooner by it.
-    fn suits_borders(&self) -> bool {
+    /// Whether the face is one for [`raster`], and likely to be done sooner by it; then with the facets of what bodies.
+    fn suits_borders(&self) -> Option<Drawn> {
         let level = self.levels.finest;
         let method = self.all.request.method;
         // The borders are drawn on cells of one size.
         if method == CellMethod::Quadtree || level > raster::MOST_LEVEL || self.levels.pixel.is_some() {
-            return false;
+            return None;
         }
         let (mut facets, mut others) = (0, Vec::new());
         for &object in self.objects().iter() {
@@ -125,32 +137,38 @@ impl<'a> FlatReceiver<'a> {
         let others = occluders.candidates(Among::Objects(&others), &self.corners);
         let meets_others = !others.bodies.is_empty() || others.facets.iter().any(|&id| id != self.id);
         if facets >= raster::MAX_FACETS || meets_others {
-            return false;
+            return None;
         }
-        let expected = || occluders.expected_facets(self.objects(), &self.corners);
-        method == CellMethod::Borders || raster::is_sooner(level, facets, expected())
+        let expected = occluders.expected_facets(self.objects(), &self.corners);
+        let found = FOUND_A_FACET * expected.ceil() as usize;
+        let drawn = Drawn { are_found: found < facets, looks: found.min(facets) };
+        (method == CellMethod::Borders || raster::is_sooner(level, drawn.looks, expected)).then_some(drawn)
     }
 
     /// By borders, and what that cost.
-    fn draw(&self) -> Result<Tally<Units>, GiveUp> {
-        let mut tally = self.rasterise()?;
+    fn draw(&self, drawn: &Drawn) -> Result<Tally<Units>, GiveUp> {
+        let mut tally = self.rasterise(drawn)?;
         let level = self.levels.finest;
         let open = tally.undecided / cell_units(level, false);
-        let facets: usize = self.objects().iter().map(|&object| self.all.bodies.face_count(object as usize)).sum();
         let tiles = 1u64 << (2 * level.saturating_sub(raster::TILE_LEVEL));
         tally.cost = Cost {
             level,
-            base: facets as u64 / FACETS_A_CELL + tiles / TILES_A_CELL,
+            base: drawn.looks as u64 / FACETS_A_CELL + tiles / TILES_A_CELL,
             cells: (open / DRAWN_A_CELL).max(1),
         };
         Ok(tally)
     }
 
-    fn rasterise(&self) -> Result<Tally<Units>, GiveUp> {
+    fn rasterise(&self, drawn: &Drawn) -> Result<Tally<Units>, GiveUp> {
         let (bodies, occluders) = (self.all.bodies, &self.all.occluders);
         let is_flat = |object: usize| !bodies.is_analytic(object) && !bodies.has_holes(object);
         let flat: Vec<u32> = self.objects().iter().copied().filter(|&object| is_flat(object as usize)).collect();
-        let add = |object: u32, plane: &Plane, chain: &mut Chain| occluders.add_borders(object, plane, chain);
+        let found = drawn.are_found.then(|| occluders.candidates(self.among(), &self.corners).facets_by_object());
+        let flat = found.as_ref().map_or(flat, |found| found.keys().copied().collect());
+        let add = |object: u32, plane: &Plane, chain: &mut Chain| {
+            let some = found.as_ref().map(|found| found[&object].as_slice());
+            occluders.add_borders((object, some), plane, chain)
+        };
         let raster = Raster {
             shape: self.shape,
             levels: self.levels,

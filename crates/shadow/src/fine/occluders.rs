@@ -10,7 +10,7 @@ mod promise;
 pub(crate) mod throng;
 pub(crate) mod tickets;
 
-use std::{ops::ControlFlow, sync::OnceLock, time::Instant};
+use std::{collections::BTreeMap, ops::ControlFlow, sync::OnceLock, time::Instant};
 
 use umbriel_geometry::{Aabb, Facets, LightSource, PlacedAnalytic, Point, Sign, analytic::Glance};
 
@@ -54,6 +54,12 @@ impl Candidates {
         objects.sort_unstable();
         objects.dedup();
         objects
+    }
+
+    /// The facets of each object; both ascend.
+    pub(crate) fn facets_by_object(&self) -> BTreeMap<u32, Vec<u32>> {
+        let of_one = |facets: &[FacetId]| (facets[0].object, facets.iter().map(|id| id.facet).collect());
+        self.facets.chunk_by(|a, b| a.object == b.object).map(of_one).collect()
     }
 }
 
@@ -153,22 +159,34 @@ impl<'a> Occluders<'a> {
             .get_or_init(|| Silhouette::new(self.bodies.edges(object as usize, facets), self.turns(object)))
     }
 
-    /// Adds the borders of a body with flat faces and no holes. An instance that the group has not placed is placed for this alone: a large face has all
-    /// of them before it.
-    pub(crate) fn add_borders(&self, object: u32, plane: &Plane, chain: &mut Chain) -> Result<(), GiveUp> {
+    /// Adds the borders of a body with flat faces and no holes, or of `some` of its facets. An instance that the group has not placed is placed for this alone: a large
+    /// face has all of them before it.
+    pub(crate) fn add_borders(
+        &self,
+        (object, some): (u32, Option<&[u32]>),
+        plane: &Plane,
+        chain: &mut Chain,
+    ) -> Result<(), GiveUp> {
         let (number, bounds) = (object as usize, &self.bodies.bounds(object as usize));
         if self.bodies.is_kept(number) {
             let Body::Flat(facets) = self.bodies.get(number) else { return Ok(()) };
-            let (turns, silhouette) = (self.turns(object), self.silhouette(object, facets));
-            return chain.add(plane, &Occluder { facets, bounds, turns, silhouette });
+            let turns = self.turns(object);
+            let silhouette = match some {
+                Some(some) => &Silhouette::of_some(facets, turns, some),
+                None => self.silhouette(object, facets),
+            };
+            return chain.add(plane, &Occluder { facets, bounds, turns, silhouette, some });
         }
         if !plane.is_reached_by(bounds)? {
             return Ok(());
         }
         let Some(facets) = self.bodies.scene.objects[number].facets() else { return Ok(()) };
         let turns: Vec<Sign> = (0..facets.len()).map(|facet| facets.turn(facet, self.light)).collect();
-        let silhouette = &Silhouette::new(&self.bodies.edges_of(number, &facets), &turns);
-        chain.add(plane, &Occluder { facets: &facets, bounds, turns: &turns, silhouette })
+        let silhouette = match some {
+            Some(some) => Silhouette::of_some(&facets, &turns, some),
+            None => Silhouette::new(&self.bodies.edges_of(number, &facets), &turns),
+        };
+        chain.add(plane, &Occluder { facets: &facets, bounds, turns: &turns, silhouette: &silhouette, some })
     }
 
     /// Which way a facet turns, seen from the light.

@@ -80,7 +80,10 @@ pub(crate) struct Occluder<'a> {
     pub(crate) facets: &'a Facets,
     pub(crate) bounds: &'a Aabb,
     pub(crate) turns: &'a [Sign],
+    /// Of all its facets, or of some.
     pub(crate) silhouette: &'a Silhouette,
+    /// Those; `None` for all.
+    pub(crate) some: Option<&'a [u32]>,
 }
 
 /// One body before a face.
@@ -91,30 +94,36 @@ pub(crate) struct BodyChain<'a> {
     pub(super) bounds: ImageBounds,
     /// Points no farther than this from the plane (as h) are looked at exactly.
     near: f64,
-    /// Empty where all points are above the plane and well below the light.
+    /// Not all points are above the plane and well below the light.
+    is_cut: bool,
+    /// Where the points lie, if that is known beforehand.
     states: Vec<u8>,
 }
 
 impl Chain {
     /// Adds one body.
     pub(crate) fn add(&mut self, plane: &Plane, occluder: &Occluder) -> Result<(), GiveUp> {
-        let Occluder { facets, bounds, turns, silhouette } = *occluder;
+        let Occluder { facets, bounds, turns, silhouette, some } = *occluder;
         let slack = match facets.triangles() {
             Some(_) => DVec3::ZERO,
             None => (0..facets.positions().len() as u32).fold(DVec3::ZERO, |s, k| s.max(facets.point(k).slack)),
         };
         let (reach, image_bounds, near) = plane.reach(bounds, slack)?;
-        let mut body = BodyChain { plane, facets, turns, bounds: image_bounds, near, states: Vec::new() };
-        match reach {
-            Reach::Nothing => return Ok(()),
-            Reach::Above => {}
-            Reach::Cut => {
-                body.states = facets.positions().iter().enumerate().map(|(k, &p)| body.state(k, p)).collect();
-                count(Level::Double, body.states.iter().filter(|state| **state & place::CLEAR != 0).count() as u64);
-            }
+        if reach == Reach::Nothing {
+            return Ok(());
+        }
+        let is_cut = reach == Reach::Cut;
+        let mut body = BodyChain { plane, facets, turns, bounds: image_bounds, near, is_cut, states: Vec::new() };
+        if is_cut && some.is_none() {
+            body.states = (0..facets.positions().len() as u32).map(|point| body.find_state(point)).collect();
+            count(Level::Double, body.states.iter().filter(|state| **state & place::CLEAR != 0).count() as u64);
         }
         self.bodies += 1;
-        body.add_cuts(silhouette, self)?;
+        match some {
+            _ if !is_cut => silhouette.edge_on.iter().try_for_each(|&facet| body.add_facet(facet, self))?,
+            Some(some) => body.add_cuts(some.iter().copied(), self)?,
+            None => body.add_cuts(0..facets.len() as u32, self)?,
+        }
         for border in &silhouette.borders {
             body.add_border(border, self);
         }
@@ -174,8 +183,17 @@ impl Plane<'_> {
 }
 
 impl BodyChain<'_> {
-    /// Where point `k` lies.
-    fn state(&self, k: usize, position: DVec3) -> u8 {
+    /// Where a point lies.
+    fn state(&self, point: u32) -> u8 {
+        match self.states.get(point as usize) {
+            _ if !self.is_cut => place::ABOVE,
+            Some(&state) => state,
+            None => self.find_state(point),
+        }
+    }
+
+    fn find_state(&self, point: u32) -> u8 {
+        let position = self.facets.positions()[point as usize];
         let h = self.plane.projection.image(position).h;
         if h < -self.near {
             return place::BELOW;
@@ -184,15 +202,15 @@ impl BodyChain<'_> {
             let w = self.plane.projection.image(position).w;
             return if w < self.plane.projection.cutoff() { place::ABOVE | place::HIGH } else { place::ABOVE };
         }
-        match self.exact_side(k, position) {
+        match self.exact_side(point, position) {
             Sign::Zero => place::ON,
             Sign::Positive => place::JUST_ABOVE,
             Sign::Negative => place::JUST_BELOW,
         }
     }
 
-    fn exact_side(&self, k: usize, position: DVec3) -> Sign {
-        let point = self.facets.point(k as u32);
+    fn exact_side(&self, point: u32, position: DVec3) -> Sign {
+        let point = self.facets.point(point);
         let height = self.plane.projection.height(position);
         let is_exact = point.slack == DVec3::ZERO && self.plane.corners[0].slack == DVec3::ZERO;
         if let Some(sign) = height.sign().filter(|_| is_exact) {
@@ -205,7 +223,7 @@ impl BodyChain<'_> {
 
     fn corner(&self, point: u32) -> Corner {
         let image = self.plane.projection.image(self.facets.positions()[point as usize]);
-        Corner { point, image, state: self.states.get(point as usize).copied().unwrap_or(place::ABOVE) }
+        Corner { point, image, state: self.state(point) }
     }
 
     /// How often a facet's border runs counter-clockwise round its image when its corners are taken in order.
@@ -213,14 +231,15 @@ impl BodyChain<'_> {
         self.turns[facet as usize].times(self.plane.facing) as i32 - Sign::Zero as i32
     }
 
-    /// Looks at all facets that are not simply above the plane.
-    fn add_cuts(&self, silhouette: &Silhouette, chain: &mut Chain) -> Result<(), GiveUp> {
-        if self.states.is_empty() {
-            return silhouette.edge_on.iter().try_for_each(|&facet| self.add_facet(facet, chain));
-        }
-        for facet in 0..self.facets.len() as u32 {
+    /// Looks at those facets that are not simply above the plane.
+    fn add_cuts(&self, facets: impl Iterator<Item = u32>, chain: &mut Chain) -> Result<(), GiveUp> {
+        for facet in facets {
             let corners = self.facets.facet(facet as usize).corners();
-            let joined = corners.iter().fold(0, |joined, &corner| joined | self.states[corner as usize]);
+            let joined = corners.iter().fold(0, |joined, &corner| joined | self.state(corner));
+            // Where states are not known beforehand.
+            if self.states.is_empty() && joined & place::CLEAR != 0 {
+                count(Level::Double, corners.len() as u64);
+            }
             let is_plain = joined == place::ABOVE && self.turns[facet as usize] != Sign::Zero;
             let is_harmless = joined & (place::ABOVE | place::JUST_ABOVE) == 0;
             if !is_plain && !is_harmless {

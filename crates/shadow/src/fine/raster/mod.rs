@@ -7,8 +7,8 @@
 //! ([`tile`]). This is the winding rule of the fine step, for all cells of a face at once (Catmull 1984 and many rasterisers
 //! since accumulate signed edges in this way; that it proves cells is NUMERICS.md, "Borders on a face").
 //!
-//! Guarantee: a cell is lit or shadowed only if all its points are. Cost: a look at each facet that may reach the plane,
-//! about 20 ns a border edge, 10 ns a row of a segment, 100 ns a tile. What breaks it: facets that come too near to the light,
+//! Guarantee: a cell is lit or shadowed only if all its points are. Cost: a look at each facet that may reach the plane, or some 100 ns for each that
+//! is found over the face, about 20 ns a border edge, 10 ns a row of a segment, 100 ns a tile. What breaks it: facets that come too near to the light,
 //! or a light hardly above the plane; such faces are given up ([`GiveUp`]).
 
 mod beside;
