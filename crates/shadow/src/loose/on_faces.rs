@@ -16,7 +16,6 @@ use crate::{
         sorted::Buckets,
     },
     query::{Place, Queries, QueryDefect},
-    receivers::flat_corners,
 };
 
 /// The point (u, v) of a face: triangle (or side, or patch) `face` of object `object`, its corners in input order.
@@ -92,18 +91,14 @@ impl Open {
     /// With corners up to m in size and off by s, and u' = 2^-53: an edge is off by 2u'm, its multiple rounds by 2u'm; the sums, at most m and 3m in size, round by
     /// u'm and 3u'm: 12u'm in all, without second powers. A place is a sum of corners with weights of 3 at most, and lies between them.
     fn of(facets: &Facets, face: usize, own: [u32; 2]) -> Self {
-        let corners = flat_corners(facets, face, 0);
-        let [a, b, _, d] = &corners;
-        let size = corners.iter().map(|corner| corner.position.abs().max_element()).fold(0.0, f64::max);
-        let slack = corners.iter().map(|corner| corner.slack.max_element()).fold(0.0, f64::max);
+        let corners = facets.facet(face).corners();
+        let at = |k: usize| facets.positions()[corners[k] as usize];
+        let [a, b, d] = [at(0), at(1), at(corners.len() - 1)];
+        let size = (0..corners.len()).map(|k| at(k).abs().max_element()).fold(0.0, f64::max);
+        // Positions are within half an ulp.
+        let slack = if facets.are_floats() { 0.0 } else { f64::EPSILON * size };
         let slack = 3.0 * slack + 8.0 * f64::EPSILON * size;
-        Self {
-            corner: a.position,
-            edges: [b.position - a.position, d.position - a.position],
-            slack,
-            size: size + slack,
-            own,
-        }
+        Self { corner: a, edges: [b - a, d - a], slack, size: size + slack, own }
     }
 }
 
