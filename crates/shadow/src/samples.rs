@@ -7,7 +7,7 @@
 use std::{borrow::Cow, sync::Arc};
 
 use rayon::prelude::*;
-use umbriel_geometry::{Aabb, Facets, LightSource, Mesh, Placement, Sign};
+use umbriel_geometry::{Aabb, Facets, LightSource, MAX_MAGNITUDE, MIN_MAGNITUDE, Mesh, Placement, Sign};
 
 use crate::{
     bake::Stage,
@@ -57,10 +57,10 @@ impl<'a> Samples<'a> {
         let suits = |object: usize| {
             let occluders = influences.occluders_of(object as u32);
             let (flat, curved): (Vec<u32>, Vec<u32>) = occluders.iter().partition(|&&other| is_flat(other as usize));
-            let faces = || {
-                bodies.face_count(object) + flat.iter().map(|&other| bodies.face_count(other as usize)).sum::<usize>()
-            };
-            curved.is_empty() || faces() >= MANY_FACES
+            let has_box = |&other: &u32| is_accepted(&bodies.bounds(other as usize));
+            let of_others: usize = flat.iter().map(|&other| bodies.face_count(other as usize)).sum();
+            let has_many = bodies.face_count(object) + of_others >= MANY_FACES;
+            curved.is_empty() || has_many && curved.iter().all(has_box)
         };
         let taken = stage.request.receivers.iter().enumerate();
         let taken =
@@ -152,7 +152,7 @@ impl<'a> Samples<'a> {
             let facets = match bodies.get(object) {
                 Body::Flat(facets) => facets,
                 Body::Analytic(_) => {
-                    let facets = Cow::Owned(box_of(&bodies.bounds(object))?);
+                    let facets = Cow::Owned(sides_of(&bodies.bounds(object))?);
                     return Some(Prepared { object, facets, solids: Arc::default(), receives: None });
                 }
             };
@@ -191,17 +191,28 @@ fn sampled<'s>(bodies: &Bodies, one: &'s Prepared<'s>, is_lit: &'s IsLit<'s>) ->
     }
 }
 
-/// The sides of a box, to the outside; nothing of an empty one.
-fn box_of(bounds: &Aabb) -> Option<Facets> {
+/// Whether a mesh may have the corners of a box.
+fn is_accepted(bounds: &Aabb) -> bool {
+    bounds.is_empty() || bounds.min.abs().max(bounds.max.abs()).max_element() <= MAX_MAGNITUDE
+}
+
+/// The sides of a box, to the outside, or of one that is hardly larger; `None` for an empty one, and for one that is not accepted.
+fn sides_of(bounds: &Aabb) -> Option<Facets> {
     if bounds.is_empty() {
         return None;
     }
-    let at = |corner: usize, axis: usize| if corner >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-    let corners = (0..8).map(|corner| [at(corner, 0), at(corner, 1), at(corner, 2)]).collect();
+    // What is too small for a mesh is rounded outward.
+    let outward = |x: f64, way: f64| match x {
+        x if x.abs() >= MIN_MAGNITUDE || x == 0.0 => x,
+        x if x * way > 0.0 => way * MIN_MAGNITUDE,
+        _ => 0.0,
+    };
+    let ends = [(bounds.min, -1.0), (bounds.max, 1.0)].map(|(end, way)| end.to_array().map(|x| outward(x, way)));
+    let corners = (0..8).map(|corner| [0, 1, 2].map(|axis| ends[corner >> axis & 1][axis])).collect();
     // Bit k of a corner's number says whether it lies at the far end of axis k.
     let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let mesh = Mesh::new(corners, triangles).expect("boxes of bodies have accepted coordinates");
+    let mesh = Mesh::new(corners, triangles).ok()?;
     Some(Facets::of_mesh(mesh, &Placement::IDENTITY))
 }
 
@@ -218,5 +229,31 @@ fn report(object: usize, layout: &Layout, samples: SampleCount) -> ObjectReport 
         cells: Vec::new(),
         samples: Some(samples),
         answers: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn sides_hold_a_box_and_face_outward() {
+        let tiny = f64::MIN_POSITIVE;
+        let bounds = Aabb { min: DVec3::new(-1.0, -tiny, tiny), max: DVec3::new(2.0, tiny, 3.0) };
+        let sides = sides_of(&bounds).expect("a box");
+        assert!(sides.bounds().contains(bounds.min) && sides.bounds().contains(bounds.max) && sides.len() == 12);
+        for side in 0..12 {
+            let corners = sides.facet(side).corners();
+            let [a, b, c] = [0, 1, 2].map(|k| sides.positions()[corners[k] as usize]);
+            let normal = (b - a).cross(c - a);
+            // All corners of a box lie behind the planes of its sides.
+            let is_behind = |corner: &DVec3| normal.dot(*corner - a) <= 0.0;
+            assert!(normal.length() > 0.0 && sides.positions().iter().all(is_behind), "side {side}");
+        }
+        let large = Aabb { max: DVec3::splat(2e61), ..bounds };
+        assert!(!is_accepted(&large) && sides_of(&large).is_none());
+        assert!(is_accepted(&bounds) && is_accepted(&Aabb::EMPTY) && sides_of(&Aabb::EMPTY).is_none());
     }
 }
