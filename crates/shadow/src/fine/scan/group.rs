@@ -189,9 +189,11 @@ fn add(sampler: &Sampler, face: Face, place: Option<usize>, volume: Option<&Volu
         return;
     };
     let is_whole = sampler.faces.clipped(face).is_none();
-    let (corners, corner_count) = match place {
-        Some(place) if is_whole && facets.triangles().is_some() => {
-            let [a, b, c] = sampler.packs[place / WIDTH].corners(place % WIDTH);
+    let packed = place.map(|place| (&sampler.packs[place / WIDTH], place % WIDTH));
+    let (corners, corner_count) = match packed {
+        // What is clear all over is in no pack.
+        Some((pack, lane)) if is_whole && facets.triangles().is_some() && pack.face(lane) == face => {
+            let [a, b, c] = pack.corners(lane);
             ([a, b, c, c], 3)
         }
         _ => sampler.faces.corners(face),

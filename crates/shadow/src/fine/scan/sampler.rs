@@ -131,7 +131,7 @@ pub(crate) fn sample(
 
 /// Boxes that rays to the lamp need not leave.
 fn boxes_round_lamp(objects: &[Sampled], light: &LightSource) -> impl Iterator<Item = Face> {
-    let is_round = |object: &Sampled| object.is_box && !light.is_sun() && object.bounds.contains(light.xyz());
+    let is_round = |object: &Sampled| object.is_box && !light.is_sun() && object.facets.bounds().contains(light.xyz());
     (0..).zip(objects).filter(move |(_, object)| is_round(object)).map(|(source, _)| Face { source, number: 0 })
 }
 
