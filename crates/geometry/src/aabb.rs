@@ -59,6 +59,19 @@ impl Aabb {
         self.min.cmple(point).all() && point.cmple(self.max).all()
     }
 
+    /// The eight corners: bit k of a corner's number says whether it lies at the far end of axis k.
+    #[inline]
+    pub fn corners(&self) -> [DVec3; 8] {
+        let ends = [self.min, self.max];
+        std::array::from_fn(|corner| DVec3::from_array(std::array::from_fn(|axis| ends[corner >> axis & 1][axis])))
+    }
+
+    /// The greatest magnitude of a coordinate; 0 for an empty box.
+    #[inline]
+    pub fn magnitude(&self) -> f64 {
+        if self.is_empty() { 0.0 } else { self.min.abs().max(self.max.abs()).max_element() }
+    }
+
     /// The middle, rounded.
     pub fn center(&self) -> DVec3 {
         self.min * 0.5 + self.max * 0.5

@@ -20,9 +20,9 @@ pub trait Decide: Clone + Add<Output = Self> + Sub<Output = Self> + Mul<Output =
     /// The sign, if it is known.
     fn decide(&self) -> Option<Sign>;
 
-    /// About self / divisor, as a first guess; NaN where that is dear.
-    fn about_ratio(&self, _divisor: &Self) -> f64 {
-        f64::NAN
+    /// About self / divisor, as a first guess; `None` where that is dear.
+    fn about_ratio(&self, _divisor: &Self) -> Option<f64> {
+        None
     }
 
     /// The sign of α + β·√d, d ≥ 0, if it is known.
@@ -82,8 +82,8 @@ impl Decide for Approx {
         Approx::sum_of_three(terms)
     }
 
-    fn about_ratio(&self, divisor: &Self) -> f64 {
-        self.value / divisor.value
+    fn about_ratio(&self, divisor: &Self) -> Option<f64> {
+        Some(self.value / divisor.value)
     }
 
     fn decide(&self) -> Option<Sign> {

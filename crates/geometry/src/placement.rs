@@ -303,8 +303,7 @@ mod tests {
             let Ok(placement) = Placement::new(DAffine3::from_cols_array(&entries)) else { return Ok(()) };
             let [a, b] = [0, 3].map(|k| DVec3::new(ends[k], ends[k + 1], ends[k + 2]));
             let local = Aabb { min: a.min(b), max: a.max(b) };
-            let corner = |k: usize| DVec3::from_array(std::array::from_fn(|axis| [local.min, local.max][k >> axis & 1][axis]));
-            let rounded = Aabb::of((0..8).map(|k| placement.round(corner(k))));
+            let rounded = Aabb::of(local.corners().map(|corner| placement.round(corner)));
             let bounds = placement.bounds(&local);
             for axis in 0..3 {
                 let (min, max) = (rounded.min[axis], rounded.max[axis]);

@@ -6,6 +6,7 @@
 
 use std::{borrow::Cow, sync::Arc};
 
+use glam::DVec3;
 use rayon::prelude::*;
 use umbriel_geometry::{Aabb, Facets, LightSource, MAX_MAGNITUDE, MIN_MAGNITUDE, Mesh, Placement, Sign};
 
@@ -193,7 +194,7 @@ fn sampled<'s>(bodies: &Bodies, one: &'s Prepared<'s>, is_lit: &'s IsLit<'s>) ->
 
 /// Whether a mesh may have the corners of a box.
 fn is_accepted(bounds: &Aabb) -> bool {
-    bounds.is_empty() || bounds.min.abs().max(bounds.max.abs()).max_element() <= MAX_MAGNITUDE
+    bounds.magnitude() <= MAX_MAGNITUDE
 }
 
 /// The sides of a box, to the outside, or of one that is hardly larger; `None` for an empty one, and for one that is not accepted.
@@ -202,14 +203,15 @@ fn sides_of(bounds: &Aabb) -> Option<Facets> {
         return None;
     }
     // What is too small for a mesh is rounded outward.
-    let outward = |x: f64, way: f64| match x {
-        x if x.abs() >= MIN_MAGNITUDE || x == 0.0 => x,
-        x if x * way > 0.0 => way * MIN_MAGNITUDE,
-        _ => 0.0,
+    let outward = |end: DVec3, way: f64| {
+        end.map(|x| match x {
+            x if x.abs() >= MIN_MAGNITUDE || x == 0.0 => x,
+            x if x * way > 0.0 => way * MIN_MAGNITUDE,
+            _ => 0.0,
+        })
     };
-    let ends = [(bounds.min, -1.0), (bounds.max, 1.0)].map(|(end, way)| end.to_array().map(|x| outward(x, way)));
-    let corners = (0..8).map(|corner| [0, 1, 2].map(|axis| ends[corner >> axis & 1][axis])).collect();
-    // Bit k of a corner's number says whether it lies at the far end of axis k.
+    let accepted = Aabb { min: outward(bounds.min, -1.0), max: outward(bounds.max, 1.0) };
+    let corners = accepted.corners().map(|corner| corner.to_array()).to_vec();
     let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     let mesh = Mesh::new(corners, triangles).ok()?;
@@ -234,8 +236,6 @@ fn report(object: usize, layout: &Layout, samples: SampleCount) -> ObjectReport 
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     #[test]

@@ -341,8 +341,8 @@ impl FaceCutOut<'_> {
         let [mut low, mut high] = self.cut_out.texels([least(own), greatest(own)], count);
         high += i64::from(self.cut_out.filter == Filter::Nearest);
         // The texel is at least `low` and below `high`, and mostly the first that is asked.
-        let guess = (place.about_ratio(&met.weight) - shift).floor() as i64;
-        let mut guesses = [guess, guess.saturating_add(1)].into_iter();
+        let guess = place.about_ratio(&met.weight).map(|ratio| (ratio - shift).floor() as i64);
+        let mut guesses = guess.into_iter().flat_map(|texel| [texel, texel.saturating_add(1)]);
         while high - low > 1 {
             let guess = guesses.next().filter(|&guess| low < guess && guess < high);
             let middle = guess.unwrap_or(low + (high - low) / 2);

@@ -473,10 +473,7 @@ fn fill_numbered<'f>(corners: &mut [(Point<'f>, u32); 4], facets: &'f Facets, nu
 }
 
 fn box_corners(bounds: &Aabb) -> [Point<'static>; 8] {
-    std::array::from_fn(|i| {
-        let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-        Point::exact([pick(0), pick(1), pick(2)].into())
-    })
+    bounds.corners().map(Point::exact)
 }
 
 #[cfg(test)]

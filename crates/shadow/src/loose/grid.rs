@@ -4,8 +4,7 @@
 
 use std::sync::OnceLock;
 
-use glam::DVec3;
-use umbriel_geometry::{Aabb, LightSource};
+use umbriel_geometry::LightSource;
 
 use crate::{
     light_space::{CornerError, Footprint, Homogeneous, View},
@@ -56,7 +55,7 @@ pub(super) struct Grids<'a> {
     pub(super) grids: Vec<Grid<'a>>,
     /// How many cells there are.
     pub(super) cells: u32,
-    /// [`Pieces::size`].
+    /// The greatest magnitude of a coordinate of the pieces.
     pub(super) size: f64,
 }
 
@@ -74,7 +73,7 @@ impl<'a> Grids<'a> {
             }
         }
         grids.iter_mut().filter_map(|grid| grid.places.last_mut()).for_each(|beside| beside.first = cells);
-        Some(Self { grids, cells, size: pieces.size() })
+        Some(Self { grids, cells, size: pieces.bounds.magnitude() })
     }
 }
 
@@ -231,18 +230,11 @@ impl<'a> Grid<'a> {
                 Footprint { has_holes, ..Footprint::of(&corners, self.view.is_sun(), self.error) }
             }
             Piece::Box(bounds) => {
-                let corners = box_corners(&bounds).map(|corner| place(self.view.see(corner)));
+                let corners = bounds.corners().map(|corner| place(self.view.see(corner)));
                 Footprint::somewhere(&corners, self.view.is_sun(), self.error)
             }
         }
     }
-}
-
-fn box_corners(bounds: &Aabb) -> [DVec3; 8] {
-    std::array::from_fn(|i| {
-        let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-        DVec3::new(pick(0), pick(1), pick(2))
-    })
 }
 
 /// The rectangles of all pieces that the view sees.
@@ -251,7 +243,7 @@ fn see_all(pieces: &Pieces, view: &View, error: f64) -> Vec<Placed> {
     let rectangle = |piece: u32| {
         let bounds = match pieces.get(piece, &mut hint) {
             Piece::Triangle(corners) | Piece::CutOut(corners) => view.bounds(&corners, error),
-            Piece::Box(bounds) => view.bounds(&box_corners(&bounds), error),
+            Piece::Box(bounds) => view.bounds(&bounds.corners(), error),
         };
         Some(Placed { piece, bounds: bounds? })
     };

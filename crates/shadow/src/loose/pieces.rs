@@ -55,7 +55,7 @@ impl<'a> Pieces<'a> {
                 pieces.bounds = pieces.bounds.union(bounds);
                 if matches!(body, Body::Flat(facets) if !facets.are_floats()) {
                     // Positions are within half an ulp.
-                    pieces.slack = pieces.slack.max(f64::EPSILON * greatest(&bounds));
+                    pieces.slack = pieces.slack.max(f64::EPSILON * bounds.magnitude());
                 }
             }
         }
@@ -64,11 +64,6 @@ impl<'a> Pieces<'a> {
 
     pub(super) fn len(&self) -> u32 {
         self.count
-    }
-
-    /// The greatest magnitude of a coordinate of the pieces.
-    pub(super) fn size(&self) -> f64 {
-        greatest(&self.bounds)
     }
 
     /// The first and the last piece of a face; `None` where the object has no pieces.
@@ -114,11 +109,6 @@ impl<'a> Pieces<'a> {
     fn place_of(&self, piece: u32) -> usize {
         self.objects.partition_point(|numbered| numbered.first <= piece) - 1
     }
-}
-
-/// The greatest magnitude of a coordinate of a box; 0 for an empty one.
-fn greatest(bounds: &Aabb) -> f64 {
-    if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() }
 }
 
 #[inline]

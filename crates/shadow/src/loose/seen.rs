@@ -134,7 +134,7 @@ impl Off {
     /// [`PLACE_LIMIT`]: crate::loose::tile::PLACE_LIMIT
     pub(super) fn of(grid: &Grid, slack: f64, size: f64) -> Self {
         let view = &grid.view;
-        let error = view.error(0.0, size.max(grid.pieces.size()) + view.origin().abs().max_element());
+        let error = view.error(0.0, size.max(grid.pieces.bounds.magnitude()) + view.origin().abs().max_element());
         let half = 2.0 * grid.density;
         let up = |bound: f64| (bound as f32).next_up();
         if view.is_sun() {

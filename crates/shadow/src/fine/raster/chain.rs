@@ -153,11 +153,7 @@ impl Plane<'_> {
             return Err(GiveUp);
         }
         let near = 4.0 * image_bounds.h;
-        let corners = (0..8).map(|k: usize| {
-            let pick = |axis: usize| if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-            self.projection.image(DVec3::new(pick(0), pick(1), pick(2)))
-        });
-        let images: Vec<Image> = corners.collect();
+        let images = bounds.corners().map(|corner| self.projection.image(corner));
         let lowest = images.iter().fold(f64::INFINITY, |low, image| low.min(image.h));
         let highest = images.iter().fold(f64::NEG_INFINITY, |high, image| high.max(image.h));
         let is_seen = images.iter().all(|image| image.w > 2.0 * self.projection.cutoff());

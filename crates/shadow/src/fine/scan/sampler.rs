@@ -92,7 +92,7 @@ pub(crate) fn sample(
         return Ok(lit);
     }
     let slack = objects.iter().map(|object| object.facets.slack()).fold(0.0, f64::max);
-    let size = bounds.min.abs().max(bounds.max.abs()).max_element();
+    let size = bounds.magnitude();
     let sources = Source::all(objects, light);
     for view in View::all(light, &bounds, slack) {
         let images = Images::new(&sources, &view);

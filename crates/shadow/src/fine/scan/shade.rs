@@ -57,7 +57,7 @@ impl Whole {
             limit: nearest - sampler.errors.depth_slack(nearest),
             center: bounds.center().to_array(),
             half: (0.5 * bounds.size()).to_array(),
-            error: error(sampler, bounds.min.abs().max(bounds.max.abs()).max_element()),
+            error: error(sampler, bounds.magnitude()),
             scale: sampler.scale,
         }
     }
