@@ -27,6 +27,7 @@ mod table;
 use std::fs;
 
 use anyhow::{Context, Result, ensure};
+use umbriel_scene::Scene;
 
 use crate::workspace::{cargo, succeed};
 use contest::{Contest, Task, asked_lights, print_memory};
@@ -78,29 +79,42 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             println!("{:<8} left out: its data is not there ({})", class.name, class.purpose);
             continue;
         };
-        let lights = asked_lights(&scene, options).into_iter().map(|light| vec![light]).collect::<Vec<_>>();
-        ensure!(!lights.is_empty(), "{} has none of the lights", class.name);
-        let (samples, threads) = (&options.samples, &options.threads);
-        let coherent = if options.points { Task::Points(Order::Coherent) } else { Task::Samples };
-        let mut contest = Contest {
-            name: class.name,
-            scene: &scene,
-            lights,
-            samples,
-            threads,
-            task: coherent,
-            options,
-            is_class: true,
-        };
-        rows.extend(contest.run(embree.as_mut())?);
-        if options.points {
-            contest.task = Task::Points(Order::Shuffled);
-            rows.extend(contest.run(embree.as_mut())?);
-        }
+        rows.extend(contests(class.name, &scene, options, embree.as_mut())?);
         // Stored as it goes: a long run that is cut off keeps what it has.
         store(options, &rows, &[])?;
     }
+    for file in &options.file {
+        let name = file.file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
+        rows.extend(contests(&name, &scenes::of_file(file)?, options, embree.as_mut())?);
+        store(options, &rows, &[])?;
+    }
     Ok(())
+}
+
+/// One scene: its samples, or loose points in both orders.
+fn contests(name: &str, scene: &Scene, options: &Options, mut embree: Option<&mut Embree>) -> Result<Vec<Row>> {
+    let lights: Vec<_> = asked_lights(scene, options).into_iter().map(|light| vec![light]).collect();
+    ensure!(!lights.is_empty(), "{name} has none of the lights");
+    let tasks = match options.points {
+        true => &[Task::Points(Order::Coherent), Task::Points(Order::Shuffled)][..],
+        false => &[Task::Samples],
+    };
+    let mut contest = Contest {
+        name,
+        scene,
+        lights,
+        samples: &options.samples,
+        threads: &options.threads,
+        task: Task::Samples,
+        options,
+        is_class: CLASSES.iter().any(|class| class.name == name),
+    };
+    let mut rows = Vec::new();
+    for &task in tasks {
+        contest.task = task;
+        rows.extend(contest.run(embree.as_deref_mut())?);
+    }
+    Ok(rows)
 }
 
 /// What the first of the scenes takes.
@@ -113,7 +127,8 @@ fn memory(options: &Options) -> Result<()> {
 
 /// The scenes that are asked for.
 fn classes(options: &Options) -> impl Iterator<Item = &'static Class> {
-    let is_asked = |class: &&Class| options.scene.is_empty() || options.scene.iter().any(|scene| scene == class.name);
+    let all = options.scene.is_empty() && options.file.is_empty();
+    let is_asked = move |class: &&Class| all || options.scene.iter().any(|scene| scene == class.name);
     CLASSES.iter().filter(is_asked)
 }
 

@@ -13,6 +13,9 @@ pub(crate) struct Options {
     /// Only these scenes
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = scene_name)]
     pub(super) scene: Vec<String>,
+    /// Scenes of one's own: files that the library reads, with their lights, or else two suns and a lamp
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["proofs", "exact", "scaling", "memory"])]
+    pub(super) file: Vec<PathBuf>,
     /// Only these lights: `high sun`, `low sun`, `lamp`
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = ["high sun", "low sun", "lamp"])]
     pub(super) light: Vec<String>,

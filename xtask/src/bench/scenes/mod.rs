@@ -17,6 +17,7 @@ use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 
 use crate::fixtures::meshes::TriangleMesh;
 
+pub(super) use scanned::of_file;
 pub(crate) use generated::{city, knot};
 
 /// A class of scenes, and how its member here is made.

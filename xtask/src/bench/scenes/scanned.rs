@@ -1,5 +1,7 @@
 //! Scenes from files beside the workspace, which is where large data lies; absent, they are left out.
 
+use std::path::Path;
+
 use anyhow::{Context, Result};
 use glam::DVec3;
 use umbriel_geometry::Aabb;
@@ -28,6 +30,18 @@ pub(super) fn delft() -> Result<Option<Scene>> {
     scene(objects, lamp).map(Some)
 }
 
+/// A file of one's own, its meshes with one side each; with its lights, or else the two suns and a lamp over the middle.
+pub(crate) fn of_file(path: &Path) -> Result<Scene> {
+    let loaded = load(path, &LoadOptions::default()).with_context(|| format!("cannot load {}", path.display()))?;
+    let lights = loaded.scene.lights.clone();
+    let meshes = placed_meshes(loaded.scene);
+    let bounds = Aabb::of(meshes.iter().flat_map(|(_, mesh)| mesh.positions.iter().copied()));
+    let lamp = bounds.center() + DVec3::Y * bounds.size().max_element();
+    let objects = meshes.into_iter().map(|(name, mesh)| object(name, &mesh, Sides::One)).collect::<Result<Vec<_>>>()?;
+    let made = scene(objects, lamp)?;
+    Ok(if lights.is_empty() { made } else { Scene { lights, ..made } })
+}
+
 /// All meshes of a file as one, on a plane.
 fn alone(path: &str) -> Result<Option<Scene>> {
     let Some(meshes) = meshes(path)? else { return Ok(None) };
@@ -43,12 +57,17 @@ fn meshes(path: &str) -> Result<Option<Vec<(String, TriangleMesh)>>> {
         return Ok(None);
     }
     let loaded = load(&path, &LoadOptions::default()).with_context(|| format!("cannot load {}", path.display()))?;
-    let meshes = loaded.scene.objects.into_iter().filter_map(|object| {
+    Ok(Some(placed_meshes(loaded.scene)))
+}
+
+/// The placed meshes of a scene by the names of their objects; what is no mesh is left out.
+fn placed_meshes(scene: Scene) -> Vec<(String, TriangleMesh)> {
+    let meshes = scene.objects.into_iter().filter_map(|object| {
         let Shape::Mesh(mesh) = &object.shape else { return None };
         let positions = mesh.positions().iter().map(|&position| object.placement.round(position)).collect();
         let placed = TriangleMesh { positions, triangles: mesh.triangles().to_vec() };
         let placed = if object.placement.is_mirrored() { placed.flipped() } else { placed };
         Some((object.name, placed))
     });
-    Ok(Some(meshes.collect()))
+    meshes.collect()
 }
