@@ -10,6 +10,7 @@ use umbriel_geometry::{
 
 use super::{
     batch::{Batch, Storage},
+    bunch::Bunches,
     faces::{Face, Piece, Rect},
     large::Large,
     layout::FaceLattice,
@@ -32,6 +33,7 @@ pub(super) struct Room {
     pub(super) patches: Vec<Patch>,
     /// Small faces with samples that may be lit.
     small: Vec<Small>,
+    bunches: Bunches,
     /// Faces in many patches, and faces that reach beyond the window.
     pub(super) large: Vec<Face>,
 }
@@ -82,12 +84,32 @@ fn decide<S: Simd>(simd: S, sampler: &Sampler, room: &mut Room) {
         }
     } else {
         room.patches.clear();
-        for small in &room.small {
-            room.patches.push(small.patch(sampler));
+        let mut first = 0;
+        while first < room.small.len() {
+            first += bunch(simd, sampler, first, room);
         }
         Block { sampler, room }.run(simd);
     }
     room.small.clear();
+}
+
+/// Decides the samples of the next faces in bunches if they have few, or makes patches of them; answers how many faces those are.
+#[inline(always)]
+fn bunch<S: Simd>(simd: S, sampler: &Sampler, first: usize, room: &mut Room) -> usize {
+    let Room { bunches, small, patches, .. } = room;
+    let small = &small[first..];
+    let in_bunches = if sampler.unbounded.is_empty() { bunches.fill(sampler, small) } else { 0 };
+    if in_bunches >= FEW
+        && let Some(asked) = bunches.decide(simd, sampler)
+    {
+        count(Level::Single, bunches.len() as u64 - asked);
+        return in_bunches;
+    }
+    let in_patches = in_bunches.max(1);
+    for small in &small[..in_patches] {
+        patches.push(small.patch(sampler));
+    }
+    in_patches
 }
 
 /// Whether the small faces are of one convex solid, turned away from it to the light, and nothing else is before them.
@@ -159,13 +181,13 @@ impl Kernel for LargeBlock<'_, '_> {
 
 /// A face in one patch, all of which the view sees.
 #[derive(Clone, Copy)]
-struct Small {
-    face: Face,
+pub(super) struct Small {
+    pub(super) face: Face,
     /// The convex solid whose faces do not block its samples; −2 for none.
-    solid: i32,
+    pub(super) solid: i32,
     corners: [Image; 4],
-    lattice: FaceLattice,
-    extent: Extent,
+    pub(super) lattice: FaceLattice,
+    pub(super) extent: Extent,
 }
 
 /// Adds those faces of a volume that have samples that may be lit.
@@ -235,9 +257,23 @@ pub(super) fn own_solid(sampler: &Sampler, face: Face, turn: Option<Sign>) -> i3
 impl Small {
     #[inline(always)]
     fn patch(&self, sampler: &Sampler) -> Patch {
-        let Self { face, solid, ref corners, ref lattice, ref extent } = *self;
-        let frame = Frame::of_images(counted_from(corners, lattice), &lattice.lattice, &sampler.view);
-        Patch { solid, ..Patch::whole(face, &frame, extent, lattice, sampler.wide as f32) }
+        let Self { face, solid, ref lattice, ref extent, .. } = *self;
+        Patch { solid, ..Patch::whole(face, &self.frame(sampler), extent, lattice, sampler.wide as f32) }
+    }
+
+    /// Its lattice in light space.
+    #[inline(always)]
+    pub(super) fn frame(&self, sampler: &Sampler) -> Frame {
+        Frame::of_images(counted_from(&self.corners, &self.lattice), &self.lattice.lattice, &sampler.view)
+    }
+
+    /// A word a row, a bit a sample.
+    #[inline(always)]
+    pub(super) fn row(&self, row: u32) -> i32 {
+        match self.lattice.lattice.small_rows() {
+            Some(triangle) => triangle.words[row as usize],
+            None => first_bits(self.lattice.lattice.counts()[1]),
+        }
     }
 
     /// Keeps that all samples are lit.

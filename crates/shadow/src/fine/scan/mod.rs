@@ -16,6 +16,7 @@
 mod axes;
 mod batch;
 mod beside_lamp;
+mod bunch;
 mod clip;
 mod doubts;
 mod faces;

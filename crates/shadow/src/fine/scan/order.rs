@@ -8,6 +8,7 @@
 use std::{collections::BTreeMap, ops::Range};
 
 use rayon::prelude::*;
+use umbriel_geometry::Sign;
 
 use super::{
     faces::{Face, Faces, Piece, Rect, Sight, Source, corners, sight},
@@ -22,8 +23,8 @@ const CHUNK: [usize; 2] = [1 << 12, 1 << 16];
 /// Chunks, where that makes them neither too small nor too large: enough for many threads, whatever their number.
 const CHUNKS: usize = 64;
 
-/// Bits of a key: three of size, forty of place.
-const KEY_BITS: u32 = 43;
+/// Bits of a key: three of size, one of the side turned to the light, forty of place.
+const KEY_BITS: u32 = 44;
 
 /// Leading bits by which chunks sort.
 const CELL_BITS: u32 = 12;
@@ -147,26 +148,26 @@ impl Chunk {
             for number in faces.clone().filter(|&number| !source.is_entered(number)) {
                 let face = Face { source: *index, number: number as u32 };
                 let (corners, count) = corners(facets, images, number);
-                let (rect, pieces) = match sight(facets, number, &corners[..count], view) {
+                let (rect, pieces, is_away) = match sight(facets, number, &corners[..count], view) {
                     Sight::Nothing => continue,
                     Sight::Whole => {
                         let rect = Rect::of(&corners[..count]);
                         if !view.concerns(&rect) || source.is_spare(number, &corners, view) {
                             continue;
                         }
-                        (rect, count - 2)
+                        (rect, count - 2, view.turn(&corners) == Some(Sign::Negative))
                     }
                     Sight::Clipped(polygon) => {
-                        let seen = (Rect::of(&polygon), polygon.len() - 2);
+                        let seen = (Rect::of(&polygon), polygon.len() - 2, false);
                         clipped.push((face, polygon));
                         seen
                     }
                     Sight::Unbounded => {
                         clipped.push((face, Vec::new()));
-                        (Rect::EVERYWHERE, 1)
+                        (Rect::EVERYWHERE, 1, false)
                     }
                 };
-                let key = key(&rect);
+                let key = key(&rect, is_away);
                 items.extend((0..pieces).map(|piece| Item { key, piece: Piece::new(face, piece as u32) }));
             }
         }
@@ -241,11 +242,11 @@ fn sort_by_byte(from: &[Item], to: &mut [Item], shift: u32) {
 }
 
 /// A face's place in the order: sizes by factors of 16, large ones first, then the middle along the curve.
-pub(super) fn key(rect: &Rect) -> u64 {
+pub(super) fn key(rect: &Rect, is_away: bool) -> u64 {
     let size = (0..2).map(|k| i64::from(rect.max[k]) - i64::from(rect.min[k])).max().unwrap_or(0);
     let class = (64 - size.leading_zeros()).min(31) / 4;
     let [x, y] = rect.center().map(|x| (x + (1 << 29)).clamp(0, (1 << 30) - 1) as u64 >> 10);
-    u64::from(7 - class) << 40 | spread(x) | spread(y) << 1
+    u64::from(7 - class) << 41 | u64::from(is_away) << 40 | spread(x) | spread(y) << 1
 }
 
 /// The bits of a 20-bit number at even places.
@@ -263,7 +264,7 @@ mod tests {
 
     #[test]
     fn keys_put_large_faces_first_and_neighbours_together() {
-        let at = |x: i32, y: i32, size: i32| key(&Rect { min: [x, y], max: [x + size, y + size] });
+        let at = |x: i32, y: i32, size: i32| key(&Rect { min: [x, y], max: [x + size, y + size] }, false);
         assert!(at(0, 0, 1 << 20) < at(-500_000, -500_000, 1 << 10));
         assert!(at(-5_000_000, -5_000_000, 9) < at(-5_000_000, 5_000_000, 9));
         assert!(at(5_000_000, -5_000_000, 9) < at(-5_000_000, 5_000_000, 9));

@@ -100,6 +100,11 @@ impl Pack {
         Face { source: self.source[lane] as u32, number: self.number[lane] as u32 }
     }
 
+    /// The convex solid of the face in a lane; −1 for none.
+    pub(super) fn solid(&self, lane: usize) -> i32 {
+        self.solid[lane]
+    }
+
     /// The lanes with faces of a solid.
     #[inline(always)]
     pub(super) fn of_solid<S: Simd>(&self, simd: S, solid: i32) -> u32 {

@@ -99,11 +99,31 @@ impl Errors {
     }
 }
 
-impl<S: Simd> Functions<S> {
+/// The sides of eight triangles, counted from a point of the image, and how exact functions of them are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outlines<S: Simd> {
+    /// The sides across from the corners.
+    pub(super) along: [[F8<S>; 2]; 3],
+    pub(super) x: [F8<S>; 3],
+    pub(super) y: [F8<S>; 3],
+    /// Twice.
+    pub(super) area: F8<S>,
+    /// Triangles of which nothing is certain inside.
+    pub(super) is_thin: M8<S>,
+    /// What a side's function may be off by where nothing is farther from the point than `reach`.
+    pub(super) tolerance: F8<S>,
+}
+
+impl<S: Simd> Outlines<S> {
     #[inline(always)]
-    pub(super) fn new(simd: S, triangles: &Triangles<S>, lanes: u32, patch: &Patch, errors: &Errors) -> Self {
-        let Corners { x, y, reach } = triangles.corners_from(simd, patch.center);
-        let reach = reach.max(simd.splat8(patch.reach));
+    pub(super) fn new(
+        simd: S,
+        triangles: &Triangles<S>,
+        (center, reach): ([i32; 2], f32),
+        errors: &Errors,
+    ) -> Self {
+        let Corners { x, y, reach: away } = triangles.corners_from(simd, center);
+        let reach = away.max(simd.splat8(reach));
         let (mut along, mut length) = ([[simd.splat8(0.0); 2]; 3], simd.splat8(0.0));
         for (k, along) in along.iter_mut().enumerate() {
             // Differences of integers are exact.
@@ -119,6 +139,31 @@ impl<S: Simd> Functions<S> {
         let thin = (area_off + area_off).select(is_thin, simd.splat8(0.0));
         let tolerance =
             simd.splat8(10.0 * errors.image) * (reach + length) + simd.splat8(256.0 * ROUNDOFF) * length * reach + thin;
+        Self { along, x, y, area, is_thin, tolerance }
+    }
+
+    /// What the difference of depths, weighted by the sides' functions, may be off by: `depths` are those of the corners, counted from `middle`, as is the `range`
+    /// of those of the receivers.
+    #[inline(always)]
+    pub(super) fn plane_off(
+        &self,
+        simd: S,
+        depths: &[F8<S>; 3],
+        (middle, range): (f32, f32),
+        errors: &Errors,
+    ) -> F8<S> {
+        let size = depths[0].abs().max(depths[1].abs()).max(depths[2].abs()).max(simd.splat8(range));
+        let off = simd.splat8(errors.depth) + simd.splat8(16.0 * ROUNDOFF) * (size + simd.splat8(middle.abs()));
+        let reach = self.area + simd.splat8(4.0) * self.tolerance;
+        simd.splat8(5.0) * size * self.tolerance + simd.splat8(3.0) * reach * off
+    }
+}
+
+impl<S: Simd> Functions<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, triangles: &Triangles<S>, lanes: u32, patch: &Patch, errors: &Errors) -> Self {
+        let outlines = Outlines::new(simd, triangles, (patch.center, patch.reach), errors);
+        let Outlines { along, x, y, is_thin, tolerance, .. } = outlines;
         let edges = [
             beside_lines(simd, along[0], [x[1], y[1]], patch, tolerance),
             beside_lines(simd, along[1], [x[2], y[2]], patch, tolerance),
@@ -128,7 +173,7 @@ impl<S: Simd> Functions<S> {
         let nearer = triangles.farthest().lt(simd.splat8(limit));
         // Mostly the depths alone tell.
         let is_plane_used = (!(nearer | is_thin)).bits() & lanes != 0;
-        let plane = if is_plane_used { plane(simd, (triangles, area), patch, &edges, errors) } else { edges[0] };
+        let plane = if is_plane_used { plane(simd, triangles, &outlines, patch, &edges, errors) } else { edges[0] };
         Self { edges, plane, nearer, thin: is_thin, vague: is_thin | triangles.holed, is_plane_used }
     }
 
@@ -201,7 +246,8 @@ fn turn<S: Simd>(simd: S, along: [F8<S>; 2], from: [F8<S>; 2], patch: &Patch, n:
 #[inline(always)]
 fn plane<S: Simd>(
     simd: S,
-    (triangles, area): (&Triangles<S>, F8<S>),
+    triangles: &Triangles<S>,
+    outlines: &Outlines<S>,
     patch: &Patch,
     edges: &[Linear<F8<S>>; 3],
     errors: &Errors,
@@ -211,10 +257,7 @@ fn plane<S: Simd>(
     // A patch whose depths nothing bounds has a plane that tells nothing.
     let range = (patch.farthest - patch.middle).max(patch.middle - patch.nearest);
     let range = (range + errors.depth_slack(patch.middle)).min(UNBOUNDED);
-    let size = depth[0].abs().max(depth[1].abs()).max(depth[2].abs()).max(simd.splat8(range));
-    let tolerance = edges[0].tolerance;
-    let off = simd.splat8(errors.depth) + simd.splat8(16.0 * ROUNDOFF) * (size + middle.abs());
-    let reach = area + simd.splat8(4.0) * tolerance;
+    let area = outlines.area;
     Linear {
         first: area * simd.splat8(patch.depth[0])
             - (edges[0].first * depth[0] + edges[1].first * depth[1] + edges[2].first * depth[2]),
@@ -222,7 +265,7 @@ fn plane<S: Simd>(
             - (edges[0].row * depth[0] + edges[1].row * depth[1] + edges[2].row * depth[2]),
         column: area * simd.splat8(patch.depth[2])
             - (edges[0].column * depth[0] + edges[1].column * depth[1] + edges[2].column * depth[2]),
-        tolerance: simd.splat8(5.0) * size * tolerance + simd.splat8(3.0) * reach * off,
+        tolerance: outlines.plane_off(simd, &depth, (patch.middle, range), errors),
     }
 }
 

@@ -233,7 +233,7 @@ fn in_order(mut parts: Vec<Vec<Option<Volume>>>, view: &View) -> Vec<Volume> {
     for (part, made) in (0..).zip(&parts) {
         for (number, volume) in (0..).zip(made.iter().flatten()) {
             if view.concerns(&volume.rect) {
-                keys.push((key(&volume.rect), part, number));
+                keys.push((key(&volume.rect, false), part, number));
             }
         }
     }
