@@ -17,8 +17,8 @@ use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 
 use crate::fixtures::meshes::TriangleMesh;
 
-pub(super) use scanned::of_file;
 pub(crate) use generated::{city, knot};
+pub(super) use scanned::of_file;
 
 /// A class of scenes, and how its member here is made.
 pub(super) struct Class {

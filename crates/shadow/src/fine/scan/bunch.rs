@@ -23,7 +23,7 @@ use super::{
 const LANES: usize = 16;
 
 /// Samples that walk the tree together.
-const MOST: usize = WIDTH * LANES;
+const MOST: u64 = (WIDTH * LANES) as u64;
 
 /// Samples of a face up to which it is worth its place in a bunch.
 const FEW_SAMPLES: u64 = 6;
@@ -85,34 +85,31 @@ struct Origin {
     /// How far corners of the samples' faces are from these at most.
     reach: f32,
     range: f32,
+    /// The longest side of a box round a face.
+    face: f32,
 }
 
 impl Origin {
     #[inline(always)]
-    fn of(rect: &Rect, [nearest, farthest]: [f32; 2]) -> Self {
+    fn of(rect: &Rect, face: f32, [nearest, farthest]: [f32; 2]) -> Self {
         let (center, middle) = (rect.center(), 0.5 * (nearest + farthest));
         let reach = |k: usize| (rect.max[k] - center[k]).max(center[k] - rect.min[k]) as f32;
-        Self { center, middle, reach: reach(0).max(reach(1)), range: (farthest - middle).max(middle - nearest) }
+        Self { center, middle, reach: reach(0).max(reach(1)), range: (farthest - middle).max(middle - nearest), face }
     }
 }
 
 impl Bunches {
-    /// Takes the samples of the first of these faces, as many as have room; answers how many faces those are.
+    /// How many of the first of these faces have few samples, and have room for them together.
     #[inline(always)]
-    pub(super) fn fill(&mut self, sampler: &Sampler, small: &[Small]) -> usize {
-        self.samples.clear();
-        let (mut rect, mut depths) = (Rect::EMPTY, [f32::INFINITY, f32::NEG_INFINITY]);
+    pub(super) fn taken(small: &[Small]) -> usize {
+        let mut samples = 0;
         for (number, face) in small.iter().enumerate() {
-            let len = face.lattice.lattice.len();
-            if len > FEW_SAMPLES || self.samples.len() + len as usize > MOST {
-                self.origin = Origin::of(&rect, depths);
+            let own = face.lattice.lattice.len();
+            samples += own;
+            if own > FEW_SAMPLES || samples > MOST {
                 return number;
             }
-            self.add(sampler, face);
-            rect = rect.union(&face.extent.rect);
-            depths = [depths[0].min(face.extent.depths[0]), depths[1].max(face.extent.depths[1])];
         }
-        self.origin = Origin::of(&rect, depths);
         small.len()
     }
 
@@ -139,10 +136,26 @@ impl Bunches {
         }
     }
 
-    /// Decides the samples and keeps the answers; how many were in doubt. `None` where convex solids may be over them: those are held
-    /// against patches.
+    /// Decides the samples of faces that are [taken](Bunches::taken) and keeps the answers; how many samples there are, and how many of them were in
+    /// doubt. `None` where convex solids may be over them: those are held against patches.
     #[inline(always)]
-    pub(super) fn decide<S: Simd>(&mut self, simd: S, sampler: &Sampler) -> Option<u64> {
+    pub(super) fn decide<S: Simd>(&mut self, simd: S, sampler: &Sampler, small: &[Small]) -> Option<[u64; 2]> {
+        let (mut rect, mut depths, mut longest) = (Rect::EMPTY, [f32::INFINITY, f32::NEG_INFINITY], 0_f32);
+        for Small { extent, .. } in small {
+            rect = rect.union(&extent.rect);
+            depths = [depths[0].min(extent.depths[0]), depths[1].max(extent.depths[1])];
+            longest = longest.max(extent.rect.longest());
+        }
+        // Faces of the convex solid of all these faces block none of them.
+        let solid = small[0].solid;
+        let is_common = solid >= 0 && small.iter().all(|face| face.solid == solid);
+        let farthest = depths[1] + sampler.errors.depth_slack(depths[1]);
+        if self.is_under_others(simd, sampler, (&rect.widened(sampler.wide), farthest), is_common.then_some(solid)) {
+            return None;
+        }
+        self.origin = Origin::of(&rect, longest, depths);
+        self.samples.clear();
+        small.iter().for_each(|face| self.add(sampler, face));
         self.all.clear();
         self.doubts.clear();
         let (mut rect, mut farthest, mut boxes) = (Rect::EMPTY, f32::NEG_INFINITY, Node::EMPTY);
@@ -154,16 +167,7 @@ impl Bunches {
             boxes.add(number, &bunch.rect, -bunch.farthest);
             self.all.push(bunch);
         }
-        // Faces of the convex solid of all these samples block none of them.
-        let solid = self.samples[0].solid;
-        let is_common = solid >= 0 && self.samples.iter().all(|sample| sample.solid == solid);
         let Self { all, doubts, path, origin, .. } = self;
-        sampler.volumes.tree.begin(simd, &rect, farthest, path);
-        while let Some(number) = sampler.volumes.tree.walk(simd, &rect, farthest, path) {
-            if !is_common || sampler.volumes.all[number].solid != solid {
-                return None;
-            }
-        }
         sampler.tree.begin(simd, &rect, farthest, path);
         while let Some(number) = sampler.tree.walk(simd, &rect, farthest, path) {
             let pack = &sampler.packs[number];
@@ -197,7 +201,26 @@ impl Bunches {
         }
         let asked = self.settle(sampler);
         self.write(sampler);
-        Some(asked)
+        Some([self.samples.len() as u64, asked])
+    }
+
+    /// Whether a convex solid but one is over a box of images, not all deeper than `farthest`.
+    #[inline(always)]
+    fn is_under_others<S: Simd>(
+        &mut self,
+        simd: S,
+        sampler: &Sampler,
+        (rect, farthest): (&Rect, f32),
+        own: Option<i32>,
+    ) -> bool {
+        let volumes = &sampler.volumes;
+        volumes.tree.begin(simd, rect, farthest, &mut self.path);
+        while let Some(number) = volumes.tree.walk(simd, rect, farthest, &mut self.path) {
+            if Some(volumes.all[number].solid) != own {
+                return true;
+            }
+        }
+        false
     }
 
     /// Decides what is in doubt and not blocked by anything else; how many samples that were.
@@ -211,7 +234,7 @@ impl Bunches {
                 let lane = lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
                 let Sample { face, place, .. } = self.samples[number * LANES + lane];
-                if sampler.may_block(face, occluder) && sampler.blocks_exactly(face, place, occluder) {
+                if sampler.blocks_exactly(face, place, occluder) {
                     bunch.open &= !(1 << lane);
                 }
             }
@@ -229,11 +252,6 @@ impl Bunches {
                 }
             }
         }
-    }
-
-    /// How many samples there are.
-    pub(super) fn len(&self) -> usize {
-        self.samples.len()
     }
 }
 
@@ -343,7 +361,8 @@ struct Occluders {
 impl Occluders {
     #[inline(always)]
     fn new<S: Simd>(simd: S, triangles: &Triangles<S>, origin: &Origin, errors: &Errors) -> Self {
-        let outlines = Outlines::new(simd, triangles, (origin.center, origin.reach), errors);
+        let outlines =
+            Outlines::new(simd, triangles, (origin.center, origin.reach), [48.0, 32.0 * origin.face], errors);
         let Outlines { along, x, y, area, is_thin, tolerance } = outlines;
         let middle = simd.splat8(origin.middle);
         let depths = [triangles.depth[0] - middle, triangles.depth[1] - middle, triangles.depth[2] - middle];

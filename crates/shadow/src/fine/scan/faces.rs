@@ -165,6 +165,12 @@ impl Rect {
         side(0) * side(1)
     }
 
+    /// The longer side, quanta.
+    #[inline(always)]
+    pub(super) fn longest(&self) -> f32 {
+        (self.max[0] - self.min[0]).max(self.max[1] - self.min[1]) as f32
+    }
+
     /// Farther by `wide` on all sides; inside of [`Rect::EVERYWHERE`] still an `i32`.
     #[inline(always)]
     pub(super) fn widened(&self, wide: i32) -> Self {

@@ -98,11 +98,11 @@ fn decide<S: Simd>(simd: S, sampler: &Sampler, room: &mut Room) {
 fn bunch<S: Simd>(simd: S, sampler: &Sampler, first: usize, room: &mut Room) -> usize {
     let Room { bunches, small, patches, .. } = room;
     let small = &small[first..];
-    let in_bunches = if sampler.unbounded.is_empty() { bunches.fill(sampler, small) } else { 0 };
+    let in_bunches = if sampler.unbounded.is_empty() { Bunches::taken(small) } else { 0 };
     if in_bunches >= FEW
-        && let Some(asked) = bunches.decide(simd, sampler)
+        && let Some([samples, asked]) = bunches.decide(simd, sampler, &small[..in_bunches])
     {
-        count(Level::Single, bunches.len() as u64 - asked);
+        count(Level::Single, samples - asked);
         return in_bunches;
     }
     let in_patches = in_bunches.max(1);

@@ -115,11 +115,14 @@ pub(super) struct Outlines<S: Simd> {
 }
 
 impl<S: Simd> Outlines<S> {
+    /// Counted from a point from which nothing is farther than `reach`; `of_reach` such lengths and `others`, quanta, are what a
+    /// place is off by if the roundoff is 1.
     #[inline(always)]
     pub(super) fn new(
         simd: S,
         triangles: &Triangles<S>,
         (center, reach): ([i32; 2], f32),
+        [of_reach, others]: [f32; 2],
         errors: &Errors,
     ) -> Self {
         let Corners { x, y, reach: away } = triangles.corners_from(simd, center);
@@ -137,8 +140,8 @@ impl<S: Simd> Outlines<S> {
         let area_off = simd.splat8(9.0) * (error * (length + error) + simd.splat8(ROUNDOFF) * length * length);
         let is_thin = area.le(area_off);
         let thin = (area_off + area_off).select(is_thin, simd.splat8(0.0));
-        let tolerance =
-            simd.splat8(10.0 * errors.image) * (reach + length) + simd.splat8(256.0 * ROUNDOFF) * length * reach + thin;
+        let roundings = length * (simd.splat8(of_reach * ROUNDOFF) * reach + simd.splat8(others * ROUNDOFF));
+        let tolerance = simd.splat8(10.0 * errors.image) * (reach + length) + roundings + thin;
         Self { along, x, y, area, is_thin, tolerance }
     }
 
@@ -162,7 +165,7 @@ impl<S: Simd> Outlines<S> {
 impl<S: Simd> Functions<S> {
     #[inline(always)]
     pub(super) fn new(simd: S, triangles: &Triangles<S>, lanes: u32, patch: &Patch, errors: &Errors) -> Self {
-        let outlines = Outlines::new(simd, triangles, (patch.center, patch.reach), errors);
+        let outlines = Outlines::new(simd, triangles, (patch.center, patch.reach), [256.0, 0.0], errors);
         let Outlines { along, x, y, is_thin, tolerance, .. } = outlines;
         let edges = [
             beside_lines(simd, along[0], [x[1], y[1]], patch, tolerance),

@@ -18,7 +18,7 @@ use super::{
     faces::{Face, Faces, Piece, Rect, Source, corners, depths},
     hull::hull,
     images::Images,
-    order::key,
+    order::{Classes, key},
     pack::Pack,
     tree::{Tree, WIDTH},
     view::{Image, View},
@@ -233,7 +233,7 @@ fn in_order(mut parts: Vec<Vec<Option<Volume>>>, view: &View) -> Vec<Volume> {
     for (part, made) in (0..).zip(&parts) {
         for (number, volume) in (0..).zip(made.iter().flatten()) {
             if view.concerns(&volume.rect) {
-                keys.push((key(&volume.rect, false), part, number));
+                keys.push((key(&volume.rect, false, Classes::default()), part, number));
             }
         }
     }
