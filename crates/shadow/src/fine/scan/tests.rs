@@ -386,6 +386,48 @@ fn random_soups() {
     outcome.expect("every sample is right");
 }
 
+/// A sheet of so many cells along each side, folded by what is added to its corners, whose triangles share these.
+fn sheet(cells: usize, folds: &[[f64; 3]]) -> Vec<[[f64; 3]; 3]> {
+    let at = |i: usize, j: usize| {
+        let [x, y, z] = folds[(i * (cells + 1) + j) % folds.len()];
+        [i as f64 / 4.0 + x, y, j as f64 / 4.0 + z]
+    };
+    let cell = |i: usize, j: usize| {
+        let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+        [[a, b, c], [a, c, d]]
+    };
+    (0..cells).flat_map(|i| (0..cells).flat_map(move |j| cell(i, j))).collect()
+}
+
+/// Sheets of small faces with few samples each, which go sixteen at a time: `cases` of them.
+fn check_sheets(cases: u32) {
+    let number = || prop_oneof![3 => (-4i32..=4).prop_map(|n| f64::from(n) / 8.0), 1 => -0.6..0.6f64];
+    let folds = prop::collection::vec(prop::array::uniform3(number()), 3..60);
+    let place = prop::array::uniform3((-8i32..=24).prop_map(|n| f64::from(n) / 8.0));
+    let strategy = ((4usize..12, folds), place, any::<[bool; 2]>(), (-30i32..30, -1e6..1e6f64), 0.5..5.0f64);
+    let mut runner = TestRunner::new(Config { failure_persistence: None, ..Config::with_cases(cases) });
+    let outcome = runner.run(&strategy, |((cells, folds), light, [is_sun, is_one_sided], (scale, far), samples)| {
+        let scale = 2f64.powi(scale);
+        let place = |p: [f64; 3]| [p[0] * scale + far * scale, p[1] * scale, p[2] * scale];
+        let light = if is_sun { LightSource::sun(light) } else { LightSource::point(place(light)) };
+        let Ok(light) = light else { return Ok(()) };
+        let triangles: Vec<[[f64; 3]; 3]> =
+            sheet(cells, &folds).into_iter().map(|corners| corners.map(place)).collect();
+        let sides = if is_one_sided { Sides::One } else { Sides::Two };
+        let Ok(object) = Object::new("sheet".into(), welded(&mesh(&triangles)), Placement::IDENTITY, sides) else {
+            return Ok(());
+        };
+        check(vec![object], light, (samples * triangles.len() as f64) as u64);
+        Ok(())
+    });
+    outcome.expect("every sample is right");
+}
+
+#[test]
+fn sheets_of_small_faces() {
+    check_sheets(200);
+}
+
 #[test]
 fn a_solid_that_falls_on_one_place_of_the_image_hides_no_more_than_it_does() {
     // A prism of 32 vertices half a metre wide; a quantum of the image is 1.9 metres.
