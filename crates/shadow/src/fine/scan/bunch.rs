@@ -13,7 +13,7 @@ use umbriel_geometry::simd::{F16, Float, Int, Lanes, M16, Mask, Simd};
 use super::{
     faces::{Face, Rect},
     group::Small,
-    pack::{Pack, Triangles},
+    pack::{Pack, ROUNDOFF, Triangles},
     sampler::Sampler,
     spans::{Errors, Outlines},
     tree::{Node, Step, WIDTH},
@@ -27,6 +27,9 @@ const MOST: u64 = (WIDTH * LANES) as u64;
 
 /// Samples of a face up to which it is worth its place in a bunch.
 const FEW_SAMPLES: u64 = 6;
+
+/// What boxes and depths are widened by, relative; more than what rounding does to them.
+const WIDER: f32 = 64.0 * ROUNDOFF;
 
 /// A sample.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +70,7 @@ struct Doubt {
     occluder: Face,
 }
 
-/// Neighbouring faces' samples in bunches.
+/// Samples of neighbouring faces, in bunches.
 #[derive(Default)]
 pub(super) struct Bunches {
     samples: Vec<Sample>,
@@ -156,6 +159,15 @@ impl Bunches {
         self.origin = Origin::of(&rect, longest, depths);
         self.samples.clear();
         small.iter().for_each(|face| self.add(sampler, face));
+        self.meet_all(simd, sampler, is_common.then_some(solid));
+        let asked = self.settle(sampler);
+        self.write(sampler);
+        Some([self.samples.len() as u64, asked])
+    }
+
+    /// The samples against all occluders over them but those of one solid; doubts are kept.
+    #[inline(always)]
+    fn meet_all<S: Simd>(&mut self, simd: S, sampler: &Sampler, solid: Option<i32>) {
         self.all.clear();
         self.doubts.clear();
         let (mut rect, mut farthest, mut boxes) = (Rect::EMPTY, f32::NEG_INFINITY, Node::EMPTY);
@@ -171,7 +183,7 @@ impl Bunches {
         sampler.tree.begin(simd, &rect, farthest, path);
         while let Some(number) = sampler.tree.walk(simd, &rect, farthest, path) {
             let pack = &sampler.packs[number];
-            let own = if is_common { pack.of_solid(simd, solid) } else { 0 };
+            let own = solid.map_or(0, |solid| pack.of_solid(simd, solid));
             let triangles = pack.load(simd);
             let lanes = Node::of_triangles(&triangles);
             let mut occluders = None;
@@ -199,9 +211,6 @@ impl Bunches {
                 }
             }
         }
-        let asked = self.settle(sampler);
-        self.write(sampler);
-        Some([self.samples.len() as u64, asked])
     }
 
     /// Whether a convex solid but one is over a box of images, not all deeper than `farthest`.
@@ -281,13 +290,13 @@ impl Bunch {
             (bunch.source[lane], bunch.number[lane]) = (sample.face.source as i32, sample.face.number as i32);
             bunch.solid[lane] = sample.solid;
         }
-        let margin = origin.reach * 2f32.powi(-18) + 2.0 + sampler.wide as f32;
+        let margin = origin.reach * WIDER + 2.0 + sampler.wide as f32;
         let from_center = |k: usize, away: f32| origin.center[k].saturating_add(away as i32);
         bunch.rect = Rect {
             min: [0, 1].map(|k| from_center(k, (low[k] - margin).floor())),
             max: [0, 1].map(|k| from_center(k, (high[k] + margin).ceil())),
         };
-        bunch.farthest += origin.middle + origin.range * 2f32.powi(-18);
+        bunch.farthest += origin.middle + origin.range * WIDER;
         bunch.farthest += sampler.errors.depth_slack(bunch.farthest);
         bunch
     }
@@ -377,7 +386,7 @@ impl Occluders {
             }
         }
         let slack = simd.splat8(errors.depth_slack(origin.middle.abs() + origin.range));
-        let slack = slack + simd.splat8(origin.range * 2f32.powi(-18));
+        let slack = slack + simd.splat8(origin.range * WIDER);
         Self {
             sides: [linear(sides[0]), linear(sides[1]), linear(sides[2])],
             tolerance: tolerance.to_array(),
