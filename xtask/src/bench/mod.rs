@@ -79,20 +79,25 @@ pub(crate) fn run(options: &Options) -> Result<()> {
             println!("{:<8} left out: its data is not there ({})", class.name, class.purpose);
             continue;
         };
-        rows.extend(contests(class.name, &scene, options, embree.as_mut())?);
+        rows.extend(contests((class.name, true), &scene, options, embree.as_mut())?);
         // Stored as it goes: a long run that is cut off keeps what it has.
         store(options, &rows, &[])?;
     }
     for file in &options.file {
         let name = file.file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
-        rows.extend(contests(&name, &scenes::of_file(file)?, options, embree.as_mut())?);
+        rows.extend(contests((&name, false), &scenes::of_file(file)?, options, embree.as_mut())?);
         store(options, &rows, &[])?;
     }
     Ok(())
 }
 
-/// One scene: its samples, or loose points in both orders.
-fn contests(name: &str, scene: &Scene, options: &Options, mut embree: Option<&mut Embree>) -> Result<Vec<Row>> {
+/// One scene, by its name and whether `--scene` makes it: its samples, or loose points in both orders.
+fn contests(
+    (name, is_class): (&str, bool),
+    scene: &Scene,
+    options: &Options,
+    mut embree: Option<&mut Embree>,
+) -> Result<Vec<Row>> {
     let lights: Vec<_> = asked_lights(scene, options).into_iter().map(|light| vec![light]).collect();
     ensure!(!lights.is_empty(), "{name} has none of the lights");
     let tasks = match options.points {
@@ -107,7 +112,7 @@ fn contests(name: &str, scene: &Scene, options: &Options, mut embree: Option<&mu
         threads: &options.threads,
         task: Task::Samples,
         options,
-        is_class: CLASSES.iter().any(|class| class.name == name),
+        is_class,
     };
     let mut rows = Vec::new();
     for &task in tasks {

@@ -66,7 +66,7 @@ impl Options {
         if self.small {
             self.samples = vec![1 << 18];
             self.runs = self.runs.min(2);
-            if self.scene.is_empty() {
+            if self.scene.is_empty() && self.file.is_empty() {
                 self.scene = ["bunny", "spot", "delft", "city"].map(String::from).to_vec();
             }
         }

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use glam::DVec3;
 use umbriel_geometry::Aabb;
 use umbriel_io::{LoadOptions, load};
-use umbriel_scene::{Scene, Shape, Sides};
+use umbriel_scene::{Object, Scene, Shape, Sides};
 
 use super::{object, on_a_plane, scene};
 use crate::{fixtures::meshes::TriangleMesh, workspace::root};
@@ -26,19 +26,17 @@ pub(super) fn delft() -> Result<Option<Scene>> {
     let Some(meshes) = meshes("delft-city/delft.obj")? else { return Ok(None) };
     let bounds = Aabb::of(meshes.iter().flat_map(|(_, mesh)| mesh.positions.iter().copied()));
     let lamp = bounds.center() + DVec3::Y * bounds.size().x.max(bounds.size().z) / 8.0;
-    let objects = meshes.into_iter().map(|(name, mesh)| object(name, &mesh, Sides::One)).collect::<Result<Vec<_>>>()?;
-    scene(objects, lamp).map(Some)
+    scene(one_sided(&meshes)?, lamp).map(Some)
 }
 
 /// A file of one's own, its meshes with one side each; with its lights, or else the two suns and a lamp over the middle.
 pub(crate) fn of_file(path: &Path) -> Result<Scene> {
-    let loaded = load(path, &LoadOptions::default()).with_context(|| format!("cannot load {}", path.display()))?;
-    let lights = loaded.scene.lights.clone();
-    let meshes = placed_meshes(loaded.scene);
+    let mut loaded = loaded(path)?;
+    let lights = std::mem::take(&mut loaded.lights);
+    let meshes = placed_meshes(loaded);
     let bounds = Aabb::of(meshes.iter().flat_map(|(_, mesh)| mesh.positions.iter().copied()));
     let lamp = bounds.center() + DVec3::Y * bounds.size().max_element();
-    let objects = meshes.into_iter().map(|(name, mesh)| object(name, &mesh, Sides::One)).collect::<Result<Vec<_>>>()?;
-    let made = scene(objects, lamp)?;
+    let made = scene(one_sided(&meshes)?, lamp)?;
     Ok(if lights.is_empty() { made } else { Scene { lights, ..made } })
 }
 
@@ -56,8 +54,17 @@ fn meshes(path: &str) -> Result<Option<Vec<(String, TriangleMesh)>>> {
     if !path.is_file() {
         return Ok(None);
     }
-    let loaded = load(&path, &LoadOptions::default()).with_context(|| format!("cannot load {}", path.display()))?;
-    Ok(Some(placed_meshes(loaded.scene)))
+    Ok(Some(placed_meshes(loaded(&path)?)))
+}
+
+fn loaded(path: &Path) -> Result<Scene> {
+    let loaded = load(path, &LoadOptions::default()).with_context(|| format!("cannot load {}", path.display()))?;
+    Ok(loaded.scene)
+}
+
+/// An object for each mesh.
+fn one_sided(meshes: &[(String, TriangleMesh)]) -> Result<Vec<Object>> {
+    meshes.iter().map(|(name, mesh)| object(name, mesh, Sides::One)).collect()
 }
 
 /// The placed meshes of a scene by the names of their objects; what is no mesh is left out.

@@ -19,6 +19,7 @@ use super::{
     shade::{Shades, Shading, Whole, World},
     spans::{Bounds, Functions, is_none},
     tree::{Node, Step, WIDTH},
+    volumes::common_solid,
 };
 
 /// Packs that are gathered in a round.
@@ -173,18 +174,16 @@ impl Batch<'_, '_> {
         let farthest = self.patches[first..end].iter().fold(f32::NEG_INFINITY, |most, patch| most.max(patch.farthest));
         let farthest = farthest + sampler.errors.depth_slack(farthest);
         let rect = whole.widened(sampler.wide);
-        // Faces of the convex solid of all these patches block none of them.
-        let solid = self.patches[first].solid;
-        let is_common = solid >= 0 && self.patches[first..end].iter().all(|patch| patch.solid == solid);
+        let solid = common_solid(self.patches[first..end].iter().map(|patch| patch.solid));
         self.storage.doubts.clear();
         self.storage.beside = Beside::default();
         self.storage.clear();
         let mut path = std::mem::take(&mut self.storage.path);
-        self.gather_volumes(simd, (first, end), (&rect, farthest), is_common.then_some(solid), &mut path);
+        self.gather_volumes(simd, (first, end), (&rect, farthest), solid, &mut path);
         sampler.tree.begin(simd, &rect, farthest, &mut path);
         while let Some(pack) = sampler.tree.walk(simd, &rect, farthest, &mut path) {
             let triangles = &sampler.packs[pack];
-            let own = if is_common { triangles.of_solid(simd, solid) } else { 0 };
+            let own = solid.map_or(0, |solid| triangles.of_solid(simd, solid));
             let lanes = Node::of_triangles(&triangles.load(simd));
             if lanes.overlapping(simd, &rect, farthest) & !own == 0 {
                 continue;

@@ -13,10 +13,12 @@ use umbriel_geometry::simd::{F16, Float, Int, Lanes, M16, Mask, Simd};
 use super::{
     faces::{Face, Rect},
     group::Small,
-    pack::{Pack, ROUNDOFF, Triangles},
+    pack::{Pack, Triangles},
+    patch::{Extent, WIDER},
     sampler::Sampler,
     spans::{Errors, Outlines},
     tree::{Node, Step, WIDTH},
+    volumes::common_solid,
 };
 
 /// Samples of a bunch.
@@ -27,9 +29,6 @@ const MOST: u64 = (WIDTH * LANES) as u64;
 
 /// Samples of a face up to which it is worth its place in a bunch.
 const FEW_SAMPLES: u64 = 6;
-
-/// What boxes and depths are widened by, relative; more than what rounding does to them.
-const WIDER: f32 = 64.0 * ROUNDOFF;
 
 /// A sample.
 #[derive(Clone, Copy, Debug)]
@@ -94,7 +93,7 @@ struct Origin {
 
 impl Origin {
     #[inline(always)]
-    fn of(rect: &Rect, face: f32, [nearest, farthest]: [f32; 2]) -> Self {
+    fn of(&Extent { rect, depths: [nearest, farthest] }: &Extent, face: f32) -> Self {
         let (center, middle) = (rect.center(), 0.5 * (nearest + farthest));
         let reach = |k: usize| (rect.max[k] - center[k]).max(center[k] - rect.min[k]) as f32;
         Self { center, middle, reach: reach(0).max(reach(1)), range: (farthest - middle).max(middle - nearest), face }
@@ -143,23 +142,20 @@ impl Bunches {
     /// doubt. `None` where convex solids may be over them: those are held against patches.
     #[inline(always)]
     pub(super) fn decide<S: Simd>(&mut self, simd: S, sampler: &Sampler, small: &[Small]) -> Option<[u64; 2]> {
-        let (mut rect, mut depths, mut longest) = (Rect::EMPTY, [f32::INFINITY, f32::NEG_INFINITY], 0_f32);
+        let (mut whole, mut longest) = (Extent::EMPTY, 0);
         for Small { extent, .. } in small {
-            rect = rect.union(&extent.rect);
-            depths = [depths[0].min(extent.depths[0]), depths[1].max(extent.depths[1])];
+            whole = whole.union(extent);
             longest = longest.max(extent.rect.longest());
         }
-        // Faces of the convex solid of all these faces block none of them.
-        let solid = small[0].solid;
-        let is_common = solid >= 0 && small.iter().all(|face| face.solid == solid);
-        let farthest = depths[1] + sampler.errors.depth_slack(depths[1]);
-        if self.is_under_others(simd, sampler, (&rect.widened(sampler.wide), farthest), is_common.then_some(solid)) {
+        let solid = common_solid(small.iter().map(|face| face.solid));
+        let farthest = whole.depths[1] + sampler.errors.depth_slack(whole.depths[1]);
+        if self.is_under_others(simd, sampler, (&whole.rect.widened(sampler.wide), farthest), solid) {
             return None;
         }
-        self.origin = Origin::of(&rect, longest, depths);
+        self.origin = Origin::of(&whole, longest as f32);
         self.samples.clear();
         small.iter().for_each(|face| self.add(sampler, face));
-        self.meet_all(simd, sampler, is_common.then_some(solid));
+        self.meet_all(simd, sampler, solid);
         let asked = self.settle(sampler);
         self.write(sampler);
         Some([self.samples.len() as u64, asked])

@@ -167,8 +167,9 @@ impl Rect {
 
     /// The longer side, quanta.
     #[inline(always)]
-    pub(super) fn longest(&self) -> f32 {
-        (self.max[0] - self.min[0]).max(self.max[1] - self.min[1]) as f32
+    pub(super) fn longest(&self) -> i64 {
+        let side = |k: usize| i64::from(self.max[k]) - i64::from(self.min[k]);
+        side(0).max(side(1))
     }
 
     /// Farther by `wide` on all sides; inside of [`Rect::EVERYWHERE`] still an `i32`.

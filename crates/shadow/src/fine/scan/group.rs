@@ -11,7 +11,7 @@ use umbriel_geometry::{
 use super::{
     batch::{Batch, Storage},
     bunch::Bunches,
-    faces::{Face, Piece, Rect},
+    faces::{Face, Piece},
     large::Large,
     layout::FaceLattice,
     patch::{EDGE, Extent, Frame, Patch},
@@ -19,11 +19,11 @@ use super::{
     shade::Whole,
     tree::WIDTH,
     view::Image,
-    volumes::Volume,
+    volumes::{Volume, common_solid},
 };
 use crate::fine::lattice::first_bits;
 
-/// Faces that are not asked together whether all are lit.
+/// Faces fewer than this are neither asked together whether all are lit nor put into bunches.
 const FEW: usize = 8;
 
 /// Storage that the groups of one thread share.
@@ -116,22 +116,21 @@ fn bunch<S: Simd>(simd: S, sampler: &Sampler, first: usize, room: &mut Room) -> 
 #[inline(always)]
 fn is_clear<S: Simd>(simd: S, sampler: &Sampler, room: &mut Room) -> bool {
     let Room { storage, small, .. } = room;
-    let Some(solid) = small.first().map(|small| small.solid).filter(|&solid| solid >= 0) else { return false };
     // A few patches are made as soon as they are known not to be needed.
-    if small.len() < FEW || !sampler.unbounded.is_empty() || small.iter().any(|small| small.solid != solid) {
+    if small.len() < FEW || !sampler.unbounded.is_empty() {
         return false;
     }
-    let (mut rect, mut bounds) = (Rect::EMPTY, Aabb::EMPTY);
-    let mut depths = [f32::INFINITY, f32::NEG_INFINITY];
+    let Some(solid) = common_solid(small.iter().map(|small| small.solid)) else { return false };
+    let (mut whole, mut bounds) = (Extent::EMPTY, Aabb::EMPTY);
     for Small { face, extent, .. } in small.iter() {
-        rect = rect.union(&extent.rect);
-        depths = [depths[0].min(extent.depths[0]), depths[1].max(extent.depths[1])];
+        whole = whole.union(extent);
         for position in sampler.positions(*face, 0) {
             bounds = bounds.union(Aabb { min: position, max: position });
         }
     }
-    let whole = Whole::new(sampler, rect.widened(sampler.wide), depths[0], &bounds);
-    storage.is_clear(simd, sampler, solid, &whole, depths[1])
+    let Extent { rect, depths: [nearest, farthest] } = whole;
+    let whole = Whole::new(sampler, rect.widened(sampler.wide), nearest, &bounds);
+    storage.is_clear(simd, sampler, solid, &whole, farthest)
 }
 
 /// Decides patches.

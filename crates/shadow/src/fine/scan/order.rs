@@ -296,8 +296,7 @@ impl Classes {
 /// Binary digits of the longer side of a box, 31 at most.
 #[inline(always)]
 fn digits(rect: &Rect) -> u32 {
-    let size = (0..2).map(|k| i64::from(rect.max[k]) - i64::from(rect.min[k])).max().unwrap_or(0);
-    (64 - size.leading_zeros()).min(31)
+    (64 - rect.longest().leading_zeros()).min(31)
 }
 
 /// A face's place in the order: sizes by factors of 16, large ones first, then those turned away after the others, then the middle along the curve.

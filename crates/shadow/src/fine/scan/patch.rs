@@ -8,12 +8,16 @@ use super::{
     axes::Axes,
     faces::{Face, Rect, depths},
     layout::FaceLattice,
+    pack::ROUNDOFF,
     view::{Image, View},
 };
 use crate::fine::lattice::{Lattice, first_bits};
 
 /// Most rows and columns of a patch.
 pub(super) const EDGE: u32 = 32;
+
+/// What boxes and depths of samples are widened by, relative; more than what rounding does to them. 2^-18.
+pub(super) const WIDER: f32 = 64.0 * ROUNDOFF;
 
 /// x, y, z and depth times z.
 type Homogeneous = [f64; 4];
@@ -109,6 +113,15 @@ pub(super) struct Extent {
 }
 
 impl Extent {
+    pub(super) const EMPTY: Self = Self { rect: Rect::EMPTY, depths: [f32::INFINITY, f32::NEG_INFINITY] };
+
+    /// What holds both.
+    #[inline(always)]
+    pub(super) fn union(&self, other: &Self) -> Self {
+        let [[near, far], [other_near, other_far]] = [self.depths, other.depths];
+        Self { rect: self.rect.union(&other.rect), depths: [near.min(other_near), far.max(other_far)] }
+    }
+
     #[inline(always)]
     pub(super) fn of_images(images: &[Image]) -> Self {
         Self { rect: Rect::of(images), depths: depths(images) }
@@ -120,7 +133,7 @@ impl Extent {
     fn of_part(frame: &Frame, origin: [u32; 2], [rows, columns]: [u32; 2], whole: &Self) -> Self {
         let [row, column] = origin.map(f64::from);
         let ends = [row + f64::from(rows - 1), column + f64::from(columns - 1)];
-        let mut extent = Self { rect: Rect::EMPTY, depths: [f32::INFINITY, f32::NEG_INFINITY] };
+        let mut extent = Self::EMPTY;
         for [row, column] in [[row, column], [ends[0], column], [row, ends[1]], ends] {
             let [x, y, z, depth] = frame.at(row, column);
             if z <= 0.0 {
@@ -132,8 +145,7 @@ impl Extent {
                 min: [x, y].map(|x| (x.floor() as i32).saturating_sub(1)),
                 max: [x, y].map(|x| (x.ceil() as i32).saturating_add(1)),
             };
-            extent.rect = extent.rect.union(&rect);
-            extent.depths = [extent.depths[0].min(depth as f32), extent.depths[1].max(depth as f32)];
+            extent = extent.union(&Self { rect, depths: [depth as f32; 2] });
         }
         extent.rect = extent.rect.intersection(&whole.rect);
         extent
@@ -171,7 +183,7 @@ impl Patch {
             }
         }
         let margin = self.margin();
-        let depth_margin = (self.farthest - self.nearest) * 2f32.powi(-18);
+        let depth_margin = (self.farthest - self.nearest) * WIDER;
         for k in 0..2 {
             self.rect.min[k] = self.rect.min[k].max(self.center[k].saturating_add((low[k] - margin) as i32));
             self.rect.max[k] = self.rect.max[k].min(self.center[k].saturating_add((high[k] + margin) as i32));
@@ -183,7 +195,7 @@ impl Patch {
     /// What the patch's vectors say of the images of samples is off by less than this, quanta.
     #[inline(always)]
     fn margin(&self) -> f32 {
-        self.reach * 2f32.powi(-18) + 2.0
+        self.reach * WIDER + 2.0
     }
 
     /// Image and depth at a row and a column, relative to the patch's middle; what is not before the light has none.

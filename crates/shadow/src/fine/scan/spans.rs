@@ -115,8 +115,8 @@ pub(super) struct Outlines<S: Simd> {
 }
 
 impl<S: Simd> Outlines<S> {
-    /// Counted from a point from which nothing is farther than `reach`; `of_reach` such lengths and `others`, quanta, are what a
-    /// place is off by if the roundoff is 1.
+    /// Counted from a point from which no receiver is farther than `reach`. Roundings are `of_reach` unit roundoffs of the reach and one of `others`, quanta
+    /// (NUMERICS.md, "Edges" and "Bunches").
     #[inline(always)]
     pub(super) fn new(
         simd: S,

@@ -227,6 +227,13 @@ impl Volumes {
     }
 }
 
+/// The convex solid that samples all have in common, if they have; −2 stands for none. Its faces block none of them.
+#[inline(always)]
+pub(super) fn common_solid(mut solids: impl Iterator<Item = i32>) -> Option<i32> {
+    let first = solids.next().filter(|&solid| solid >= 0)?;
+    solids.all(|solid| solid == first).then_some(first)
+}
+
 /// Those volumes that a view may need, in the order of its image; equal keys in that of the scene.
 fn in_order(mut parts: Vec<Vec<Option<Volume>>>, view: &View) -> Vec<Volume> {
     let mut keys: Vec<(u64, u32, u32)> = Vec::new();
