@@ -265,6 +265,11 @@ impl Facets {
         self.joints().first_at(point)
     }
 
+    /// For each point the first one at its position ([`Facets::first_at`]); `None` where no two corners of triangles share one.
+    pub fn firsts(&self) -> Option<&[u32]> {
+        self.joints().firsts()
+    }
+
     /// Whether the same points are equal as in the mesh, so that what points joined by their positions make (edges, surfaces) is that of the mesh. The
     /// first call looks at all points.
     pub fn are_joined_as_in_mesh(&self) -> bool {

@@ -37,6 +37,11 @@ impl Joints {
         self.firsts == other.firsts
     }
 
+    /// For each point the first one at its position; `None` where no two share one.
+    pub(crate) fn firsts(&self) -> Option<&[u32]> {
+        self.firsts.as_deref()
+    }
+
     /// The first point at the position of this one.
     pub(crate) fn first_at(&self, point: u32) -> u32 {
         self.firsts.as_ref().map_or(point, |firsts| firsts[point as usize])
@@ -63,41 +68,43 @@ impl Joints {
 }
 
 impl Repeats {
-    /// Points are taken for the `first_at` their positions. O(triangles), by hashing.
+    /// Points are taken for the `first_at` their positions. A counting sort by the lowest corners, and small sorts within: O(triangles + points) but for points
+    /// where very many triangles meet.
     fn of(triangles: &[[u32; 3]], first_at: impl Fn(u32) -> u32) -> Self {
-        const EMPTY: u32 = u32::MAX;
-        let sorted = |triangle: u32| {
-            let mut corners = triangles[triangle as usize].map(&first_at);
+        let sorted = |corners: &[u32; 3]| {
+            let mut corners = corners.map(&first_at);
             corners.sort_unstable();
             corners
         };
-        let size = (2 * triangles.len()).next_power_of_two();
-        let mut slots = vec![EMPTY; size];
-        let mut repeats = Self::default();
-        for triangle in 0..triangles.len() as u32 {
-            let corners = sorted(triangle);
-            let mut slot = hash(corners) as usize & (size - 1);
-            while slots[slot] != EMPTY && sorted(slots[slot]) != corners {
-                slot = (slot + 1) & (size - 1);
+        let points = triangles.iter().flatten().max().map_or(0, |&highest| highest as usize + 1);
+        let mut stops = vec![0_u32; points + 1];
+        triangles.iter().for_each(|corners| stops[sorted(corners)[0] as usize + 1] += 1);
+        for point in 0..points {
+            stops[point + 1] += stops[point];
+        }
+        let mut others = vec![[0; 3]; triangles.len()];
+        for (number, corners) in (0..).zip(triangles) {
+            let [lowest, middle, highest] = sorted(corners);
+            // Each start moves to its stop.
+            let place = &mut stops[lowest as usize];
+            others[*place as usize] = [middle, highest, number];
+            *place += 1;
+        }
+        let (mut repeats, mut start) = (Self::default(), 0);
+        for &stop in &stops[..points] {
+            let others = &mut others[start..stop as usize];
+            others.sort_unstable();
+            for [first, second] in others.array_windows() {
+                if first[..2] == second[..2] {
+                    repeats.are.resize(triangles.len(), false);
+                    repeats.are[second[2] as usize] = true;
+                    repeats.count += 1;
+                }
             }
-            if slots[slot] == EMPTY {
-                slots[slot] = triangle;
-            } else {
-                repeats.are.resize(triangles.len(), false);
-                repeats.are[triangle as usize] = true;
-                repeats.count += 1;
-            }
+            start = stop as usize;
         }
         repeats
     }
-}
-
-/// Mixes three numbers (multiplication by an odd constant, high half folded down).
-fn hash(corners: [u32; 3]) -> u64 {
-    corners.into_iter().fold(0, |hash: u64, corner| {
-        let mixed = (hash ^ u64::from(corner)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        mixed ^ (mixed >> 29)
-    })
 }
 
 #[cfg(test)]

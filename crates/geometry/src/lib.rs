@@ -25,6 +25,7 @@ mod dyadic;
 pub mod edge_uses;
 mod expansion;
 mod facets;
+pub mod gathered;
 mod joints;
 mod light;
 mod measures;
@@ -43,6 +44,7 @@ pub mod simd;
 mod stretch;
 mod surd;
 mod topology;
+mod turns;
 
 pub use aabb::Aabb;
 pub use analytic::{Analytic, AnalyticDefect, PlacedAnalytic};

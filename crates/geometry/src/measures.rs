@@ -11,6 +11,7 @@ use glam::DVec3;
 use crate::{
     approx::Approx,
     facets::{Base, Facets, length_squared},
+    gathered::{BLOCK, Gathered},
     parallelogram::float_area,
 };
 
@@ -68,12 +69,11 @@ impl TriangleMeasure {
 pub struct Measures {
     /// How many there are.
     len: usize,
-    /// Coordinates and numbers of the corners.
-    x: [[f64; Self::MOST]; 3],
-    y: [[f64; Self::MOST]; 3],
-    z: [[f64; Self::MOST]; 3],
+    /// The corners, and their numbers.
+    corners: Gathered<3>,
     numbers: [[u32; Self::MOST]; 3],
-    corners: [u32; Self::MOST],
+    /// The corner at the base.
+    bases: [u32; Self::MOST],
     sides: [[f64; Self::MOST]; 2],
     areas: [f64; Self::MOST],
     errors: [f64; Self::MOST],
@@ -86,11 +86,9 @@ impl Default for Measures {
         const NO_NUMBERS: [u32; Measures::MOST] = [0; Measures::MOST];
         Self {
             len: 0,
-            x: [NONE; 3],
-            y: [NONE; 3],
-            z: [NONE; 3],
+            corners: Gathered::default(),
             numbers: [NO_NUMBERS; 3],
-            corners: NO_NUMBERS,
+            bases: NO_NUMBERS,
             sides: [NONE; 2],
             areas: NONE,
             errors: NONE,
@@ -101,7 +99,7 @@ impl Default for Measures {
 
 impl Measures {
     /// Most facets that are measured together.
-    pub const MOST: usize = 64;
+    pub const MOST: usize = BLOCK;
 
     /// Measures facets, at most [`Measures::MOST`]; what was measured before is forgotten.
     ///
@@ -113,7 +111,7 @@ impl Measures {
         let Some(triangles) = facets.triangles() else {
             for (lane, face) in faces.enumerate() {
                 let (base, area) = (facets.base(face), facets.area(face));
-                self.corners[lane] = u32::from(base.corner);
+                self.bases[lane] = u32::from(base.corner);
                 (self.sides[0][lane], self.sides[1][lane]) = (base.sides[0], base.sides[1]);
                 (self.areas[lane], self.errors[lane]) = (area.value, area.error);
             }
@@ -130,13 +128,10 @@ impl Measures {
 
     #[inline(always)]
     fn gather(&mut self, triangles: &[[u32; 3]], positions: &[DVec3]) {
+        self.corners.gather(triangles, positions, 0);
         for (lane, triangle) in triangles.iter().enumerate() {
-            for (k, &corner) in triangle.iter().enumerate() {
-                let position = positions[corner as usize];
-                self.x[k][lane] = position.x;
-                self.y[k][lane] = position.y;
-                self.z[k][lane] = position.z;
-                self.numbers[k][lane] = corner;
+            for (numbers, &corner) in self.numbers.iter_mut().zip(triangle) {
+                numbers[lane] = corner;
             }
         }
     }
@@ -147,9 +142,9 @@ impl Measures {
         let count = self.len.next_multiple_of(8).min(Self::MOST);
         for lane in 0..count {
             let numbers = [self.numbers[0][lane], self.numbers[1][lane], self.numbers[2][lane]];
-            let corner = |k: usize| DVec3::new(self.x[k][lane], self.y[k][lane], self.z[k][lane]);
-            let measure = TriangleMeasure::new(numbers, [corner(0), corner(1), corner(2)]);
-            self.corners[lane] = measure.corner;
+            let corners = [self.corners.at(0, lane), self.corners.at(1, lane), self.corners.at(2, lane)];
+            let measure = TriangleMeasure::new(numbers, corners);
+            self.bases[lane] = measure.corner;
             self.sides[0][lane] = measure.sides[0];
             self.sides[1][lane] = measure.sides[1];
             self.areas[lane] = 0.5 * measure.doubled.value;
@@ -162,7 +157,7 @@ impl Measures {
     /// Where each facet is measured from.
     #[inline(always)]
     pub fn base(&self, lane: usize) -> Base {
-        Base { corner: self.corners[lane] as u8, sides: [self.sides[0][lane], self.sides[1][lane]] }
+        Base { corner: self.bases[lane] as u8, sides: [self.sides[0][lane], self.sides[1][lane]] }
     }
 
     /// The lengths of the first or second sides at the bases, metres.

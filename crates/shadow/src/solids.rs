@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use umbriel_geometry::{
     Aabb, Facets, Point, Sign,
     edge_uses::{EdgeUse, EdgeUses, cancel, edges_of},
+    gathered::{BLOCK, Gathered},
     predicates::{float_side_filter, rows_filter, side},
     simd::{Kernel, Simd, dispatch},
 };
@@ -30,9 +31,6 @@ const CORNERS: usize = 64;
 
 /// Triangles of a closed part at least.
 const FEWEST: usize = 4;
-
-/// Triangles or edges that are looked at together.
-const BLOCK: usize = 64;
 
 /// Parts that a thread takes at a time, at least.
 const PARTS: usize = 64;
@@ -173,39 +171,6 @@ impl Part<'_> {
     }
 }
 
-/// Points of some triangles or edges, coordinate by coordinate: what follows is one loop over floats without a branch, which
-/// compilers turn into vectors.
-struct Gathered<const N: usize> {
-    x: [[f64; BLOCK]; N],
-    y: [[f64; BLOCK]; N],
-    z: [[f64; BLOCK]; N],
-}
-
-impl<const N: usize> Gathered<N> {
-    #[inline(always)]
-    fn new() -> Self {
-        Self { x: [[0.0; BLOCK]; N], y: [[0.0; BLOCK]; N], z: [[0.0; BLOCK]; N] }
-    }
-
-    /// The positions of these points, their numbers counted from `first`.
-    #[inline(always)]
-    fn gather(&mut self, points: &[[u32; N]], positions: &[DVec3], first: u32) {
-        for (lane, points) in points.iter().enumerate() {
-            for (k, &point) in points.iter().enumerate() {
-                let position = positions[(first + point) as usize];
-                self.x[k][lane] = position.x;
-                self.y[k][lane] = position.y;
-                self.z[k][lane] = position.z;
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn at(&self, k: usize, lane: usize) -> DVec3 {
-        DVec3::new(self.x[k][lane], self.y[k][lane], self.z[k][lane])
-    }
-}
-
 /// How many triangles a ray from the middle meets; `None` unless the middle is strictly on one side of all.
 struct Star<'a, 'b> {
     part: &'a Part<'b>,
@@ -222,7 +187,7 @@ impl Kernel for Star<'_, '_> {
         let Self { part, middle, ray, is_inward } = self;
         // With rows p − m, q − m, r − m the determinant is positive where the middle m is behind.
         let outward = if is_inward { -1.0 } else { 1.0 };
-        let (mut meetings, mut corners) = (0, Gathered::<3>::new());
+        let (mut meetings, mut corners) = (0, Gathered::<3>::default());
         for triangles in part.triangles.chunks(BLOCK) {
             corners.gather(triangles, part.positions, 0);
             let (mut certain, mut met) = (0_u64, 0_u64);
@@ -260,7 +225,7 @@ impl Kernel for Edges<'_, '_> {
     fn run<S: Simd>(self, _: S) -> bool {
         let Self { part, uses, is_inward } = self;
         let (outward, before) = if is_inward { (-1.0, Sign::Negative) } else { (1.0, Sign::Positive) };
-        let (mut points, mut is_behind) = (Gathered::<4>::new(), [0_u64; BLOCK]);
+        let (mut points, mut is_behind) = (Gathered::<4>::default(), [0_u64; BLOCK]);
         for edges in uses.pairs.chunks(BLOCK) {
             points.gather(edges, part.positions, part.vertices[0]);
             let mut behind = 0;

@@ -147,7 +147,7 @@ impl<'a> Occluders<'a> {
     pub(crate) fn turns(&self, object: u32) -> &[Sign] {
         self.seen(object).turns.get_or_init(|| match self.bodies.get(object as usize) {
             // By one thread: one that waited for others here could take up work that waits for this very list.
-            Body::Flat(facets) => (0..facets.len()).map(|facet| facets.turn(facet, self.light)).collect(),
+            Body::Flat(facets) => facets.turns(self.light),
             Body::Analytic(body) => vec![body.light_side(self.light)],
         })
     }
@@ -181,7 +181,7 @@ impl<'a> Occluders<'a> {
             return Ok(());
         }
         let Some(facets) = self.bodies.scene.objects[number].facets() else { return Ok(()) };
-        let turns: Vec<Sign> = (0..facets.len()).map(|facet| facets.turn(facet, self.light)).collect();
+        let turns = facets.turns(self.light);
         let silhouette = match some {
             Some(some) => Silhouette::of_some(&facets, &turns, some),
             None => Silhouette::new(&self.bodies.edges_of(number, &facets), &turns),

@@ -6,7 +6,7 @@
 
 use umbriel_geometry::{
     Facets,
-    edge_uses::{EdgeUse, EdgeUses},
+    edge_uses::{EdgeUse, EdgeUses, edges_of},
 };
 
 /// A body with more facets has no table.
@@ -41,12 +41,23 @@ pub(crate) struct EdgeTable {
 impl EdgeTable {
     /// The edges of `facets`, of which there are fewer than [`MAX_FACETS`].
     pub(crate) fn of(facets: &Facets) -> Self {
-        let edges = (0..facets.len() as u32).flat_map(|face| {
-            let corners = facets.facet(face as usize).corners();
-            (0..corners.len())
-                .map(move |k| [facets.first_at(corners[k]), facets.first_at(corners[(k + 1) % corners.len()]), face])
-        });
-        let uses = EdgeUses::of(facets.positions().len(), edges);
+        let points = facets.positions().len();
+        let uses = match (facets.triangles(), facets.firsts()) {
+            (Some(triangles), None) => {
+                EdgeUses::of(points, (0..).zip(triangles).flat_map(|(face, &corners)| edges_of(corners, face)))
+            }
+            (Some(triangles), Some(firsts)) => {
+                let welded = |corners: &[u32; 3]| corners.map(|corner| firsts[corner as usize]);
+                EdgeUses::of(points, (0..).zip(triangles).flat_map(|(face, corners)| edges_of(welded(corners), face)))
+            }
+            (None, _) => {
+                let edges = (0..facets.len() as u32).flat_map(|face| {
+                    let corners = facets.facet(face as usize).corners();
+                    (0..corners.len()).map(move |k| [corners[k], corners[(k + 1) % corners.len()], face])
+                });
+                EdgeUses::of(points, edges)
+            }
+        };
         let mut table = Self { shared: Vec::with_capacity(uses.len() / 2), others: Vec::new() };
         uses.edges().for_each(|(low, uses)| table.add(low, uses));
         table

@@ -1,0 +1,46 @@
+//! Points of many triangles or edges, coordinate by coordinate: what follows is one loop over floats without a branch, which
+//! compilers turn into vectors.
+
+use glam::DVec3;
+
+/// Triangles or edges that are gathered together.
+pub const BLOCK: usize = 64;
+
+/// The points of up to [`BLOCK`] triangles (`N` = 3), or of whatever has `N` points.
+#[derive(Clone, Debug)]
+pub struct Gathered<const N: usize> {
+    x: [[f64; BLOCK]; N],
+    y: [[f64; BLOCK]; N],
+    z: [[f64; BLOCK]; N],
+}
+
+impl<const N: usize> Default for Gathered<N> {
+    #[inline(always)]
+    fn default() -> Self {
+        Self { x: [[0.0; BLOCK]; N], y: [[0.0; BLOCK]; N], z: [[0.0; BLOCK]; N] }
+    }
+}
+
+impl<const N: usize> Gathered<N> {
+    /// The positions of these points, their numbers counted from `first`.
+    ///
+    /// # Panics
+    /// If there are too many, or no such points.
+    #[inline(always)]
+    pub fn gather(&mut self, points: &[[u32; N]], positions: &[DVec3], first: u32) {
+        for (lane, points) in points.iter().enumerate() {
+            for (k, &point) in points.iter().enumerate() {
+                let position = positions[(first + point) as usize];
+                self.x[k][lane] = position.x;
+                self.y[k][lane] = position.y;
+                self.z[k][lane] = position.z;
+            }
+        }
+    }
+
+    /// A point of the triangle or edge in a lane.
+    #[inline(always)]
+    pub fn at(&self, k: usize, lane: usize) -> DVec3 {
+        DVec3::new(self.x[k][lane], self.y[k][lane], self.z[k][lane])
+    }
+}
