@@ -13,7 +13,7 @@ use super::{
     bins::Bins,
     estimate::Crossings,
     lowest::Met,
-    open_cells::{Found, estimate, look},
+    open_cells::{Found, Touches, look},
     segments::{Chain, Segment, Veil},
     span::{Walk, floor},
     tally::{Outcome, TileGrid, TileMasks},
@@ -134,11 +134,32 @@ impl Kept {
         segments: impl Iterator<Item = &'s Segment>,
         veils: impl Iterator<Item = &'s Veil>,
     ) {
+        let Self { tile, crossings } = self;
+        let place = tile.place;
         for segment in segments {
-            self.tile.add(segment);
-            self.crossings.add(raster, &self.tile, segment);
+            tile.add(segment, |cell, is_left| crossings.add(raster, place, cell, segment, is_left));
         }
-        veils.for_each(|veil| self.tile.add_veil(veil));
+        veils.for_each(|veil| tile.add_veil(veil));
+    }
+}
+
+/// A tile that is needed for a moment only, and which segments touch its cells.
+struct Fresh {
+    tile: Box<Tile>,
+    touches: Touches,
+}
+
+impl Fresh {
+    /// Draws all that is on a tile; false if that is too much to note what touches what.
+    fn draw<'s>(&mut self, place: TilePlace, segments: &[Met], veils: impl Iterator<Item = &'s Veil>) -> bool {
+        let Self { tile, touches } = self;
+        tile.move_to(place);
+        touches.clear();
+        for (number, (segment, _)) in (0..).zip(segments) {
+            tile.add(segment, |cell, is_left| touches.add(number, cell, is_left));
+        }
+        veils.for_each(|veil| tile.add_veil(veil));
+        !touches.are_too_many()
     }
 }
 
@@ -183,7 +204,7 @@ impl Band<'_> {
     /// Draws what waits, and settles all tiles.
     fn settle(&self, of_band: [&[u32]; 2], mut kept: Row) -> Vec<Outcome> {
         let in_band = self.by_tile(of_band);
-        let mut fresh = Tile::new();
+        let mut fresh = Fresh { tile: Tile::new(), touches: Touches::default() };
         let mut carry = [0; TILE];
         (0..(self.raster.cells() / self.size) as usize)
             .map(|number| {
@@ -197,16 +218,17 @@ impl Band<'_> {
                     return Outcome::clear(carry[0]);
                 }
                 let veils = veils.map(|k| &self.chain.veils[k]);
-                let Some(mut kept) = kept else {
-                    let met: Vec<Met> = segments.map(|k| (&self.chain.segments[k], &self.chain.ends[k])).collect();
-                    fresh.move_to(place);
-                    met.iter().for_each(|(segment, _)| fresh.add(segment));
-                    veils.for_each(|veil| fresh.add_veil(veil));
-                    return self.settle_tile(&fresh, &mut carry, |open_cells| {
-                        let look = if self.in_parts { estimate } else { look };
-                        look(self.raster, &fresh, open_cells, &met)
-                    });
-                };
+                if kept.is_none() {
+                    let met = segments.clone().map(|k| (&self.chain.segments[k], &self.chain.ends[k]));
+                    let met: Vec<Met> = met.collect();
+                    if fresh.draw(place, &met, veils.clone()) {
+                        let Fresh { tile, touches } = &mut fresh;
+                        return self.settle_tile(tile, &mut carry, |open_cells| {
+                            look(self.raster, tile, open_cells, (&met, touches), !self.in_parts)
+                        });
+                    }
+                }
+                let mut kept = kept.unwrap_or_else(|| Box::new(Kept::new(place)));
                 kept.draw(self.raster, segments.map(|k| &self.chain.segments[k]), veils);
                 let Kept { tile, crossings } = kept.as_ref();
                 self.settle_tile(tile, &mut carry, |(open, before)| {
@@ -221,7 +243,7 @@ impl Band<'_> {
         &self,
         tile: &Tile,
         carry: &mut [i32; TILE],
-        look: impl Fn((&[u64; TILE], &[i32; TILE])) -> Found,
+        look: impl FnOnce((&[u64; TILE], &[i32; TILE])) -> Found,
     ) -> Outcome {
         let before = *carry;
         let proofs = tile.settle(carry);

@@ -8,7 +8,7 @@ use umbriel_octree::Quadrant;
 use super::{
     Raster,
     segments::Segment,
-    tile::{TILE, Tile, columns},
+    tile::{TILE, Tile, TilePlace, columns},
 };
 use crate::fine::pattern;
 
@@ -28,19 +28,6 @@ type Windings = [i32; POINTS];
 pub(super) struct OpenCell {
     points: CellPoints,
     windings: Windings,
-}
-
-/// Some cells of a tile in the order of rows and columns.
-pub(super) struct Places {
-    cells: [u64; TILE],
-    /// How many cells come before each row.
-    before: [usize; TILE],
-}
-
-/// Undecided cells of a tile.
-pub(super) struct Estimate {
-    places: Places,
-    cells: Vec<OpenCell>,
 }
 
 /// The crossings in the cells of a tile, of segments that are forgotten.
@@ -66,19 +53,23 @@ impl Crossings {
         Self { places: vec![NONE; TILE * TILE], cells: Changes::Narrow(Vec::new()) }
     }
 
-    /// Takes a segment's crossings into account in all cells that it touches.
-    pub(crate) fn add(&mut self, raster: &Raster, tile: &Tile, segment: &Segment) {
-        let net = segment.net;
-        tile.for_each_touched(segment, &[u64::MAX; TILE], |[row, column], middle, is_left| {
-            let Some(points) = CellPoints::new(raster, tile, [row, column]) else { return };
-            let place = &mut self.places[row * TILE + column];
-            if *place == NONE {
-                *place = self.cells.push();
-            }
-            let mut changes = [0; POINTS];
-            points.cross_about(middle, segment, if is_left { -net } else { net }, &mut changes);
-            self.cells.add(*place, &changes);
-        });
+    /// Takes the crossings of a segment in a cell that it touches into account; the cell's middle is on its left or not.
+    pub(crate) fn add(
+        &mut self,
+        raster: &Raster,
+        place: TilePlace,
+        cell: [usize; 2],
+        segment: &Segment,
+        is_left: bool,
+    ) {
+        let Some(points) = CellPoints::new(raster, place, cell) else { return };
+        let number = &mut self.places[cell[0] * TILE + cell[1]];
+        if *number == NONE {
+            *number = self.cells.push();
+        }
+        let mut changes = [0; POINTS];
+        points.cross_about(place.middle(cell), (segment, is_left), &mut changes);
+        self.cells.add(*number, &changes);
     }
 
     /// How many of the points of each cell of `open` are lit, in the order of rows and columns; `carry` is the winding at the left of the tile's rows.
@@ -98,27 +89,6 @@ impl Crossings {
             NONE => [0; POINTS],
             place => self.cells.get(place),
         }
-    }
-}
-
-impl Places {
-    /// Of these cells.
-    pub(super) fn of(cells: &[u64; TILE]) -> Self {
-        let mut places = Self { cells: *cells, before: [0; TILE] };
-        for row in 1..TILE {
-            places.before[row] = places.before[row - 1] + cells[row - 1].count_ones() as usize;
-        }
-        places
-    }
-
-    /// How many there are.
-    pub(super) fn count(&self) -> usize {
-        self.before[TILE - 1] + self.cells[TILE - 1].count_ones() as usize
-    }
-
-    /// Which of them the one at a row and a column is.
-    pub(super) fn of_cell(&self, [row, column]: [usize; 2]) -> usize {
-        self.before[row] + (self.cells[row] & ((1 << column) - 1)).count_ones() as usize
     }
 }
 
@@ -167,13 +137,13 @@ impl Changes {
 
 impl OpenCell {
     /// At a row and a column of a tile, with the winding of its middle; without points off the face.
-    pub(super) fn new(raster: &Raster, tile: &Tile, cell: [usize; 2], winding: i32) -> Option<Self> {
-        CellPoints::new(raster, tile, cell).map(|points| Self { points, windings: [winding; POINTS] })
+    pub(super) fn new(raster: &Raster, place: TilePlace, cell: [usize; 2], winding: i32) -> Option<Self> {
+        CellPoints::new(raster, place, cell).map(|points| Self { points, windings: [winding; POINTS] })
     }
 
     /// Takes a segment's crossings into account, that has the cell's middle on its left or not.
     pub(super) fn cross(&mut self, middle: [f64; 2], segment: &Segment, is_left: bool) {
-        self.points.cross_about(middle, segment, if is_left { -segment.net } else { segment.net }, &mut self.windings);
+        self.points.cross_about(middle, (segment, is_left), &mut self.windings);
     }
 
     /// How many of its points are lit.
@@ -182,34 +152,10 @@ impl OpenCell {
     }
 }
 
-impl Estimate {
-    /// For the cells `open` of a tile; `carry` is the winding at the left of the tile's rows.
-    pub(super) fn new(raster: &Raster, tile: &Tile, open: &[u64; TILE], carry: &[i32; TILE]) -> Self {
-        let mut cells = Vec::new();
-        for (row, &bits) in open.iter().enumerate().filter(|(_, bits)| **bits != 0) {
-            let windings = tile.windings(row, carry[row]);
-            cells.extend(columns(bits).filter_map(|at| OpenCell::new(raster, tile, [row, at], windings[at])));
-        }
-        Self { places: Places::of(open), cells }
-    }
-
-    /// Takes a segment's crossings into account.
-    pub(super) fn add(&mut self, tile: &Tile, segment: &Segment) {
-        tile.for_each_touched(segment, &self.places.cells, |cell, middle, is_left| {
-            self.cells[self.places.of_cell(cell)].cross(middle, segment, is_left);
-        });
-    }
-
-    /// How many of the points of each cell are lit, in the order of rows and columns.
-    pub(super) fn lit_points(&self) -> Vec<u8> {
-        self.cells.iter().map(OpenCell::lit_points).collect()
-    }
-}
-
 impl CellPoints {
     /// Of the cell at a row and a column of a tile; `None` off the face.
-    fn new(raster: &Raster, tile: &Tile, [row, column]: [usize; 2]) -> Option<Self> {
-        let place = [tile.place.column + column as i64, tile.place.row + row as i64];
+    fn new(raster: &Raster, place: TilePlace, [row, column]: [usize; 2]) -> Option<Self> {
+        let place = [place.column + column as i64, place.row + row as i64];
         let beyond = place[0] + place[1] - (raster.cells() - 1);
         if raster.is_triangle() && beyond > 0 {
             return None;
@@ -226,8 +172,9 @@ impl CellPoints {
     }
 
     /// As [`CellPoints::cross`], by a segment of a face with the cell's middle on it.
-    fn cross_about(&self, middle: [f64; 2], segment: &Segment, change: i32, windings: &mut Windings) {
+    fn cross_about(&self, middle: [f64; 2], (segment, is_left): (&Segment, bool), windings: &mut Windings) {
         let local = |point: [f64; 2]| [0, 1].map(|k| (point[k] - middle[k]) as f32);
+        let change = if is_left { -segment.net } else { segment.net };
         self.cross(local(segment.from), local(segment.to), change, windings);
     }
 

@@ -1,14 +1,17 @@
 //! The cells of a tile that its marks leave open: what the segments through each make of it.
 //!
-//! One walk along the segments notes in each open cell which meet it. A cell whose regions are all covered is shadowed ([`lowest`](super::lowest)); of
-//! each other one 16 points say how much is likely lit ([`estimate`](super::estimate)). Where very many segments meet, only the points are looked at, by a second walk.
+//! While segments are drawn it is noted which cells they touch ([`Touches`]). An open cell whose regions are all covered is shadowed
+//! ([`lowest`](super::lowest)); of each other one 16 points say how much is likely lit ([`estimate`](super::estimate)).
 
 use super::{
     Raster,
-    estimate::{Estimate, OpenCell, Places},
+    estimate::OpenCell,
     lowest::{MOST_SEGMENTS, Met, Surroundings},
     tile::{TILE, Tile, columns},
 };
+
+/// Touches of a tile that are noted at most, 8 bytes each: where there are more, hardly any cell could be told by its regions.
+const MOST_TOUCHES: usize = 1 << 18;
 
 /// What is found out about the open cells of a tile.
 pub(super) struct Found {
@@ -18,17 +21,27 @@ pub(super) struct Found {
     pub(super) lit_points: Vec<u8>,
 }
 
-/// The segments that meet an open cell.
-#[derive(Clone, Copy)]
-struct Meeting {
-    /// How many; only the first [`MOST_SEGMENTS`] are known.
-    count: usize,
-    touches: [Touch; MOST_SEGMENTS],
+/// Which segments touch which cells of a tile.
+#[derive(Debug, Default)]
+pub(super) struct Touches {
+    /// Cells, row by row, and what touches them.
+    all: Vec<(u16, Touch)>,
+    are_too_many: bool,
+    /// Those of open cells, cell by cell, and where those of each cell stop.
+    by_cell: Vec<Touch>,
+    stops: Vec<u32>,
 }
 
-/// One of them: its number in the tile, and in the lowest bit whether it has the cell's middle on its left, as the windings count it.
-#[derive(Clone, Copy, Default)]
+/// A segment by its number in the tile, and in the lowest bit whether it has the cell's middle on its left, as the windings count it.
+#[derive(Clone, Copy, Debug, Default)]
 struct Touch(u32);
+
+/// Some cells of a tile in the order of rows and columns.
+struct Places {
+    cells: [u64; TILE],
+    /// How many cells come before each row.
+    before: [usize; TILE],
+}
 
 impl Touch {
     fn segment(self) -> usize {
@@ -47,34 +60,103 @@ impl Found {
     }
 }
 
-/// Looks at the cells `open` of a tile that these segments meet; `carry` is the winding at the left of the tile's rows.
+impl Touches {
+    /// None yet.
+    pub(super) fn clear(&mut self) {
+        self.all.clear();
+        self.are_too_many = false;
+    }
+
+    /// Notes that a segment touches the cell at a row and a column.
+    #[inline]
+    pub(super) fn add(&mut self, segment: u32, [row, column]: [usize; 2], is_left: bool) {
+        if self.all.len() == MOST_TOUCHES {
+            self.are_too_many = true;
+        } else {
+            self.all.push(((row * TILE + column) as u16, Touch(segment << 1 | u32::from(is_left))));
+        }
+    }
+
+    /// Whether some are not noted.
+    pub(super) fn are_too_many(&self) -> bool {
+        self.are_too_many
+    }
+
+    /// Brings those of open cells into the order of these. A counting sort.
+    fn sort(&mut self, open: &[u64; TILE]) {
+        let Self { all, by_cell, stops, .. } = self;
+        let places = Places::of(open);
+        let of_open = all.iter().filter_map(|&(cell, touch)| Some((places.of_cell(usize::from(cell))?, touch)));
+        stops.clear();
+        stops.resize(places.count() + 1, 0);
+        of_open.clone().for_each(|(place, _)| stops[place + 1] += 1);
+        for place in 1..stops.len() {
+            stops[place] += stops[place - 1];
+        }
+        by_cell.clear();
+        by_cell.resize(stops[stops.len() - 1] as usize, Touch::default());
+        for (place, touch) in of_open {
+            // Each start moves to its stop.
+            by_cell[stops[place] as usize] = touch;
+            stops[place] += 1;
+        }
+    }
+
+    /// Those of each open cell.
+    fn of_cells(&self) -> impl Iterator<Item = &[Touch]> {
+        let starts = std::iter::once(0).chain(self.stops.iter().copied());
+        starts.zip(&self.stops).map(|(start, &stop)| &self.by_cell[start as usize..stop as usize])
+    }
+}
+
+impl Places {
+    fn of(cells: &[u64; TILE]) -> Self {
+        let mut places = Self { cells: *cells, before: [0; TILE] };
+        for row in 1..TILE {
+            places.before[row] = places.before[row - 1] + cells[row - 1].count_ones() as usize;
+        }
+        places
+    }
+
+    /// How many there are.
+    fn count(&self) -> usize {
+        self.before[TILE - 1] + self.cells[TILE - 1].count_ones() as usize
+    }
+
+    /// Which of them a cell is, if it is one.
+    #[inline]
+    fn of_cell(&self, cell: usize) -> Option<usize> {
+        let (row, column) = (cell / TILE, cell % TILE);
+        let is_among = self.cells[row] >> column & 1 == 1;
+        is_among.then(|| self.before[row] + (self.cells[row] & ((1 << column) - 1)).count_ones() as usize)
+    }
+}
+
+/// Looks at the cells `open` of a tile; `carry` is the winding at the left of its rows. Where these are all `segments`, regions are asked, else points alone.
 pub(super) fn look(
     raster: &Raster,
     tile: &Tile,
     (open, carry): (&[u64; TILE], &[i32; TILE]),
-    segments: &[Met],
+    (segments, touches): (&[Met], &mut Touches),
+    are_all: bool,
 ) -> Found {
-    let meetings = meetings(tile, open, segments);
-    let mut of_crowded = lit_points_of_crowded(raster, tile, (open, carry), (&meetings, segments)).into_iter();
-    let mut found = Found { shadowed: [0; TILE], lit_points: Vec::with_capacity(meetings.len()) };
+    touches.sort(open);
+    let mut found = Found::points(Vec::new());
     let mut surroundings = Surroundings::default();
-    let mut meetings = meetings.iter();
+    let mut of_cells = touches.of_cells();
     for (row, &bits) in open.iter().enumerate().filter(|(_, bits)| **bits != 0) {
         let windings = tile.windings(row, carry[row]);
-        for (column, meeting) in columns(bits).zip(&mut meetings) {
-            let Some(touches) = meeting.touches.get(..meeting.count) else {
-                found.lit_points.extend(of_crowded.next());
-                continue;
-            };
+        for (column, touches) in columns(bits).zip(&mut of_cells) {
             let (cell, winding) = ([row, column], windings[column]);
-            let Some(mut open_cell) = OpenCell::new(raster, tile, cell, winding) else { continue };
-            let (middle, of_cell) = (tile.middle(cell), touches.iter().map(|touch| segments[touch.segment()]));
+            let Some(mut open_cell) = OpenCell::new(raster, tile.place, cell, winding) else { continue };
+            let (middle, of_cell) = (tile.place.middle(cell), touches.iter().map(|touch| segments[touch.segment()]));
             for (touch, (segment, _)) in touches.iter().zip(of_cell.clone()) {
                 open_cell.cross(middle, segment, touch.is_left());
             }
-            // A lit point is not proved, but there is little hope then.
             let lit_points = open_cell.lit_points();
-            if lit_points == 0 && touches.len() > 1 && surroundings.are_covered(middle, winding, of_cell) {
+            // A lit point is not proved, but there is little hope then.
+            let is_hopeful = are_all && lit_points == 0 && (2..=MOST_SEGMENTS).contains(&touches.len());
+            if is_hopeful && surroundings.are_covered(middle, winding, of_cell) {
                 found.shadowed[row] |= 1 << column;
             } else {
                 found.lit_points.push(lit_points);
@@ -82,51 +164,4 @@ pub(super) fn look(
         }
     }
     found
-}
-
-/// Which segments meet each open cell, in the order of rows and columns.
-fn meetings(tile: &Tile, open: &[u64; TILE], segments: &[Met]) -> Vec<Meeting> {
-    let places = Places::of(open);
-    let mut meetings = vec![Meeting { count: 0, touches: [Touch::default(); MOST_SEGMENTS] }; places.count()];
-    for (number, (segment, _)) in segments.iter().enumerate() {
-        tile.for_each_touched(segment, open, |cell, _, is_left| {
-            let meeting = &mut meetings[places.of_cell(cell)];
-            if let Some(touch) = meeting.touches.get_mut(meeting.count) {
-                *touch = Touch((number as u32) << 1 | u32::from(is_left));
-            }
-            meeting.count += 1;
-        });
-    }
-    meetings
-}
-
-/// How many points are lit of each cell that more than [`MOST_SEGMENTS`] meet.
-fn lit_points_of_crowded(
-    raster: &Raster,
-    tile: &Tile,
-    (open, carry): (&[u64; TILE], &[i32; TILE]),
-    (meetings, segments): (&[Meeting], &[Met]),
-) -> Vec<u8> {
-    if meetings.iter().all(|meeting| meeting.count <= MOST_SEGMENTS) {
-        return Vec::new();
-    }
-    let (mut crowded, mut meetings) = ([0; TILE], meetings.iter());
-    for (crowded, &bits) in crowded.iter_mut().zip(open) {
-        for (column, _) in columns(bits).zip(&mut meetings).filter(|(_, meeting)| meeting.count > MOST_SEGMENTS) {
-            *crowded |= 1 << column;
-        }
-    }
-    estimate(raster, tile, (&crowded, carry), segments).lit_points
-}
-
-/// As [`look`], but by points alone.
-pub(super) fn estimate(
-    raster: &Raster,
-    tile: &Tile,
-    (open, carry): (&[u64; TILE], &[i32; TILE]),
-    segments: &[Met],
-) -> Found {
-    let mut estimate = Estimate::new(raster, tile, open, carry);
-    segments.iter().for_each(|(segment, _)| estimate.add(tile, segment));
-    Found::points(estimate.lit_points())
 }

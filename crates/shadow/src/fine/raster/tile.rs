@@ -24,6 +24,12 @@ pub(crate) struct TilePlace {
 }
 
 impl TilePlace {
+    /// The middle of the cell at a row and a column, in cells of the face.
+    #[inline]
+    pub(crate) fn middle(&self, [row, column]: [usize; 2]) -> [f64; 2] {
+        [self.column + column as i64, self.row + row as i64].map(|place| place as f64 + 0.5)
+    }
+
     /// The columns of the tile that a range of x meets, as places in the tile; the end is not among them.
     #[inline]
     fn columns(&self, [low, high]: [f64; 2]) -> std::ops::Range<usize> {
@@ -89,21 +95,31 @@ impl Tile {
         local
     }
 
-    pub(crate) fn add(&mut self, segment: &Segment) {
+    /// Draws a segment. `touch` is told of each cell that it touches, by row and column, and whether the cell's middle lies on the left of the segment, in the
+    /// same way as the windings count it.
+    #[inline]
+    pub(crate) fn add(&mut self, segment: &Segment, mut touch: impl FnMut([usize; 2], bool)) {
         let side = Side::of(segment);
-        let change = if segment.to[1] > segment.from[1] { -segment.net } else { segment.net };
+        let is_upward = segment.to[1] > segment.from[1];
+        let change = if is_upward { -segment.net } else { segment.net };
         let place = self.place;
         Walk::of(segment).visit_rows(place.row, place.row + place.size, |row, reach, crossing| {
             let local = self.use_row(row);
+            // The first column whose middle is beyond the crossing.
+            let beyond = crossing.map(|x| floor(x + 0.5) - place.column);
             let columns = if segment.is_beside { 0..0 } else { place.columns(reach) };
             self.touched[local] |= bits(&columns);
-            let first = side.left([(place.column + columns.start as i64) as f64 + 0.5, row as f64 + 0.5]);
-            for (k, loss) in self.loss[local][columns].iter_mut().enumerate() {
-                *loss = loss.saturating_add(side.loss(first - side.along[1] * k as f64));
+            let first = side.left(place.middle([local, columns.start]));
+            for (k, column) in columns.enumerate() {
+                let left = first - side.along[1] * k as f64;
+                let loss = &mut self.loss[local][column];
+                *loss = loss.saturating_add(side.loss(left));
+                let is_left = beyond.map_or(left > 0.0, |beyond| ((column as i64) < beyond) == is_upward);
+                touch([local, column], is_left);
             }
-            if let Some(x) = crossing {
-                // The first column whose middle is beyond x; left of the face that is the first one.
-                let column = floor(x + 0.5).max(0) - place.column;
+            if let Some(beyond) = beyond {
+                // Left of the face that is the first one.
+                let column = beyond.max(-place.column);
                 if (0..place.size).contains(&column) {
                     self.change[local][column as usize] += change;
                 }
@@ -148,42 +164,6 @@ impl Tile {
             proofs.shadowed[row] = covered;
         }
         proofs
-    }
-
-    /// Visits the cells of `open` that a segment touches: row, column, the cell's middle in cells of the face, and whether
-    /// that lies on the left of the segment, in the same way as the windings count it.
-    pub(crate) fn for_each_touched(
-        &self,
-        segment: &Segment,
-        open: &[u64; TILE],
-        mut visit: impl FnMut([usize; 2], [f64; 2], bool),
-    ) {
-        if segment.is_beside {
-            return;
-        }
-        let side = Side::of(segment);
-        let is_upward = segment.to[1] > segment.from[1];
-        let place = self.place;
-        Walk::of(segment).visit_rows(place.row, place.row + place.size, |row, reach, crossing| {
-            let local = (row - place.row) as usize;
-            if open[local] == 0 {
-                return;
-            }
-            for column in columns(open[local] & bits(&place.columns(reach))) {
-                let middle = self.middle([local, column]);
-                let is_left = match crossing {
-                    Some(x) => (middle[0] < floor(x + 0.5) as f64) == is_upward,
-                    None => side.left(middle) > 0.0,
-                };
-                visit([local, column], middle, is_left);
-            }
-        });
-    }
-
-    /// The middle of the cell at a row and a column, in cells of the face.
-    #[inline]
-    pub(crate) fn middle(&self, [row, column]: [usize; 2]) -> [f64; 2] {
-        [self.place.column + column as i64, self.place.row + row as i64].map(|place| place as f64 + 0.5)
     }
 
     /// The winding at the middles of a row, from that at its left.
