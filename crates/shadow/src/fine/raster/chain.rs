@@ -18,7 +18,7 @@ use umbriel_geometry::{
 };
 
 use super::{
-    projection::{Image, ImageBounds, Place, Projection},
+    projection::{Image, ImageBounds, Place, Projection, margin_over},
     segments::{Chain, CornerKey, Segment, Veil},
     silhouette::{BorderEdge, Silhouette},
 };
@@ -231,12 +231,17 @@ impl BodyChain<'_> {
     fn add_cuts(&self, facets: impl Iterator<Item = u32>, chain: &mut Chain) -> Result<(), GiveUp> {
         for facet in facets {
             let corners = self.facets.facet(facet as usize).corners();
-            let joined = corners.iter().fold(0, |joined, &corner| joined | self.state(corner));
+            let (mut joined, mut on) = (0, 0);
+            for &corner in corners.iter() {
+                let state = self.state(corner);
+                (joined, on) = (joined | state, on + u32::from(state == place::ON));
+            }
             // Where states are not known beforehand.
             if self.states.is_empty() && joined & place::CLEAR != 0 {
                 count(Level::Double, corners.len() as u64);
             }
-            let is_plain = joined == place::ABOVE && self.turns[facet as usize] != Sign::Zero;
+            // One that touches the plane in a corner is not cut by it.
+            let is_plain = joined & !place::ON == place::ABOVE && on < 2 && self.turns[facet as usize] != Sign::Zero;
             let is_harmless = joined & (place::ABOVE | place::JUST_ABOVE) == 0;
             if !is_plain && !is_harmless {
                 self.add_facet(facet, chain)?;
@@ -247,26 +252,27 @@ impl BodyChain<'_> {
 
     fn add_facet(&self, facet: u32, chain: &mut Chain) -> Result<(), GiveUp> {
         let corners = self.facets.facet(facet as usize).corners();
-        let corners: Vec<Corner> = corners.iter().map(|&corner| self.corner(corner)).collect();
+        let all = [0, 1, 2, corners.len() - 1].map(|k| self.corner(corners[k]));
+        let corners = &all[..corners.len()];
         let joined = corners.iter().fold(0, |joined, corner| joined | corner.state);
-        let beyond = self.beyond(&corners);
-        if joined & place::HIGH != 0 && beyond.is_none() && !self.high_part_is_beside(&corners) {
+        let beyond = self.beyond(corners);
+        if joined & place::HIGH != 0 && beyond.is_none() && !self.high_part_is_beside(corners) {
             return Err(GiveUp);
         }
         let turn = self.turn(facet);
         if turn == 0 || joined & place::ABOVE == 0 {
             return match beyond {
                 Some(_) => Ok(()),
-                None if joined & place::ABOVE == 0 => self.add_veil(&corners, chain),
+                None if joined & place::ABOVE == 0 => self.add_veil(corners, chain),
                 None => {
-                    self.add_clipped_veil(&corners, chain);
+                    self.add_clipped_veil(corners, chain);
                     Ok(())
                 }
             };
         }
-        let Some(cuts) = self.cut(&corners) else {
-            self.subtract(&corners, turn, chain);
-            return if beyond.is_some() { Ok(()) } else { self.add_veil(&corners, chain) };
+        let Some(cuts) = self.cut(corners) else {
+            self.subtract(corners, turn, chain);
+            return if beyond.is_some() { Ok(()) } else { self.add_veil(corners, chain) };
         };
         for [from, to] in cuts.into_iter().flatten() {
             match beyond {
@@ -283,6 +289,11 @@ impl BodyChain<'_> {
     fn cut(&self, corners: &[Corner]) -> Option<[Option<[Place; 2]>; 2]> {
         let count = corners.len();
         let at = |k: usize| &corners[k % count];
+        if corners.iter().all(|corner| corner.state & !place::ABOVE & !place::ON == 0) {
+            // What stands on the plane is cut along an edge of its own.
+            let foot = (0..count).find(|&k| at(k).state & at(k + 1).state == place::ON);
+            return Some([foot.map(|k| [self.place_of(at(k)), self.place_of(at(k + 1))]), None]);
+        }
         // A parallelogram with one corner clear of the plane and another just beside it is hardly clear of it at all.
         let low = corners.iter().filter(|corner| corner.state & place::ABOVE == 0).count();
         let is_flat = count == 4 && low == 3 && corners.iter().any(|corner| corner.state & place::NEAR != 0);
@@ -469,28 +480,4 @@ impl End {
 
 fn is_sure(ends: &[End; 2]) -> bool {
     ends.iter().all(|end| end.slip <= MOST_SLIP)
-}
-
-/// How far the true segment may be from ours where it passes the face: ends that are far away are less certain, but points
-/// between are off by the weighted mean of what the ends are.
-fn margin_over(from: &Place, to: &Place, cells: f64) -> f64 {
-    let most = from.margin.max(to.margin);
-    let (dx, dy) = (to.x - from.x, to.y - from.y);
-    if dx.abs() + dy.abs() < 2.0 * cells {
-        return most;
-    }
-    // The part that may belong to a point of the face (Liang & Barsky 1984).
-    let (low, high) = (-2.0 - most, cells + 2.0 + most);
-    let (mut first, mut last) = (0.0_f64, 1.0_f64);
-    for (start, step) in [(from.x, dx), (from.y, dy)] {
-        if step == 0.0 {
-            continue;
-        }
-        let [a, b] = [(low - start) / step, (high - start) / step];
-        (first, last) = (first.max(a.min(b)), last.min(a.max(b)));
-    }
-    let at = |t: f64| from.margin + (to.margin - from.margin) * t;
-    // Beside the segment's ends the line goes on for a cell or two.
-    let beyond = 8.0 * (from.margin + to.margin) / (dx.abs() + dy.abs());
-    if first > last { beyond } else { at(first).max(at(last)) + beyond }
 }

@@ -176,6 +176,30 @@ impl Image {
     }
 }
 
+/// How far the true segment may be from ours where it passes the face: ends that are far away are less certain, but points
+/// between are off by the weighted mean of what the ends are.
+pub(super) fn margin_over(from: &Place, to: &Place, cells: f64) -> f64 {
+    let most = from.margin.max(to.margin);
+    let (dx, dy) = (to.x - from.x, to.y - from.y);
+    if dx.abs() + dy.abs() < 2.0 * cells {
+        return most;
+    }
+    // The part that may belong to a point of the face (Liang & Barsky 1984).
+    let (low, high) = (-2.0 - most, cells + 2.0 + most);
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    for (start, step) in [(from.x, dx), (from.y, dy)] {
+        if step == 0.0 {
+            continue;
+        }
+        let [a, b] = [(low - start) / step, (high - start) / step];
+        (first, last) = (first.max(a.min(b)), last.min(a.max(b)));
+    }
+    let at = |t: f64| from.margin + (to.margin - from.margin) * t;
+    // Beside the segment's ends the line goes on for a cell or two.
+    let beyond = 8.0 * (from.margin + to.margin) / (dx.abs() + dy.abs());
+    if first > last { beyond } else { at(first).max(at(last)) + beyond }
+}
+
 /// Rounded alike whatever the order of the axes.
 #[inline]
 fn dot(a: DVec3, b: DVec3) -> f64 {
