@@ -231,17 +231,12 @@ impl BodyChain<'_> {
     fn add_cuts(&self, facets: impl Iterator<Item = u32>, chain: &mut Chain) -> Result<(), GiveUp> {
         for facet in facets {
             let corners = self.facets.facet(facet as usize).corners();
-            let (mut joined, mut on) = (0, 0);
-            for &corner in corners.iter() {
-                let state = self.state(corner);
-                (joined, on) = (joined | state, on + u32::from(state == place::ON));
-            }
+            let joined = corners.iter().fold(0, |joined, &corner| joined | self.state(corner));
             // Where states are not known beforehand.
             if self.states.is_empty() && joined & place::CLEAR != 0 {
                 count(Level::Double, corners.len() as u64);
             }
-            // One that touches the plane in a corner is not cut by it.
-            let is_plain = joined & !place::ON == place::ABOVE && on < 2 && self.turns[facet as usize] != Sign::Zero;
+            let is_plain = joined == place::ABOVE && self.turns[facet as usize] != Sign::Zero;
             let is_harmless = joined & (place::ABOVE | place::JUST_ABOVE) == 0;
             if !is_plain && !is_harmless {
                 self.add_facet(facet, chain)?;
@@ -290,9 +285,11 @@ impl BodyChain<'_> {
         let count = corners.len();
         let at = |k: usize| &corners[k % count];
         if corners.iter().all(|corner| corner.state & !place::ABOVE & !place::ON == 0) {
-            // What stands on the plane is cut along an edge of its own.
-            let foot = (0..count).find(|&k| at(k).state & at(k + 1).state == place::ON);
-            return Some([foot.map(|k| [self.place_of(at(k)), self.place_of(at(k + 1))]), None]);
+            // What stands on the plane is cut along an edge of its own, or in a corner: there it touches the face and blocks nothing.
+            let is_on = |k: usize| at(k).state == place::ON;
+            let last = (0..count).find(|&k| !is_on(k) && is_on(k + 1));
+            let foot = last.map(|last| [last + 1, if is_on(last + 2) { last + 2 } else { last + 1 }]);
+            return Some([foot.map(|ends| ends.map(|k| self.place_of(at(k)))), None]);
         }
         // A parallelogram with one corner clear of the plane and another just beside it is hardly clear of it at all.
         let low = corners.iter().filter(|corner| corner.state & place::ABOVE == 0).count();
