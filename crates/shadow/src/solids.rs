@@ -71,18 +71,14 @@ impl Solids {
     /// are no meshes have none.
     /// What `uses` knows of copies seen before is used.
     pub(crate) fn of(facets: &Facets, uses: &mut Uses) -> Self {
-        let is_solid = facets.are_floats() && !facets.has_holes();
-        let (Some(triangles), true) = (facets.triangles(), is_solid) else { return Self::default() };
-        let positions = facets.positions();
+        let Some(triangles) = triangles_of(facets) else { return Self::default() };
         let parts = parts(triangles);
-        let solid = |uses: &mut Uses, part: &Run| {
-            let triangles = &triangles[part.faces.clone()];
-            let solid = Part { triangles, vertices: part.vertices, positions }.solid(uses)?;
-            Some(Solid { faces: part.faces.clone(), ..solid })
-        };
         let found: Vec<Option<Solid>> = match &parts[..] {
-            [part] => vec![solid(uses, part)],
-            parts => parts.par_iter().with_min_len(PARTS).map_init(Uses::default, solid).collect(),
+            [part] => vec![part.solid(facets, triangles, uses)],
+            parts => {
+                let parts = parts.par_iter().with_min_len(PARTS);
+                parts.map_init(Uses::default, |uses, part| part.solid(facets, triangles, uses)).collect()
+            }
         };
         let mut solids = Self::default();
         for (part, solid) in parts.iter().zip(found) {
@@ -112,10 +108,36 @@ impl Solids {
     }
 }
 
+/// The convex solids of a mesh that are wanted by the range of their vertices; on one thread.
+pub(crate) fn convex_solids(facets: &Facets, is_wanted: impl Fn(Range<usize>) -> bool) -> Vec<Solid> {
+    let Some(triangles) = triangles_of(facets) else { return Vec::new() };
+    let mut uses = Uses::default();
+    let parts = parts(triangles).into_iter().filter(|part| is_wanted(part.vertices()));
+    parts.filter_map(|part| part.solid(facets, triangles, &mut uses)).filter(|solid| solid.is_convex).collect()
+}
+
+/// The triangles of a mesh that may have solids.
+fn triangles_of(facets: &Facets) -> Option<&[[u32; 3]]> {
+    facets.triangles().filter(|_| facets.are_floats() && !facets.has_holes())
+}
+
 /// Consecutive triangles, and their lowest and highest vertex.
 struct Run {
     faces: Range<usize>,
     vertices: [u32; 2],
+}
+
+impl Run {
+    fn vertices(&self) -> Range<usize> {
+        self.vertices[0] as usize..self.vertices[1] as usize + 1
+    }
+
+    /// The star-shaped solid that these of all triangles are, if they are one.
+    fn solid(&self, facets: &Facets, triangles: &[[u32; 3]], uses: &mut Uses) -> Option<Solid> {
+        let triangles = &triangles[self.faces.clone()];
+        let solid = Part { triangles, vertices: self.vertices, positions: facets.positions() }.solid(uses)?;
+        Some(Solid { faces: self.faces.clone(), ..solid })
+    }
 }
 
 /// Runs of triangles, as short as may be, whose ranges of vertices are apart.

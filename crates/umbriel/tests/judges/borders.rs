@@ -111,6 +111,79 @@ fn borders_prove_what_is_true_of_the_fixtures() {
     }
 }
 
+/// A convex solid over the floor, or on it by a face, an edge or a corner: its corners and triangles.
+fn standing(dice: &mut Dice) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    let at = [0, 1].map(|_| dice.pick(&[-1.0, -0.5, -0.375, 0.0, 0.125, 0.5, 1.0]));
+    let lift = dice.pick(&[0.0, 0.0, 0.0, 0.25]);
+    let (size, high) = (dice.pick(&[0.25, 0.375, 0.75]), dice.pick(&[0.125, 0.5, 1.0]));
+    let lean = [0, 1].map(|_| dice.pick(&[0.0, 0.0, 0.25, -0.5]));
+    let place = |[x, y, z]: [f64; 3]| {
+        let [a, b] = [size * x + lean[0] * y, size * z + lean[1] * y];
+        [at[0] + a - 0.25 * b, lift + high * y, at[1] + b + 0.25 * a]
+    };
+    let (corners, triangles) = match dice.below(4) {
+        0 | 1 => {
+            let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(f64::from)).collect::<Vec<_>>();
+            let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+            (corners, sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
+        }
+        kind => {
+            // A tetrahedron on a face or on an edge, or upside down.
+            let [two, three] = [f64::from(u32::from(kind == 3)), 1.0];
+            let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.5, two, 1.0], [0.25, three, 0.25]];
+            (corners, vec![[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
+        }
+    };
+    let is_upside_down = dice.below(4) == 0;
+    let turned = |[x, y, z]: [f64; 3]| if is_upside_down { [x, 1.0 - y, z] } else { [x, y, z] };
+    (corners.into_iter().map(|corner| place(turned(corner))).collect(), triangles)
+}
+
+/// Solids that stand on the floor are drawn by their outlines, several in one mesh or each by itself, and beside sheets that meet the floor.
+#[test]
+fn what_stands_on_the_floor_is_proved() {
+    let mut undecided = [0.0; 2];
+    let wrong: Vec<String> = (0..cases(400))
+        .filter_map(|number| {
+            let mut dice = Dice::new("standing", number);
+            let mut objects = vec![with_sides("floor", rectangle(3.0, 3.0), DAffine3::IDENTITY, Sides::Auto)];
+            let mut whole = (Vec::new(), Vec::new());
+            for _ in 0..=dice.below(5) {
+                let (corners, mut triangles) = standing(&mut dice);
+                if dice.below(8) == 0 {
+                    triangles.pop();
+                }
+                let first = whole.0.len() as u32;
+                whole.0.extend(corners);
+                whole.1.extend(triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+                if dice.below(2) == 0 {
+                    objects.push(with_sides("solids", mesh(&whole.0, &whole.1), DAffine3::IDENTITY, Sides::Two));
+                    whole = (Vec::new(), Vec::new());
+                }
+            }
+            if !whole.1.is_empty() {
+                objects.push(with_sides("solids", mesh(&whole.0, &whole.1), DAffine3::IDENTITY, Sides::Two));
+            }
+            let scene = scene(objects);
+            let features = features(&scene);
+            let near = dice.pick(&features);
+            let light = match dice.below(3) {
+                0 => LightSource::sun(dice.pick(&[[0.0, -1.0, 0.0], [1.0, -1.0, 0.25], [-0.5, -0.5, 1.0]]))
+                    .expect("a sun"),
+                1 => LightSource::point(dice.pick(&[[0.0, 2.0, 0.0], [0.25, 1.25, 0.125], [2.0, 0.75, -1.0]]))
+                    .expect("a lamp"),
+                _ => tricky_light(&mut dice, near, &features),
+            };
+            let found = complaint(&scene, light, dice.pick(&[4, 6]), &mut dice, &mut undecided);
+            found.map(|text| format!("scene {number} under {light:?}: {text}"))
+        })
+        .collect();
+    let shown = wrong.iter().take(3).cloned().collect::<Vec<_>>().join("\n");
+    assert!(wrong.is_empty(), "{} wrong:\n{shown}", wrong.len());
+    let [by_borders, by_quadtree] = undecided;
+    assert!(by_borders < 1.3 * by_quadtree, "undecided by borders {by_borders}, by quadtree {by_quadtree}");
+}
+
 /// A triangle without area that runs over the floor's side and through the floor: what it touches is not proved lit.
 #[test]
 fn a_triangle_without_area_shadows_a_line() {

@@ -21,6 +21,7 @@ use super::{
     projection::{Image, ImageBounds, Place, Projection, margin_over},
     segments::{Chain, CornerKey, Segment, Veil},
     silhouette::{BorderEdge, Silhouette},
+    standing::Standing,
 };
 use crate::fine::flat::FLAT;
 
@@ -90,7 +91,7 @@ pub(crate) struct Occluder<'a> {
 pub(crate) struct BodyChain<'a> {
     pub(super) plane: &'a Plane<'a>,
     pub(super) facets: &'a Facets,
-    turns: &'a [Sign],
+    pub(super) turns: &'a [Sign],
     pub(super) bounds: ImageBounds,
     /// Points no farther than this from the plane (as h) are looked at exactly.
     near: f64,
@@ -98,6 +99,8 @@ pub(crate) struct BodyChain<'a> {
     is_cut: bool,
     /// Where the points lie, if that is known beforehand.
     states: Vec<u8>,
+    /// Solids that are one outline each.
+    standing: Standing,
 }
 
 impl Chain {
@@ -113,16 +116,18 @@ impl Chain {
             return Ok(());
         }
         let is_cut = reach == Reach::Cut;
-        let mut body = BodyChain { plane, facets, turns, bounds: image_bounds, near, is_cut, states: Vec::new() };
+        let (states, standing) = (Vec::new(), Standing::default());
+        let mut body = BodyChain { plane, facets, turns, bounds: image_bounds, near, is_cut, states, standing };
         if is_cut && some.is_none() {
             body.states = (0..facets.positions().len() as u32).map(|point| body.find_state(point)).collect();
             count(Level::Double, body.states.iter().filter(|state| **state & place::CLEAR != 0).count() as u64);
+            body.standing = Standing::of(&body, &body.states);
         }
         self.bodies += 1;
         match some {
             _ if !is_cut => silhouette.edge_on.iter().try_for_each(|&facet| body.add_facet(facet, self))?,
             Some(some) => body.add_cuts(some.iter().copied(), self)?,
-            None => body.add_cuts(0..facets.len() as u32, self)?,
+            None => body.add_cuts(body.standing.others(facets.len()), self)?,
         }
         for border in &silhouette.borders {
             body.add_border(border, self);
@@ -217,9 +222,12 @@ impl BodyChain<'_> {
         Sign::of(side_value(a, b, d, Target::Point(&point)).value).times(self.plane.facing)
     }
 
+    pub(super) fn image(&self, point: u32) -> Image {
+        self.plane.projection.image(self.facets.positions()[point as usize])
+    }
+
     fn corner(&self, point: u32) -> Corner {
-        let image = self.plane.projection.image(self.facets.positions()[point as usize]);
-        Corner { point, image, state: self.state(point) }
+        Corner { point, image: self.image(point), state: self.state(point) }
     }
 
     /// How often a facet's border runs counter-clockwise round its image when its corners are taken in order.
@@ -373,7 +381,10 @@ impl BodyChain<'_> {
     fn add_border(&self, border: &BorderEdge, chain: &mut Chain) {
         let [a, b] = border.ends.map(|point| self.corner(point));
         let net = if self.plane.facing == Sign::Negative { -border.net } else { border.net };
-        if a.state == place::ABOVE && b.state == place::ABOVE {
+        if self.standing.has(a.point) {
+            // A facet on either side of the outline, of the one solid.
+            self.push(&self.place_of(&a), &self.place_of(&b), net / 2, chain);
+        } else if a.state == place::ABOVE && b.state == place::ABOVE {
             self.push(&self.place_of(&a), &self.place_of(&b), net, chain);
         } else if let Some(ends) = self.edge(&a, &b).filter(is_sure) {
             self.push(&ends[0].widened(), &ends[1].widened(), net, chain);

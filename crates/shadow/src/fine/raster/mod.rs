@@ -23,6 +23,7 @@ mod projection;
 mod segments;
 pub(crate) mod silhouette;
 mod span;
+mod standing;
 mod tally;
 mod tile;
 
