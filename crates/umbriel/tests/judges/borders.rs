@@ -111,10 +111,10 @@ fn borders_prove_what_is_true_of_the_fixtures() {
     }
 }
 
-/// A convex solid over the floor, or on it by a face, an edge or a corner: its corners and triangles.
+/// A solid over the floor, on it by a face, an edge or a corner, or through it, and mostly convex: its corners and triangles.
 fn standing(dice: &mut Dice) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     let at = [0, 1].map(|_| dice.pick(&[-1.0, -0.5, -0.375, 0.0, 0.125, 0.5, 1.0]));
-    let lift = dice.pick(&[0.0, 0.0, 0.0, 0.25]);
+    let lift = dice.pick(&[0.0, 0.0, 0.0, 0.25, -0.25]);
     let (size, high) = (dice.pick(&[0.25, 0.375, 0.75]), dice.pick(&[0.125, 0.5, 1.0]));
     let lean = [0, 1].map(|_| dice.pick(&[0.0, 0.0, 0.25, -0.5]));
     let place = |[x, y, z]: [f64; 3]| {
@@ -123,7 +123,11 @@ fn standing(dice: &mut Dice) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
     };
     let (corners, triangles) = match dice.below(4) {
         0 | 1 => {
-            let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(f64::from)).collect::<Vec<_>>();
+            let mut corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(f64::from)).collect::<Vec<_>>();
+            if dice.below(4) == 0 {
+                // Out of a plane of its sides, to one side or the other.
+                corners[7] = dice.pick(&[[0.5, 1.0, 0.5], [0.75, 0.75, 0.75], [1.25, 1.0, 1.25]]);
+            }
             let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
             (corners, sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
         }
