@@ -14,41 +14,41 @@ use super::{
 };
 use crate::fine::flat::FLAT;
 
-/// A side of the face.
-struct Side<'a> {
-    /// Rectangles have four sides, triangles three.
-    is_there: bool,
-    /// Positive on the side of the face.
-    inside: fn(&Image) -> f64,
-    /// Counter-clockwise round the face.
-    ends: [&'a Point<'a>; 2],
-}
-
 impl BodyChain<'_> {
     /// The side of the face (0: u = 0) beyond which the part of a facet that may block lies, points in contact with the
     /// face up to the side itself: so it blocks nothing of the face. Exact.
     pub(super) fn beyond(&self, corners: &[Corner]) -> Option<usize> {
         let [a, b, c, d] = [0, 1, 2, FLAT - 1].map(|k| &self.plane.corners[k]);
-        let is_triangle = self.plane.is_triangle;
-        let bounds = &self.bounds;
-        let error = 2.0 * (bounds.u + bounds.v + bounds.w);
-        let sides = [
-            Side { is_there: true, inside: |image| image.u, ends: [d, a] },
-            Side { is_there: true, inside: |image| image.v, ends: [a, b] },
-            Side { is_there: is_triangle, inside: |image| image.w - image.u - image.v, ends: [b, d] },
-            Side { is_there: !is_triangle, inside: |image| image.w - image.u, ends: [b, c] },
-            Side { is_there: !is_triangle, inside: |image| image.w - image.v, ends: [c, d] },
-        ];
-        sides.iter().position(|side| {
-            let is_beyond = |corner: &Corner| self.is_beyond(corner, (side.inside)(&corner.image), error, side.ends);
+        let third = if self.plane.is_triangle { [[b, d]; 2] } else { [[b, c], [c, d]] };
+        // Counter-clockwise round the face.
+        let sides = [[d, a], [a, b], third[0], third[1]];
+        sides.into_iter().enumerate().position(|(side, ends)| {
+            let is_beyond = |corner: &Corner| self.is_beyond(corner, self.insides(&corner.image)[side], ends);
             let is_uncut = || corners.iter().all(|corner| corner.state & place::BELOW == 0);
-            side.is_there && corners.iter().all(is_beyond) && (is_uncut() || self.cuts_along(corners, side.ends))
+            corners.iter().all(is_beyond) && (is_uncut() || self.cuts_along(corners, ends))
         })
     }
 
+    /// How far an image is on the inner sides of the face's sides, up to [`BodyChain::side_error`]: u = 0, v = 0, and the others; a triangle's third is there twice.
+    #[inline]
+    fn insides(&self, &Image { u, v, w, .. }: &Image) -> [f64; 4] {
+        if self.plane.is_triangle { [u, v, w - u - v, w - u - v] } else { [u, v, w - u, w - v] }
+    }
+
+    #[inline]
+    fn side_error(&self) -> f64 {
+        2.0 * (self.bounds.u + self.bounds.v + self.bounds.w)
+    }
+
+    /// Whether an image is surely on no line along a side of the face.
+    pub(super) fn is_off_sides(&self, image: &Image) -> bool {
+        self.insides(image).iter().all(|inside| inside.abs() > self.side_error())
+    }
+
     /// Whether a corner, if it is not below the plane, is beyond a side of the face; `inside` is how far it is on the
-    /// inner side, up to `error`.
-    fn is_beyond(&self, corner: &Corner, inside: f64, error: f64, [from, to]: [&Point; 2]) -> bool {
+    /// inner side.
+    fn is_beyond(&self, corner: &Corner, inside: f64, [from, to]: [&Point; 2]) -> bool {
+        let error = self.side_error();
         if inside < -error || corner.state & place::BELOW != 0 {
             return true;
         }
@@ -80,14 +80,8 @@ impl BodyChain<'_> {
         // The part that is as high as the light or below it.
         let part = clip(corners.iter().map(|corner| corner.image).collect(), |image| cutoff * 1.5 - image.w);
         let part = clip(part, |image| image.w + 4.0 * bounds.w);
-        let sides: [&dyn Fn(&Image) -> f64; 4] = [
-            &|image| image.u,
-            &|image| image.v,
-            &|image| if self.plane.is_triangle { image.w - image.u - image.v } else { image.w - image.u },
-            &|image| if self.plane.is_triangle { image.w - image.u - image.v } else { image.w - image.v },
-        ];
-        let error = 2.0 * (bounds.u + bounds.v + bounds.w);
-        sides.iter().any(|side| part.iter().all(|image| side(image) < -error))
+        let insides: Vec<[f64; 4]> = part.iter().map(|image| self.insides(image)).collect();
+        (0..4).any(|side| insides.iter().all(|inside| inside[side] < -self.side_error()))
     }
 }
 

@@ -98,7 +98,7 @@ pub(crate) struct BodyChain<'a> {
     /// Not all points are above the plane and well below the light.
     is_cut: bool,
     /// Where the points lie, if that is known beforehand.
-    states: Vec<u8>,
+    pub(super) states: Vec<u8>,
     /// Solids that are one outline each.
     standing: Standing,
 }
@@ -121,7 +121,7 @@ impl Chain {
         if is_cut && some.is_none() {
             body.states = (0..facets.positions().len() as u32).map(|point| body.find_state(point)).collect();
             count(Level::Double, body.states.iter().filter(|state| **state & place::CLEAR != 0).count() as u64);
-            body.standing = Standing::of(&body, &body.states);
+            body.standing = Standing::of(&body);
         }
         self.bodies += 1;
         match some {

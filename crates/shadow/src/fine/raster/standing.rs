@@ -7,10 +7,7 @@
 
 use umbriel_geometry::Sign;
 
-use super::{
-    chain::{BodyChain, place},
-    projection::Image,
-};
+use super::chain::{BodyChain, place};
 use crate::solids::{Solid, convex_solids};
 
 /// The solids of a body that stand on the plane.
@@ -23,9 +20,9 @@ pub(super) struct Standing {
 }
 
 impl Standing {
-    /// Those of a body whose points are where `states` say; none where points of several triangles share a position.
-    pub(super) fn of(body: &BodyChain, states: &[u8]) -> Self {
-        let (facets, turns) = (body.facets, body.turns);
+    /// Those of a body of which it is known where its points lie; none where points of several triangles share a position.
+    pub(super) fn of(body: &BodyChain) -> Self {
+        let BodyChain { facets, turns, states, .. } = body;
         if !states.contains(&place::ON) || facets.firsts().is_some() {
             return Self::default();
         }
@@ -37,7 +34,7 @@ impl Standing {
         solids.retain(|solid| {
             let on = solid.vertices.clone().filter(|&point| states[point] == place::ON);
             turns[solid.faces.clone()].iter().all(|&turn| turn != Sign::Zero)
-                && on.map(|point| body.image(point as u32)).all(|image| is_off_sides(body, &image))
+                && on.map(|point| body.image(point as u32)).all(|image| body.is_off_sides(&image))
         });
         let mut points = vec![false; if solids.is_empty() { 0 } else { states.len() }];
         solids.iter().for_each(|solid| points[solid.vertices.clone()].fill(true));
@@ -56,12 +53,4 @@ impl Standing {
         let ends = self.solids.iter().map(|solid| solid.faces.start).chain(std::iter::once(facets));
         starts.zip(ends).flat_map(|(start, end)| start as u32..end as u32)
     }
-}
-
-/// Whether a point of the plane is surely on no line along a side of the face.
-fn is_off_sides(body: &BodyChain, image: &Image) -> bool {
-    let &Image { u, v, w, .. } = image;
-    let error = 2.0 * (body.bounds.u + body.bounds.v + body.bounds.w);
-    let others = if body.plane.is_triangle { [w - u - v; 2] } else { [w - u, w - v] };
-    [u, v].iter().chain(&others).all(|inside| inside.abs() > error)
 }
