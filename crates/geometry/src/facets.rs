@@ -15,7 +15,7 @@ use crate::{
     aabb::Aabb,
     approx::{Approx, sorted},
     brep::{Brep, Convex, Cuboid, HullDefect, canonical_loop},
-    joints::Joints,
+    joints::{self, Joints},
     light::LightSource,
     measures::TriangleMeasure,
     mesh::Mesh,
@@ -303,6 +303,17 @@ impl Facets {
     /// How many facets are such.
     pub fn repeat_count(&self) -> usize {
         self.triangles().map_or(0, |triangles| self.joints().repeat_count(triangles))
+    }
+
+    /// The triangle beyond side `side` of a triangle (from that corner to the next one), if these two alone use the edge, in opposite directions; points
+    /// are told by position. `None` of a parallelogram. The first call is O(n).
+    ///
+    /// # Panics
+    /// If there is no such facet or side.
+    #[inline]
+    pub fn across(&self, facet: usize, side: usize) -> Option<u32> {
+        let beyond = self.joints().across(self.triangles()?)[facet][side];
+        (beyond != joints::NONE).then_some(beyond)
     }
 
     /// A facet with its corners replaced by the first points at their positions ([`Facets::first_at`]).

@@ -7,7 +7,13 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use crate::{edge_uses::weld, topology::Topology};
+use crate::{
+    edge_uses::{EdgeUses, edges_of, weld},
+    topology::Topology,
+};
+
+/// Stands for no triangle in [`Joints::across`].
+pub(crate) const NONE: u32 = u32::MAX;
 
 /// Triangles that have the corners of earlier ones.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +30,7 @@ pub(crate) struct Joints {
     firsts: Option<Vec<u32>>,
     topology: OnceLock<Topology>,
     repeats: OnceLock<Repeats>,
+    across: OnceLock<Vec<[u32; 3]>>,
 }
 
 impl Joints {
@@ -52,6 +59,13 @@ impl Joints {
         self.topology
             .get_or_init(|| Topology::of(triangles.iter().map(|corners| corners.map(|corner| self.first_at(corner)))))
     }
+
+    /// For each side of each triangle the one beyond it, if these two alone use the edge, in opposite directions, else [`NONE`]; side k runs from corner k to
+    /// the next one. Of the same `triangles` each time.
+    pub(crate) fn across(&self, triangles: &[[u32; 3]]) -> &[[u32; 3]] {
+        self.across.get_or_init(|| across(triangles, |point| self.first_at(point)))
+    }
+
     /// Whether a triangle has the corners of an earlier one, in whichever order; of the same `triangles` each time.
     pub(crate) fn is_repeat(&self, triangles: &[[u32; 3]], triangle: usize) -> bool {
         self.repeats(triangles).are.get(triangle) == Some(&true)
@@ -65,6 +79,26 @@ impl Joints {
     fn repeats(&self, triangles: &[[u32; 3]]) -> &Repeats {
         self.repeats.get_or_init(|| Repeats::of(triangles, |point| self.first_at(point)))
     }
+}
+
+/// [`Joints::across`], points taken for the `first_at` their positions. O(triangles + points) but for points where very many edges meet.
+fn across(triangles: &[[u32; 3]], first_at: impl Fn(u32) -> u32 + Copy) -> Vec<[u32; 3]> {
+    let points = triangles.iter().flatten().max().map_or(0, |&highest| highest as usize + 1);
+    let edges = (0..).zip(triangles).flat_map(|(face, corners)| edges_of(corners.map(first_at), face));
+    let mut across = vec![[NONE; 3]; triangles.len()];
+    for (low, uses) in EdgeUses::of(points, edges).edges() {
+        if let [a, b] = uses
+            && a.is_upward() != b.is_upward()
+        {
+            for [own, other] in [[a, b], [b, a]] {
+                let (face, from) = (own.face() as usize, if own.is_upward() { low } else { own.high });
+                // Of a triangle with two corners at one point both sides are this edge: nobody asks it for either.
+                let side = triangles[face].iter().position(|&corner| first_at(corner) == from);
+                across[face][side.expect("a corner of its own")] = other.face();
+            }
+        }
+    }
+    across
 }
 
 impl Repeats {
@@ -110,6 +144,21 @@ impl Repeats {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_lies_across_a_side_is_the_only_other_user_of_it() {
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::X, DVec3::ONE];
+        // Points 1 and 4 are one; three triangles meet at 0-1.
+        let triangles = [[0, 1, 2], [2, 4, 5], [0, 2, 3], [1, 0, 3], [4, 0, 5]];
+        let across = Joints::of(&positions).across(&triangles).to_vec();
+        assert_eq!(across[0], [NONE, 1, 2]);
+        assert_eq!(across[1], [0, 4, NONE]);
+        assert_eq!(across[2], [0, NONE, 3]);
+        assert_eq!(across[3], [NONE, 2, NONE]);
+        assert_eq!(across[4], [NONE, NONE, 1]);
+        let same_way = Joints::of(&positions).across(&[[0, 1, 2], [0, 1, 3]]).to_vec();
+        assert_eq!(same_way, [[NONE; 3]; 2]);
+    }
 
     #[test]
     fn triangles_with_the_corners_of_earlier_ones_are_repeats() {

@@ -9,7 +9,7 @@ use crate::{
     bodies::Body,
     exact::{Own, face_blocks, flat_face_is_turned_to},
     fine::{
-        Blockers, Entry, FacetId, GiveUp, Receiver,
+        Blockers, Clearance, Entry, FacetId, GiveUp, Receiver,
         crowd::{Crowd, Effort, PAIRS},
         flat,
         flat::{FLAT, FaceShape, FlatFace, Levels},
@@ -235,11 +235,16 @@ impl<'a> FlatReceiver<'a> {
         }
         let mut candidates = occluders.candidates(self.among(), &corners);
         candidates.facets.retain(|&candidate| candidate != self.id);
+        let clearance = Clearance::of(&receiver);
+        if clearance.as_ref().is_some_and(|face| occluders.is_under_a_sheet(&candidates.facets, face, &receiver)) {
+            let hidden = FlatFace::decided(self.shape, Verdict::Shadowed, self.levels, self.lattice);
+            return Self::costing(0, self.levels.finest, Tally { examined: 1, ..hidden });
+        }
         let measured = candidates.facets.len() + candidates.bodies.len();
         let levels = self.all.levels(self.id.object as usize, &self.size, self.depth.level(measured));
         let whole = self.shape.hull(Quadrant::ROOT);
         let cover = |blockers: &Blockers<FLAT>| blockers.cover(&whole);
-        let blockers = occluders.blockers_until(&candidates, &receiver, cover);
+        let blockers = occluders.blockers_until(&candidates, (&receiver, clearance.as_ref()), cover);
         Self::costing(measured, levels.finest, under(levels, blockers).run())
     }
 

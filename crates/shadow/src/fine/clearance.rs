@@ -58,16 +58,23 @@ impl<'a> Clearance<'a> {
         let used = (2u32 << self.count) - 1;
         let (mut beyond, mut within) = (used, 0);
         for corner in polygon {
-            let (mut negative, mut positive) = self.planes[0].signs_at(&corner);
-            if self.count == LANES {
-                let (behind, before) = self.planes[1].signs_at(&corner);
-                (negative, positive) = (negative | behind << LANES, positive | before << LANES);
-            }
-            let own = self.planes_through(&corner);
-            beyond &= negative | own;
-            within |= positive & !own;
+            let place = self.place(&corner);
+            beyond &= place.beyond;
+            within |= place.within;
         }
         if beyond != 0 { Some(true) } else { (within & used == used).then_some(false) }
+    }
+
+    /// Where a point lies.
+    #[inline(always)]
+    pub(super) fn place(&self, point: &Point) -> Place {
+        let (mut negative, mut positive) = self.planes[0].signs_at(point);
+        if self.count == LANES {
+            let (behind, before) = self.planes[1].signs_at(point);
+            (negative, positive) = (negative | behind << LANES, positive | before << LANES);
+        }
+        let own = self.planes_through(point);
+        Place { beyond: negative | own, within: positive & !own, count: self.count }
     }
 
     /// The borders that begin or end at a point, and the plane if one does.
@@ -81,6 +88,35 @@ impl<'a> Clearance<'a> {
             }
         }
         planes
+    }
+}
+
+/// Where a point lies beside a face, as far as floats tell: a bit for each border's shadow plane, then one for the face's plane.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    /// Beyond it, or on it as a corner of the face is.
+    beyond: u32,
+    /// Strictly on the side where the face is, or the light.
+    within: u32,
+    /// How many borders there are.
+    count: usize,
+}
+
+impl Place {
+    /// Whether the point is strictly before the face's plane.
+    pub(super) fn is_nearer(self) -> bool {
+        self.within >> self.count & 1 == 1
+    }
+
+    /// Whether the light sees the point inside of the face.
+    pub(super) fn is_over(self) -> bool {
+        let borders = (1 << self.count) - 1;
+        self.within & borders == borders
+    }
+
+    /// Whether both points lie beyond one border or on it.
+    pub(super) fn shares_outside(self, other: Self) -> bool {
+        self.beyond & other.beyond & ((1 << self.count) - 1) != 0
     }
 }
 

@@ -25,9 +25,11 @@ pub(crate) mod raster;
 mod receiver;
 pub(crate) mod scan;
 mod self_shadow;
+mod sheet;
 pub(crate) mod tally;
 
 pub(crate) use classify::{Blockers, Entry};
+pub(crate) use clearance::Clearance;
 pub(crate) use instance_tree::tree_of;
 pub(crate) use occluders::{Candidates, Occluders};
 pub(crate) use polygon_blocker::FacetId;

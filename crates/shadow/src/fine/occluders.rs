@@ -367,16 +367,15 @@ impl<'a> Occluders<'a> {
     pub(crate) fn blockers_until<const N: usize>(
         &self,
         candidates: &Candidates,
-        receiver: &Receiver<N>,
+        (receiver, clearance): (&Receiver<N>, Option<&Clearance>),
         is_enough: impl Fn(&Blockers<N>) -> bool,
     ) -> Blockers<'_, N> {
         let component = |id: FacetId| self.bodies.component(id.object as usize, id.facet as usize);
         let mut facets: Vec<((u32, u32), FacetId)> =
             candidates.facets.iter().map(|&id| ((id.object, component(id)), id)).collect();
         facets.sort_by_key(|&(part, _)| part);
-        let clearance = Clearance::of(receiver);
         let of = |part: &[((u32, u32), FacetId)], bodies: &[u32]| {
-            self.blockers_of(part.iter().map(|&(_, id)| id), bodies, (receiver, clearance.as_ref()))
+            self.blockers_of(part.iter().map(|&(_, id)| id), bodies, (receiver, clearance))
         };
         let mut all = Blockers::none();
         let mut parts = facets.chunk_by(|(a, _), (b, _)| a == b).peekable();
