@@ -131,6 +131,9 @@ impl<'a> Stage<'a> {
         // Samples are decided whatever the clock says, and need all that may block them.
         let deadline = self.limit(effort.lights).filter(|_| self.spacing.is_none()).and_then(|limit| limit.deadline);
         deadline.into_iter().for_each(|deadline| occluders.stop_at(deadline));
+        if !self.is_of_samples() {
+            occluders.prepare(&influences.occluders_of_all(self.first_receivers()));
+        }
         let is_throng = self.is_throng(&influences, &occluders);
         if !is_throng {
             influences.see_all();

@@ -124,25 +124,23 @@ impl<'a> FlatReceiver<'a> {
         if method == CellMethod::Quadtree || level > raster::MOST_LEVEL || self.levels.pixel.is_some() {
             return None;
         }
-        let (mut facets, mut others) = (0, Vec::new());
-        for &object in self.objects().iter() {
-            let (bodies, number) = (self.all.bodies, object as usize);
-            if bodies.is_analytic(number) || bodies.has_holes(number) {
-                others.push(object);
-            } else {
-                facets += bodies.face_count(number);
-            }
-        }
+        let bodies = self.all.bodies;
+        let is_drawn = |object: u32| !bodies.is_analytic(object as usize) && !bodies.has_holes(object as usize);
+        let drawn = self.objects().iter().filter(|&&object| is_drawn(object));
+        let facets: usize = drawn.map(|&object| bodies.face_count(object as usize)).sum();
         let occluders = &self.all.occluders;
-        let others = occluders.candidates(Among::Objects(&others), &self.corners);
-        let meets_others = !others.bodies.is_empty() || others.facets.iter().any(|&id| id != self.id);
-        if facets >= raster::MAX_FACETS || meets_others {
-            return None;
-        }
         let expected = occluders.expected_facets(self.objects(), &self.corners);
         let found = FOUND_A_FACET * expected.ceil() as usize;
         let drawn = Drawn { are_found: found < facets, looks: found.min(facets) };
-        (method == CellMethod::Borders || raster::is_sooner(level, drawn.looks, expected)).then_some(drawn)
+        if facets >= raster::MAX_FACETS
+            || method != CellMethod::Borders && !raster::is_sooner(level, drawn.looks, expected)
+        {
+            return None;
+        }
+        let others: Vec<u32> = self.objects().iter().copied().filter(|&object| !is_drawn(object)).collect();
+        let others = occluders.candidates(Among::Objects(&others), &self.corners);
+        let meets_others = !others.bodies.is_empty() || others.facets.iter().any(|&id| id != self.id);
+        (!meets_others).then_some(drawn)
     }
 
     /// By borders, and what that cost.
@@ -241,6 +239,9 @@ impl<'a> FlatReceiver<'a> {
             return Self::costing(0, self.levels.finest, Tally { examined: 1, ..hidden });
         }
         let measured = candidates.facets.len() + candidates.bodies.len();
+        if let Some(face) = &clearance {
+            occluders.leave_out_clear(&mut candidates.facets, face);
+        }
         let levels = self.all.levels(self.id.object as usize, &self.size, self.depth.level(measured));
         let whole = self.shape.hull(Quadrant::ROOT);
         let cover = |blockers: &Blockers<FLAT>| blockers.cover(&whole);

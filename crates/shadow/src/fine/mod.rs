@@ -17,6 +17,7 @@ mod light_frame;
 mod light_values;
 pub(crate) mod occluders;
 mod outline;
+mod packed_tree;
 pub(crate) mod patch;
 mod pattern;
 mod pile;

@@ -4,6 +4,7 @@
 //! overlaps the receiver's and its least depth is not beyond the receiver's greatest; nothing that could block is left
 //! out, since boxes are rounded outward.
 
+mod facet_tree;
 pub(crate) mod few;
 mod object_index;
 mod promise;
@@ -300,10 +301,7 @@ impl<'a> Occluders<'a> {
         mut visit: impl FnMut(u32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         match self.index(object) {
-            ObjectIndex::Own(trees) => {
-                let (tree, items) = &trees[frame];
-                tree.for_each_where(|bounds| bounds.meets(query), |item| visit(items[item as usize]))
-            }
+            ObjectIndex::Own(trees) => trees[frame].for_each_meeting(query, visit),
             ObjectIndex::Instance(mesh, tree, frames) => {
                 let local = &frames[frame];
                 local.for_each_near(tree, query, |facet| {
@@ -361,6 +359,15 @@ impl<'a> Occluders<'a> {
             Some(glance) => glance.blocks(point.points[0].position),
             None => self.body(object, point).is_some_and(AnalyticBlocker::probably_blocks_point),
         }
+    }
+
+    /// Leaves out the facets of which floats tell that they block no point of a face: most of what is over its box.
+    pub(crate) fn leave_out_clear(&self, facets: &mut Vec<FacetId>, face: &Clearance) {
+        facets.retain(|id| {
+            let Body::Flat(facets) = self.bodies.get(id.object as usize) else { return true };
+            let corners = facets.facet(id.facet as usize).corners();
+            face.tells_of(corners.iter().map(|&corner| facets.point(corner))) != Some(true)
+        });
     }
 
     /// What of these may block a receiver, measured component by component of each object until that of one is enough.

@@ -2,20 +2,25 @@
 //!
 //! Instances of a mesh share one tree in the mesh's own coordinates. Cost: a look at each facet and a sort for each frame.
 
-use std::sync::Arc;
+use std::{ops::Range, sync::Arc};
 
+use rayon::prelude::*;
 use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, Mesh, cut_out::Opacity};
 
-use super::{LOOKS, Occluders, box_corners, corners_of};
+use super::{LOOKS, LightFrame, Occluders, box_corners, corners_of, facet_tree::FacetTree};
 use crate::{bodies::Body, fine::instance_tree::LocalFrame};
 
-/// For each frame, a tree and the facets that its items stand for (an analytic body is item 0 of its own).
+/// Facets of an object whose trees are worth all threads.
+const SHARED: usize = 1 << 14;
+
+/// For each frame, a tree and the facets that its items stand for.
 pub(super) type Trees = Vec<(BoxTree, Vec<u32>)>;
 
 /// One object in light space.
 pub(super) enum ObjectIndex {
-    Own(Trees),
+    /// A tree for each frame; an analytic body is facet 0 of its own.
+    Own(Vec<FacetTree>),
     /// An instance of a mesh: the tree that it shares with the others, and each frame in the coordinates of that.
     Instance(Arc<Mesh>, Arc<BoxTree>, Vec<LocalFrame>),
     /// The clock came first.
@@ -35,42 +40,81 @@ impl Occluders<'_> {
                 );
             }
             match self.bodies.get(object as usize) {
-                Body::Flat(facets) => self.trees_of(facets, |_| true).map_or(ObjectIndex::Unbuilt, ObjectIndex::Own),
+                Body::Flat(facets) => self.facet_trees(facets).map_or(ObjectIndex::Unbuilt, ObjectIndex::Own),
                 Body::Analytic(_) => self.index_analytic(&self.bodies.bounds(object as usize)),
             }
         })
     }
 
+    /// Builds the trees of those of these objects that have very many facets, on all threads: to be called before receivers look for them side by side, as one that
+    /// waits for another's tree cannot help with it.
+    pub(crate) fn prepare(&self, objects: &[u32]) {
+        for &object in objects {
+            if self.bodies.is_instance(object as usize) || self.bodies.face_count(object as usize) < SHARED {
+                continue;
+            }
+            let Body::Flat(facets) = self.bodies.get(object as usize) else { continue };
+            let tree = |frame| self.tree_of(self.boxes_side_by_side(frame, facets)?);
+            let trees = || self.frames.par_iter().map(tree).collect::<Option<_>>();
+            self.seen(object).index.get_or_init(|| trees().map_or(ObjectIndex::Unbuilt, ObjectIndex::Own));
+        }
+    }
+
+    /// Of all facets that may block; `None` if the clock came first.
+    fn facet_trees(&self, facets: &Facets) -> Option<Vec<FacetTree>> {
+        let tree = |frame| self.tree_of(self.boxes(frame, facets, 0..facets.len(), |_| true)?);
+        self.frames.iter().map(tree).collect()
+    }
+
+    fn tree_of(&self, boxes: Vec<(u32, Aabb)>) -> Option<FacetTree> {
+        FacetTree::build_while(&boxes, &|| !self.is_over())
+    }
+
     /// Of the facets that are wanted; `None` if the clock came first.
     pub(super) fn trees_of(&self, facets: &Facets, is_wanted: impl Fn(usize) -> bool) -> Option<Trees> {
         let trees = self.frames.iter().map(|frame| {
-            let (mut boxes, mut items) = (Vec::new(), Vec::new());
-            for facet in 0..facets.len() {
-                if facet % LOOKS == 0 && self.is_over() {
-                    return None;
-                }
-                if !is_wanted(facet) || !blocks(facets, facet) {
-                    continue;
-                }
-                let (points, count) = corners_of(facets, facet);
-                if let Some(bounds) = frame.bounds(&points[..count]) {
-                    boxes.push(bounds);
-                    items.push(facet as u32);
-                }
-            }
-            items.shrink_to_fit();
+            let boxes = self.boxes(frame, facets, 0..facets.len(), &is_wanted)?;
+            let (items, boxes): (Vec<u32>, Vec<Aabb>) = boxes.into_iter().unzip();
             Some((BoxTree::build_while(&boxes, &|| !self.is_over())?, items))
         });
         trees.collect()
     }
 
+    /// As [`Occluders::boxes`] of all facets, on all threads.
+    fn boxes_side_by_side(&self, frame: &LightFrame, facets: &Facets) -> Option<Vec<(u32, Aabb)>> {
+        let runs = (0..facets.len()).into_par_iter().step_by(LOOKS).map(|first| {
+            let run = first..facets.len().min(first + LOOKS);
+            self.boxes(frame, facets, run, |_| true)
+        });
+        Some(runs.collect::<Option<Vec<_>>>()?.concat())
+    }
+
+    /// Those of the wanted facets in a range that a frame sees and that may block, with their boxes; `None` if the clock came first.
+    fn boxes(
+        &self,
+        frame: &LightFrame,
+        facets: &Facets,
+        range: Range<usize>,
+        is_wanted: impl Fn(usize) -> bool,
+    ) -> Option<Vec<(u32, Aabb)>> {
+        let mut boxes = Vec::with_capacity(range.len());
+        for facet in range {
+            if facet % LOOKS == 0 && self.is_over() {
+                return None;
+            }
+            if is_wanted(facet) && blocks(facets, facet) {
+                let (points, count) = corners_of(facets, facet);
+                boxes.extend(frame.bounds(&points[..count]).map(|bounds| (facet as u32, bounds)));
+            }
+        }
+        Some(boxes)
+    }
+
     fn index_analytic(&self, world: &Aabb) -> ObjectIndex {
         let corners = box_corners(world);
-        let trees = self.frames.iter().map(|frame| {
-            let boxes: Vec<Aabb> = frame.bounds(&corners).into_iter().collect();
-            (BoxTree::build(&boxes), vec![0])
-        });
-        ObjectIndex::Own(trees.collect())
+        let tree =
+            |frame: &LightFrame| self.tree_of(frame.bounds(&corners).map(|bounds| (0, bounds)).into_iter().collect());
+        self.frames.iter().map(tree).collect::<Option<_>>().map_or(ObjectIndex::Unbuilt, ObjectIndex::Own)
     }
 }
 

@@ -108,7 +108,7 @@ impl Storage {
         while let Some(pack) = sampler.tree.walk(simd, &rect, farthest, &mut self.path) {
             let pack = &sampler.packs[pack];
             let others = !pack.of_solid(simd, solid) & 0xff;
-            if others != 0 && Node::of_triangles(&pack.load(simd)).overlapping(simd, &rect, farthest) & others != 0 {
+            if others != 0 && pack.load(simd).node().overlapping(simd, &rect, farthest) & others != 0 {
                 return false;
             }
         }
@@ -184,7 +184,7 @@ impl Batch<'_, '_> {
         while let Some(pack) = sampler.tree.walk(simd, &rect, farthest, &mut path) {
             let triangles = &sampler.packs[pack];
             let own = solid.map_or(0, |solid| triangles.of_solid(simd, solid));
-            let lanes = Node::of_triangles(&triangles.load(simd));
+            let lanes = triangles.load(simd).node();
             if lanes.overlapping(simd, &rect, farthest) & !own == 0 {
                 continue;
             }
@@ -261,7 +261,7 @@ impl Batch<'_, '_> {
         let mut path = std::mem::take(&mut self.storage.inner_path);
         pieces.tree.begin(simd, rect, farthest, &mut path);
         while let Some(pack) = pieces.tree.walk(simd, rect, farthest, &mut path) {
-            let lanes = Node::of_triangles(&pieces.packs[pack].load(simd));
+            let lanes = pieces.packs[pack].load(simd).node();
             if lanes.overlapping(simd, rect, farthest) == 0 {
                 continue;
             }

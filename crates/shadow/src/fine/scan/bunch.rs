@@ -181,7 +181,7 @@ impl Bunches {
             let pack = &sampler.packs[number];
             let own = solid.map_or(0, |solid| pack.of_solid(simd, solid));
             let triangles = pack.load(simd);
-            let lanes = Node::of_triangles(&triangles);
+            let lanes = triangles.node();
             let mut occluders = None;
             let (pack_rect, nearest) = sampler.tree.bounds(number);
             let mut meeting = boxes.overlapping(simd, &pack_rect, -nearest);

@@ -10,6 +10,7 @@ use super::{
     sampler::{IsLit, Sampled},
     view::{Image, View},
 };
+pub(super) use crate::fine::packed_tree::Rect;
 use crate::solids::Solids;
 
 /// One object's part.
@@ -118,69 +119,14 @@ impl Piece {
     }
 }
 
-/// A box of images, quanta.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rect {
-    pub(super) min: [i32; 2],
-    pub(super) max: [i32; 2],
-}
-
 impl Rect {
-    pub(super) const EMPTY: Self = Self { min: [i32::MAX; 2], max: [i32::MIN; 2] };
-
-    /// More than any window.
-    pub(super) const EVERYWHERE: Self = Self { min: [-(1 << 30); 2], max: [1 << 30; 2] };
-
+    /// The box of some images.
     #[inline(always)]
     pub(super) fn of(images: &[Image]) -> Self {
         images.iter().fold(Self::EMPTY, |rect, image| Self {
             min: [rect.min[0].min(image.x), rect.min[1].min(image.y)],
             max: [rect.max[0].max(image.x), rect.max[1].max(image.y)],
         })
-    }
-
-    #[inline(always)]
-    pub(super) fn union(&self, other: &Self) -> Self {
-        Self {
-            min: [self.min[0].min(other.min[0]), self.min[1].min(other.min[1])],
-            max: [self.max[0].max(other.max[0]), self.max[1].max(other.max[1])],
-        }
-    }
-
-    /// What both share; its least corner may lie beyond its greatest.
-    pub(super) fn intersection(&self, other: &Self) -> Self {
-        Self {
-            min: [self.min[0].max(other.min[0]), self.min[1].max(other.min[1])],
-            max: [self.max[0].min(other.max[0]), self.max[1].min(other.max[1])],
-        }
-    }
-
-    pub(super) fn is_empty(&self) -> bool {
-        self.min[0] > self.max[0] || self.min[1] > self.max[1]
-    }
-
-    /// Square quanta, sides one longer.
-    pub(super) fn area(&self) -> f64 {
-        let side = |k: usize| f64::from(self.max[k]) - f64::from(self.min[k]) + 1.0;
-        side(0) * side(1)
-    }
-
-    /// The longer side, quanta.
-    #[inline(always)]
-    pub(super) fn longest(&self) -> i64 {
-        let side = |k: usize| i64::from(self.max[k]) - i64::from(self.min[k]);
-        side(0).max(side(1))
-    }
-
-    /// Farther by `wide` on all sides; inside of [`Rect::EVERYWHERE`] still an `i32`.
-    #[inline(always)]
-    pub(super) fn widened(&self, wide: i32) -> Self {
-        Self { min: self.min.map(|x| x.saturating_sub(wide)), max: self.max.map(|x| x.saturating_add(wide)) }
-    }
-
-    #[inline(always)]
-    pub(super) fn center(&self) -> [i32; 2] {
-        [0, 1].map(|k| self.min[k].midpoint(self.max[k]))
     }
 }
 

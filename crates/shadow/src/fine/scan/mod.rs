@@ -32,12 +32,13 @@ mod patch;
 mod sampler;
 mod shade;
 mod spans;
-mod tree;
 mod view;
 mod volumes;
 
 #[cfg(test)]
 mod tests;
+
+use super::packed_tree as tree;
 
 pub(crate) use {
     layout::Layout,

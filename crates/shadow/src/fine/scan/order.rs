@@ -13,7 +13,7 @@ use umbriel_geometry::Sign;
 use super::{
     faces::{Face, Faces, Piece, Rect, Sight, Source, corners, sight},
     images::Images,
-    tree::WIDTH,
+    tree::{WIDTH, digits, key},
     view::{Image, View},
 };
 
@@ -176,7 +176,7 @@ impl Chunk {
                         (Rect::EVERYWHERE, 1, false)
                     }
                 };
-                let key = key(&rect, is_away, classes);
+                let key = key(&rect, is_away, classes.offset);
                 items.extend((0..pieces).map(|piece| Item { key, piece: Piece::new(face, piece as u32) }));
             }
         }
@@ -293,42 +293,9 @@ impl Classes {
     }
 }
 
-/// Binary digits of the longer side of a box, 31 at most.
-#[inline(always)]
-fn digits(rect: &Rect) -> u32 {
-    (64 - rect.longest().leading_zeros()).min(31)
-}
-
-/// A face's place in the order: sizes by factors of 16, large ones first, then those turned away after the others, then the middle along the curve.
-pub(super) fn key(rect: &Rect, is_away: bool, classes: Classes) -> u64 {
-    let class = ((digits(rect) + classes.offset) / 4).min(7);
-    let [x, y] = rect.center().map(|x| (x + (1 << 29)).clamp(0, (1 << 30) - 1) as u64 >> 10);
-    u64::from(7 - class) << 41 | u64::from(is_away) << 40 | spread(x) | spread(y) << 1
-}
-
-/// The bits of a 20-bit number at even places.
-fn spread(x: u64) -> u64 {
-    let x = (x | x << 16) & 0x0000_ffff_0000_ffff;
-    let x = (x | x << 8) & 0x00ff_00ff_00ff_00ff;
-    let x = (x | x << 4) & 0x0f0f_0f0f_0f0f_0f0f;
-    let x = (x | x << 2) & 0x3333_3333_3333_3333;
-    (x | x << 1) & 0x5555_5555_5555_5555
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn keys_put_large_faces_first_and_neighbours_together() {
-        let at = |x: i32, y: i32, size: i32| {
-            key(&Rect { min: [x, y], max: [x + size, y + size] }, false, Classes::default())
-        };
-        assert!(at(0, 0, 1 << 20) < at(-500_000, -500_000, 1 << 10));
-        assert!(at(-5_000_000, -5_000_000, 9) < at(-5_000_000, 5_000_000, 9));
-        assert!(at(5_000_000, -5_000_000, 9) < at(-5_000_000, 5_000_000, 9));
-        assert_eq!(at(7, 9, 3), at(8, 9, 3), "closer than the curve's steps");
-    }
 
     #[test]
     fn a_bucket_is_sorted_and_stable() {

@@ -1,5 +1,6 @@
 //! Occluders side by side: eight triangles a pack.
 
+use rayon::prelude::*;
 use umbriel_geometry::{
     cut_out::Opacity,
     simd::{F8, Float, I8, Int, M8, Mask, Simd},
@@ -7,9 +8,12 @@ use umbriel_geometry::{
 
 use super::{
     faces::{Face, Faces, Piece, Rect},
-    tree::WIDTH,
+    tree::{Node, Tree, WIDTH},
     view::Image,
 };
+
+/// Nodes that a thread makes at a time, at least.
+const NODES: usize = 64;
 
 /// Unit roundoff of f32.
 pub(super) const ROUNDOFF: f32 = f32::EPSILON / 2.0;
@@ -137,6 +141,12 @@ impl Pack {
     }
 }
 
+/// A tree over packs in order.
+pub(super) fn tree_of(packs: &[Pack]) -> Tree {
+    let lowest = packs.par_chunks(WIDTH).with_min_len(NODES).map(|packs| Node::of(packs.iter().map(Pack::bounds)));
+    Tree::above(lowest.collect())
+}
+
 /// Eight triangles in vectors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangles<S: Simd> {
@@ -173,6 +183,12 @@ impl<S: Simd> Triangles<S> {
     #[inline(always)]
     pub(super) fn boxes(&self) -> [[I8<S>; 2]; 2] {
         [[least(self.x), least(self.y)], [most(self.x), most(self.y)]]
+    }
+
+    /// The boxes of all of them.
+    #[inline(always)]
+    pub(super) fn node(&self) -> Node {
+        Node::of_lanes::<S>(self.boxes(), self.nearest())
     }
 
     /// The least depth.

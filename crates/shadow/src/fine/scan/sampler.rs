@@ -15,7 +15,7 @@ use super::{
     layout::{FaceLattice, Layout},
     lit_bits::LitBits,
     order::{Order, sorted},
-    pack::Pack,
+    pack::{Pack, tree_of},
     patch::Patch,
     spans::Errors,
     tree::{Tree, WIDTH},
@@ -100,7 +100,7 @@ pub(crate) fn sample(
         let (faces, order) = sorted(&sources, &others, images, &view);
         let packs: Vec<Pack> =
             order.pieces.par_chunks(WIDTH).with_min_len(64).map(|pieces| Pack::new(&faces, pieces)).collect();
-        let tree = Tree::of_packs(&packs);
+        let tree = tree_of(&packs);
         let errors = Errors { image: view.error as f32, depth: view.depth_error };
         let wide = (2.0 * view.error).ceil() as i32 + 2;
         let unbounded = faces.clipped.iter().filter(|(_, images)| images.is_empty()).map(|(&face, _)| face);

@@ -18,9 +18,8 @@ use super::{
     faces::{Face, Faces, Piece, Rect, Source, corners, depths},
     hull::hull,
     images::Images,
-    order::{Classes, key},
     pack::Pack,
-    tree::{Tree, WIDTH},
+    tree::{Tree, WIDTH, key},
     view::{Image, View},
 };
 use crate::solids::Solid;
@@ -240,7 +239,7 @@ fn in_order(mut parts: Vec<Vec<Option<Volume>>>, view: &View) -> Vec<Volume> {
     for (part, made) in (0..).zip(&parts) {
         for (number, volume) in (0..).zip(made.iter().flatten()) {
             if view.concerns(&volume.rect) {
-                keys.push((key(&volume.rect, false, Classes::default()), part, number));
+                keys.push((key(&volume.rect, false, 0), part, number));
             }
         }
     }
