@@ -4,10 +4,13 @@
 //! borders, where corners on that plane count if both share them. These planes are made once a face; the exact form of the
 //! same question is [`Receiver::is_clear_of`], which is asked where floats cannot tell.
 //!
-//! Guarantee: what is told is so (NUMERICS.md, "Clear of a face"). Cost: some nanoseconds a corner.
+//! Guarantee: what is told is so (NUMERICS.md, "Clear of a face"), and the same whatever the order of the axes. Cost: some nanoseconds a corner.
 
 use glam::DVec3;
-use umbriel_geometry::{Point, Sign, predicates::coincide};
+use umbriel_geometry::{
+    Point, Sign,
+    predicates::{coincide, symmetric_sum},
+};
 
 use super::receiver::Receiver;
 
@@ -129,12 +132,12 @@ struct Row {
 
 impl Row {
     fn between(from: &Point, to: &Point) -> Self {
-        Self { entries: to.position - from.position, slack: from.slack.element_sum() + to.slack.element_sum() }
+        Self { entries: to.position - from.position, slack: symmetric_sum(from.slack) + symmetric_sum(to.slack) }
     }
 
     /// No less than the sum of the magnitudes of the true entries, but for its roundings.
     fn reach(&self) -> f64 {
-        self.entries.abs().element_sum() + self.slack
+        symmetric_sum(self.entries.abs()) + self.slack
     }
 }
 
@@ -170,7 +173,7 @@ impl Determinants {
             self.from[k][lane] = a.position[k];
             self.normal[k][lane] = normal[k];
         }
-        self.from_slack[lane] = a.slack.element_sum();
+        self.from_slack[lane] = symmetric_sum(a.slack);
         self.error[lane] = first.slack * n + m * second.slack + ROUNDING * m * n;
         self.area[lane] = m * n;
     }
@@ -178,13 +181,14 @@ impl Determinants {
     /// Which are surely negative at a point, and which are surely positive. Without branches: all lanes at once.
     #[inline(always)]
     fn signs_at(&self, point: &Point) -> (u32, u32) {
-        let (position, point_slack) = (point.position.to_array(), point.slack.element_sum());
+        let (position, point_slack) = (point.position.to_array(), symmetric_sum(point.slack));
         let (mut negative, mut positive) = ([false; LANES], [false; LANES]);
         for lane in 0..LANES {
             let [x, y, z] = [0, 1, 2].map(|k| position[k] - self.from[k][lane]);
             let slack = self.from_slack[lane] + point_slack;
-            let reach = x.abs() + y.abs() + z.abs() + slack;
-            let value = self.normal[0][lane] * x + self.normal[1][lane] * y + self.normal[2][lane] * z;
+            let reach = symmetric_sum(DVec3::new(x.abs(), y.abs(), z.abs())) + slack;
+            let [p, q, r] = [self.normal[0][lane] * x, self.normal[1][lane] * y, self.normal[2][lane] * z];
+            let value = symmetric_sum(DVec3::new(p, q, r));
             let bound = (self.error[lane] * reach + self.area[lane] * slack) * (1.0 + ROUNDING);
             (negative[lane], positive[lane]) = (value < -bound, value > bound);
         }
