@@ -233,20 +233,28 @@ impl<'a> FlatReceiver<'a> {
         }
         let mut candidates = occluders.candidates(self.among(), &corners);
         candidates.facets.retain(|&candidate| candidate != self.id);
-        let clearance = Clearance::of(&receiver);
-        if clearance.as_ref().is_some_and(|face| occluders.is_under_a_sheet(&candidates.facets, face, &receiver)) {
-            let hidden = FlatFace::decided(self.shape, Verdict::Shadowed, self.levels, self.lattice);
-            return Self::costing(0, self.levels.finest, Tally { examined: 1, ..hidden });
-        }
         let measured = candidates.facets.len() + candidates.bodies.len();
+        let clearance = Clearance::of(&receiver);
         if let Some(face) = &clearance {
+            if occluders.is_under_a_sheet(&candidates.facets, face, &receiver) {
+                return self.told(Verdict::Shadowed, 0);
+            }
             occluders.leave_out_clear(&mut candidates.facets, face);
+            if candidates.facets.is_empty() && candidates.bodies.is_empty() {
+                return self.told(Verdict::Lit, measured);
+            }
         }
         let levels = self.all.levels(self.id.object as usize, &self.size, self.depth.level(measured));
         let whole = self.shape.hull(Quadrant::ROOT);
         let cover = |blockers: &Blockers<FLAT>| blockers.cover(&whole);
         let blockers = occluders.blockers_until(&candidates, (&receiver, clearance.as_ref()), cover);
         Self::costing(measured, levels.finest, under(levels, blockers).run())
+    }
+
+    /// Told as a whole.
+    fn told(&self, verdict: Verdict, measured: usize) -> Tally<Units> {
+        let tally = FlatFace::decided(self.shape, verdict, self.levels, self.lattice);
+        Self::costing(measured, self.levels.finest, Tally { examined: 1, ..tally })
     }
 
     /// A quadtree's sums with what they cost: measuring a facet or a body takes about as long as a cell.
