@@ -7,7 +7,7 @@ use umbriel_octree::{Face, Quadrant};
 
 use crate::{
     bodies::Body,
-    exact::{Own, face_blocks, flat_face_is_turned_to},
+    exact::{Own, face_blocks, flat_face_is_lit},
     fine::{
         Blockers, Clearance, Entry, FacetId, GiveUp, Receiver,
         crowd::{Crowd, Effort, PAIRS},
@@ -93,7 +93,8 @@ impl<'a> FlatReceiver<'a> {
     /// Classifies the face.
     pub(crate) fn run(&self) -> Tally<Units> {
         let FacetId { object, facet } = self.id;
-        if !flat_face_is_turned_to(self.all.bodies, object as usize, facet as usize, self.all.light) {
+        let turn = Some(self.all.occluders.turn(self.id));
+        if !flat_face_is_lit(self.all.bodies, (object as usize, facet as usize), self.all.light, turn) {
             return FlatFace::decided(self.shape, Verdict::Shadowed, self.levels, self.lattice);
         }
         let crowded = self.effort_in_crowd();
