@@ -17,7 +17,7 @@ use crate::{
     bodies::Bodies,
     budget::{Limit, refine},
     by_object::ByObject,
-    coarse::{Coarse, Influences},
+    coarse::{Coarse, Influences, most_faces},
     fine::{Occluders, lattice::Spacing, scan::Layout},
     groups::groups,
     portals,
@@ -30,6 +30,9 @@ use crate::{
     spacing::spacing,
     throng,
 };
+
+/// So many faces look for what is over them, and lie over others, that the trees that they look through are made beforehand.
+const LARGE: usize = 1 << 14;
 
 /// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads, but for
 /// times and, where a mesh has instances, the count of decisions (an instance may be placed once more or less).
@@ -131,9 +134,7 @@ impl<'a> Stage<'a> {
         // Samples are decided whatever the clock says, and need all that may block them.
         let deadline = self.limit(effort.lights).filter(|_| self.spacing.is_none()).and_then(|limit| limit.deadline);
         deadline.into_iter().for_each(|deadline| occluders.stop_at(deadline));
-        if !self.is_of_samples() {
-            occluders.prepare(&influences.occluders_of_all(self.first_receivers()));
-        }
+        self.prepare(&occluders, &influences);
         let is_throng = self.is_throng(&influences, &occluders);
         if !is_throng {
             influences.see_all();
@@ -159,6 +160,17 @@ impl<'a> Stage<'a> {
             influences.see_more();
         }
         influences
+    }
+
+    /// Builds at once what many faces will look through.
+    fn prepare(&self, occluders: &Occluders, influences: &Influences) {
+        let count = |object: usize| most_faces(&self.bodies.scene.objects[object]);
+        let is_large = |object: usize| count(object) >= LARGE;
+        let are_many = || self.first_receivers().map(count).sum::<usize>() >= LARGE;
+        if !self.is_of_samples() && self.coarse.occluders().any(is_large) && are_many() {
+            let over = influences.occluders_of_all(self.first_receivers());
+            occluders.prepare(over.into_iter().filter(|&object| is_large(object as usize)));
+        }
     }
 
     /// Whether too much lies over everything to go through all pairs. Samples without cells, and faces as a clock lets them, do, unless even the objects are too

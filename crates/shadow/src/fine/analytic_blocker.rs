@@ -17,7 +17,7 @@ use umbriel_geometry::{
     analytic::{LocalPoint, Piece, linear_value},
 };
 
-use super::{field::Weights, light_values::LightValues, receiver::Receiver};
+use super::{field::Weights, light_values::LightValues, passing::passes, receiver::Receiver};
 
 type Pairs<const N: usize> = [[Approx; N]; N];
 
@@ -117,8 +117,24 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     /// The likely answer, for estimates.
     pub(crate) fn probably_blocks(&self, weights: &Weights<N>) -> bool {
         let mut values: Values<1> = self.values.at(&[*weights], 0.0);
+        self.probably_block(&mut values)
+    }
+
+    /// The same by the values at a point.
+    fn probably_block(&self, values: &mut Values<1>) -> bool {
         values.forget_errors();
-        self.judge(&values) == Influence::All
+        let is_passed = |piece: &Piece| {
+            let q = &values.quadrics[piece.quadric];
+            let quadric = [q.pairs[0][0], q.polar[0], q.light].map(|value| value.value);
+            let plane =
+                |&plane: &usize| [values.planes[plane].points[0], values.planes[plane].light].map(|value| value.value);
+            passes(quadric, piece.planes.iter().map(plane), piece.flat.as_ref().map(plane))
+        };
+        match self.judge(values) {
+            Influence::None => false,
+            Influence::All => true,
+            Influence::Unknown => self.body.pieces().iter().any(is_passed),
+        }
     }
 
     /// What the values at some points prove of their hull.
@@ -207,9 +223,8 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
 
 impl AnalyticBlocker<'_, 1> {
     /// The likely answer for the point that the body was measured against.
-    pub(crate) fn probably_blocks_point(mut self) -> bool {
-        self.values.forget_errors();
-        self.judge(&self.values) == Influence::All
+    pub(crate) fn probably_blocks_point(self) -> bool {
+        self.probably_block(&mut self.values.clone())
     }
 }
 

@@ -18,6 +18,7 @@ mod light_values;
 pub(crate) mod occluders;
 mod outline;
 mod packed_tree;
+mod passing;
 pub(crate) mod patch;
 mod pattern;
 mod pile;

@@ -48,15 +48,15 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Whether the light probably sees a point inside of a triangle. What tells certainly tells no other.
+    /// Whether the light may see a point inside of a triangle: in plain floats, which are right wherever their bounds tell anything.
     #[inline(always)]
     fn may_begin(&self, triangle: u32, point: &Point) -> bool {
         let Some(triangles) = self.facets.triangles() else { return false };
         let (light, positions) = (self.face.light, self.facets.positions());
         let way = if light.is_sun() { light.xyz() } else { light.xyz() - point.position };
         let [a, b, c] = triangles[triangle as usize].map(|corner| positions[corner as usize] - point.position);
-        let [first, second] = [a.cross(b).dot(way), b.cross(c).dot(way)];
-        first * second > 0.0 && first * c.cross(a).dot(way) > 0.0
+        let sides = [a.cross(b).dot(way), b.cross(c).dot(way), c.cross(a).dot(way)];
+        sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0)
     }
 
     /// Whether the sheet about a triangle hides all of the face. `middle` is inside of the face as the light sees it.

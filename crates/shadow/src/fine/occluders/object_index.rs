@@ -11,9 +11,6 @@ use umbriel_geometry::{Aabb, Facets, Mesh, cut_out::Opacity};
 use super::{LOOKS, LightFrame, Occluders, box_corners, corners_of, facet_tree::FacetTree};
 use crate::{bodies::Body, fine::instance_tree::LocalFrame};
 
-/// Facets of an object whose trees are worth all threads.
-const SHARED: usize = 1 << 14;
-
 /// For each frame, a tree and the facets that its items stand for.
 pub(super) type Trees = Vec<(BoxTree, Vec<u32>)>;
 
@@ -46,13 +43,10 @@ impl Occluders<'_> {
         })
     }
 
-    /// Builds the trees of those of these objects that have very many facets, on all threads: to be called before receivers look for them side by side, as one that
+    /// Builds the trees of these objects with very many facets, on all threads: to be called before receivers look for them side by side, as one that
     /// waits for another's tree cannot help with it.
-    pub(crate) fn prepare(&self, objects: &[u32]) {
-        for &object in objects {
-            if self.bodies.is_instance(object as usize) || self.bodies.face_count(object as usize) < SHARED {
-                continue;
-            }
+    pub(crate) fn prepare(&self, objects: impl Iterator<Item = u32>) {
+        for object in objects.filter(|&object| !self.bodies.is_instance(object as usize)) {
             let Body::Flat(facets) = self.bodies.get(object as usize) else { continue };
             let tree = |frame| self.tree_of(self.boxes_side_by_side(frame, facets)?);
             let trees = || self.frames.par_iter().map(tree).collect::<Option<_>>();
