@@ -308,10 +308,16 @@ impl<'a> Primitives<'a> {
         match source.primitive.indices {
             Some(indices) => {
                 let corners = self.accessors.indices(indices).map_err(problem)?;
-                let (_, component) = self.accessors.declared(indices)?;
-                if corners.contains(&component.greatest_index()) {
-                    let subject = format!("accessor {indices}: the greatest index of its type, taken as any other");
-                    self.findings.add(FindingKind::BrokenRule, &subject, 1);
+                let (declared, component) = self.accessors.declared(indices)?;
+                for (is_broken, rule) in [
+                    (
+                        corners.contains(&component.greatest_index()),
+                        "the greatest index of its type, taken as any other",
+                    ),
+                    (!is_range_of(declared, &corners), "its min and max are not those of its indices"),
+                ] {
+                    let subject = format!("accessor {indices}: {rule}");
+                    self.findings.add(FindingKind::BrokenRule, &subject, usize::from(is_broken));
                 }
                 Ok(corners)
             }
@@ -378,6 +384,15 @@ fn extent_rule(
     };
     let rule = "its min and max are not those of its positions";
     (!fits && !positions.is_empty()).then(|| (rule, positions.iter().position(is_beyond)))
+}
+
+/// Whether an accessor of indices declares their least and greatest, or nothing of them.
+fn is_range_of(declared: &Accessor, indices: &[u32]) -> bool {
+    let is = |said: &Option<Vec<f64>>, found: Option<&u32>| {
+        let (Some(said), Some(&found)) = (said, found) else { return true };
+        said.len() != 1 || said[0] == f64::from(found)
+    };
+    is(&declared.min, indices.iter().min()) && is(&declared.max, indices.iter().max())
 }
 
 fn accept_all(positions: &[[f64; 3]], place: &str) -> Result<(), LoadProblem> {

@@ -286,6 +286,15 @@ fn broken_rules_of_accessors_and_extensions_are_told() {
         ),
         (
             told(|document, data| {
+                let indices = data.add(&[0, 1, 2, 0], 5121, "SCALAR", 3, false);
+                data.accessors[indices]["min"] = json!([0]);
+                data.accessors[indices]["max"] = json!([3]);
+                document["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+            }),
+            "accessor 1: its min and max are not those of its indices",
+        ),
+        (
+            told(|document, data| {
                 let two = data.floats(&[[0.0; 3], [1.0; 3]]);
                 let strip = json!({ "attributes": { "POSITION": two }, "mode": 5 });
                 document["meshes"][0]["primitives"].as_array_mut().expect("primitives").push(strip);
@@ -482,6 +491,7 @@ fn broken_rules_of_nodes_and_skins_are_told() {
             "skin 1: its joints have no common root",
         ),
         (of("skins", json!([{ "joints": [0, 0] }])), "skin 0: it has no joints, or one of them twice"),
+        (node(json!({ "weights": [1.0] })), "node 1: it has weights and no mesh"),
     ] {
         assert!(found.contains(fault), "{found:?} should tell {fault:?}");
     }

@@ -35,11 +35,14 @@ impl Check<'_> {
         }
     }
 
-    /// Skins of nothing, rotations that are none, and matrices that are no product of a translation, a rotation and scales.
+    /// Skins and weights of nothing, rotations that are none, and matrices that are no product of a translation, a rotation and scales.
     pub(super) fn node(&mut self, index: usize, node: &Node) {
         let place = || hierarchy::place(index, node);
         if node.skin.is_some() && node.mesh.is_none() {
             self.tell(&place(), "it has a skin and no mesh");
+        }
+        if node.weights.is_some() && node.mesh.is_none() {
+            self.tell(&place(), "it has weights and no mesh");
         }
         if node.rotation.as_deref().is_some_and(|rotation| !is_unit(*rotation)) {
             self.tell(&place(), "its rotation is no unit quaternion");
