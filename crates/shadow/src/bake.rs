@@ -162,12 +162,13 @@ impl<'a> Stage<'a> {
         influences
     }
 
-    /// Builds at once what many faces will look through.
+    /// Builds at once what many faces will look through; a clock has first what needs none of it.
     fn prepare(&self, occluders: &Occluders, influences: &Influences) {
         let count = |object: usize| most_faces(&self.bodies.scene.objects[object]);
         let is_large = |object: usize| count(object) >= LARGE;
         let are_many = || self.first_receivers().map(count).sum::<usize>() >= LARGE;
-        if !self.is_of_samples() && self.coarse.occluders().any(is_large) && are_many() {
+        let is_clocked = matches!(self.request.detail, Detail::Time { .. });
+        if !self.is_of_samples() && !is_clocked && self.coarse.occluders().any(is_large) && are_many() {
             let over = influences.occluders_of_all(self.first_receivers());
             occluders.prepare(over.into_iter().filter(|&object| is_large(object as usize)));
         }

@@ -27,13 +27,24 @@ impl FacetTree {
     /// Of facets with their boxes, as long as `goes_on`.
     pub(super) fn build_while(facets: &[(u32, Aabb)], goes_on: &dyn Fn() -> bool) -> Option<Self> {
         let grid = Grid::over(facets.iter().fold(Aabb::EMPTY, |whole, (_, bounds)| whole.union(*bounds)));
-        let keyed = |(place, (_, bounds)): (u32, &(u32, Aabb))| (key(&grid.rect(bounds), false, 0), place);
-        let mut order: Vec<(u64, u32)> = (0..).zip(facets).map(keyed).collect();
+        let mut order = Vec::with_capacity(facets.len());
+        for (place, (_, bounds)) in (0u32..).zip(facets) {
+            if place.is_multiple_of(LOOKS) && !goes_on() {
+                return None;
+            }
+            order.push((key(&grid.rect(bounds), false, 0), place));
+        }
         sort_while(&mut order, goes_on)?;
-        let in_order = || order.iter().map(|&(_, place)| &facets[place as usize]);
-        let boxes: Vec<(Rect, f32)> =
-            in_order().map(|(_, bounds)| (grid.rect(bounds), grid.depth(bounds.min.z))).collect();
-        Some(Self { tree: Tree::of_boxes(&boxes), items: in_order().map(|&(facet, _)| facet).collect(), grid })
+        let (mut boxes, mut items) = (Vec::with_capacity(order.len()), Vec::with_capacity(order.len()));
+        for (number, &(_, place)) in (0u32..).zip(&order) {
+            if number.is_multiple_of(LOOKS) && !goes_on() {
+                return None;
+            }
+            let (facet, bounds) = &facets[place as usize];
+            boxes.push((grid.rect(bounds), grid.depth(bounds.min.z)));
+            items.push(*facet);
+        }
+        Some(Self { tree: Tree::of_boxes(&boxes), items, grid })
     }
 
     /// Visits the facets whose boxes meet `query`, and maybe some all but as near, until `visit` breaks. `query` has no least depth.
@@ -43,15 +54,15 @@ impl FacetTree {
     }
 }
 
-/// Numbers that are sorted without asking for the time; a millisecond.
-const SORTED: usize = 1 << 15;
+/// Boxes that are looked at, and numbers that are sorted, without asking for the time; a millisecond.
+const LOOKS: u32 = 1 << 15;
 
 /// Sorts numbers that are all different, as long as `goes_on`.
 fn sort_while(items: &mut [(u64, u32)], goes_on: &dyn Fn() -> bool) -> Option<()> {
     if !goes_on() {
         return None;
     }
-    if items.len() <= SORTED {
+    if items.len() <= LOOKS as usize {
         items.sort_unstable();
         return Some(());
     }
