@@ -126,8 +126,7 @@ impl<'a> FlatReceiver<'a> {
             return None;
         }
         let bodies = self.all.bodies;
-        let is_drawn = |object: u32| !bodies.is_analytic(object as usize) && !bodies.has_holes(object as usize);
-        let drawn = self.objects().iter().filter(|&&object| is_drawn(object));
+        let drawn = self.objects().iter().filter(|&&object| self.is_drawn(object));
         let facets: usize = drawn.map(|&object| bodies.face_count(object as usize)).sum();
         let occluders = &self.all.occluders;
         let expected = occluders.expected_facets(self.objects(), &self.corners);
@@ -138,10 +137,16 @@ impl<'a> FlatReceiver<'a> {
         {
             return None;
         }
-        let others: Vec<u32> = self.objects().iter().copied().filter(|&object| !is_drawn(object)).collect();
+        let others: Vec<u32> = self.objects().iter().copied().filter(|&object| !self.is_drawn(object)).collect();
         let others = occluders.candidates(Among::Objects(&others), &self.corners);
         let meets_others = !others.bodies.is_empty() || others.facets.iter().any(|&id| id != self.id);
         (!meets_others).then_some(drawn)
+    }
+
+    /// Whether an object can be drawn by its borders.
+    fn is_drawn(&self, object: u32) -> bool {
+        let bodies = self.all.bodies;
+        !bodies.is_analytic(object as usize) && !bodies.has_holes(object as usize)
     }
 
     /// By borders, and what that cost.
@@ -159,9 +164,8 @@ impl<'a> FlatReceiver<'a> {
     }
 
     fn rasterise(&self, drawn: &Drawn) -> Result<Tally<Units>, GiveUp> {
-        let (bodies, occluders) = (self.all.bodies, &self.all.occluders);
-        let is_flat = |object: usize| !bodies.is_analytic(object) && !bodies.has_holes(object);
-        let flat: Vec<u32> = self.objects().iter().copied().filter(|&object| is_flat(object as usize)).collect();
+        let occluders = &self.all.occluders;
+        let flat: Vec<u32> = self.objects().iter().copied().filter(|&object| self.is_drawn(object)).collect();
         let found = drawn.are_found.then(|| occluders.candidates(self.among(), &self.corners).facets_by_object());
         let flat = found.as_ref().map_or(flat, |found| found.keys().copied().collect());
         let add = |object: u32, plane: &Plane, chain: &mut Chain| {

@@ -117,12 +117,12 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
     /// The likely answer, for estimates.
     pub(crate) fn probably_blocks(&self, weights: &Weights<N>) -> bool {
         let mut values: Values<1> = self.values.at(&[*weights], 0.0);
-        self.probably_block(&mut values)
+        values.forget_errors();
+        self.probably_block(&values)
     }
 
-    /// The same by the values at a point.
-    fn probably_block(&self, values: &mut Values<1>) -> bool {
-        values.forget_errors();
+    /// The same by the values at a point, without errors.
+    fn probably_block(&self, values: &Values<1>) -> bool {
         let is_passed = |piece: &Piece| {
             let q = &values.quadrics[piece.quadric];
             let quadric = [q.pairs[0][0], q.polar[0], q.light].map(|value| value.value);
@@ -223,8 +223,9 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
 
 impl AnalyticBlocker<'_, 1> {
     /// The likely answer for the point that the body was measured against.
-    pub(crate) fn probably_blocks_point(self) -> bool {
-        self.probably_block(&mut self.values.clone())
+    pub(crate) fn probably_blocks_point(mut self) -> bool {
+        self.values.forget_errors();
+        self.probably_block(&self.values)
     }
 }
 

@@ -4,8 +4,6 @@
 //! 1993). A box has an extent across the light, in whole numbers, and a least depth. Boxes that follow each other should lie together: [`key`] puts
 //! large ones first, then all along a Morton curve (Morton 1966). Cost: a look at every box, and 23 bytes each.
 
-use std::ops::ControlFlow;
-
 use umbriel_geometry::simd::{F8, Float, I8, Int, Mask, Simd};
 
 /// Children of a node.
@@ -185,44 +183,13 @@ impl Tree {
         Self { levels }
     }
 
-    /// Visits the boxes that meet a box and are not all deeper than `farthest`, in order, until `visit` breaks.
-    #[inline(always)]
-    pub(super) fn for_each_meeting<S: Simd>(
-        &self,
-        simd: S,
-        (rect, farthest): (&Rect, f32),
-        visit: &mut impl FnMut(usize) -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
-        let mut path = [Step { level: 0, node: 0, lanes: 0 }; LEVELS];
-        let Some(top) = self.levels[self.levels.len() - 1].first() else { return ControlFlow::Continue(()) };
-        path[0] = Step { level: self.levels.len() - 1, node: 0, lanes: top.overlapping(simd, rect, farthest) };
-        let mut depth = 1;
-        while depth > 0 {
-            let Step { level, node, lanes } = &mut path[depth - 1];
-            if *lanes == 0 {
-                depth -= 1;
-                continue;
-            }
-            let child = *node * WIDTH as u32 + lanes.trailing_zeros();
-            *lanes &= *lanes - 1;
-            let Some(level) = level.checked_sub(1) else {
-                visit(child as usize)?;
-                continue;
-            };
-            let lanes = self.levels[level][child as usize].overlapping(simd, rect, farthest);
-            path[depth] = Step { level, node: child, lanes };
-            depth += 1;
-        }
-        ControlFlow::Continue(())
-    }
-
     /// The next box of a walk that meets a box and is not all deeper than `farthest`; in order.
     #[inline(always)]
-    pub(super) fn walk<S: Simd>(&self, simd: S, rect: &Rect, farthest: f32, path: &mut Vec<Step>) -> Option<usize> {
+    pub(super) fn walk<S: Simd>(&self, simd: S, rect: &Rect, farthest: f32, path: &mut Path) -> Option<usize> {
         loop {
-            let Step { level, node, lanes } = path.last_mut()?;
+            let Step { level, node, lanes } = &mut path.steps[path.len.checked_sub(1)?];
             if *lanes == 0 {
-                path.pop();
+                path.len -= 1;
                 continue;
             }
             let child = *node * WIDTH as u32 + lanes.trailing_zeros();
@@ -246,8 +213,8 @@ impl Tree {
 
     /// Begins a walk.
     #[inline(always)]
-    pub(super) fn begin<S: Simd>(&self, simd: S, rect: &Rect, farthest: f32, path: &mut Vec<Step>) {
-        path.clear();
+    pub(super) fn begin<S: Simd>(&self, simd: S, rect: &Rect, farthest: f32, path: &mut Path) {
+        path.len = 0;
         let level = self.levels.len() - 1;
         if let Some(top) = self.levels[level].first() {
             path.push(Step { level, node: 0, lanes: top.overlapping(simd, rect, farthest) });
@@ -255,9 +222,24 @@ impl Tree {
     }
 }
 
-/// Where a walk is: a node, and the children still to be seen.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
+/// Where a walk is: the nodes from the top down.
+#[derive(Debug, Default)]
+pub(super) struct Path {
+    steps: [Step; LEVELS],
+    len: usize,
+}
+
+impl Path {
+    #[inline(always)]
+    fn push(&mut self, step: Step) {
+        self.steps[self.len] = step;
+        self.len += 1;
+    }
+}
+
+/// A node, and the children still to be seen.
+#[derive(Clone, Copy, Debug, Default)]
+struct Step {
     level: usize,
     node: u32,
     lanes: u32,

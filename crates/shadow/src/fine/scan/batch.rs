@@ -18,7 +18,7 @@ use super::{
     sampler::Sampler,
     shade::{Shades, Shading, Whole, World},
     spans::{Bounds, Functions, is_none},
-    tree::{Node, Step, WIDTH},
+    tree::{Node, Path, WIDTH},
     volumes::common_solid,
 };
 
@@ -63,8 +63,8 @@ pub(super) struct Storage {
     /// Solids over a batch, and the patches' lattices in the world.
     shades: Shades,
     worlds: Vec<World>,
-    path: Vec<Step>,
-    inner_path: Vec<Step>,
+    path: Path,
+    inner_path: Path,
     beside: Beside,
     doubts: Vec<Doubt>,
     /// The samples of the patches' rows that are in doubt.
@@ -207,7 +207,7 @@ impl Batch<'_, '_> {
         (first, end): (usize, usize),
         (rect, farthest): (&Rect, f32),
         own: Option<i32>,
-        path: &mut Vec<Step>,
+        path: &mut Path,
     ) {
         let sampler = self.sampler;
         self.storage.shades.clear();

@@ -17,7 +17,7 @@ use super::{
     patch::{Extent, WIDER},
     sampler::Sampler,
     spans::{Errors, Outlines},
-    tree::{Node, Step, WIDTH},
+    tree::{Node, Path, WIDTH},
     volumes::common_solid,
 };
 
@@ -75,7 +75,7 @@ pub(super) struct Bunches {
     samples: Vec<Sample>,
     all: Vec<Bunch>,
     doubts: Vec<Doubt>,
-    path: Vec<Step>,
+    path: Path,
     origin: Origin,
 }
 
