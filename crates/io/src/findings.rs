@@ -18,7 +18,7 @@ use umbriel_scene::{Finding, FindingKind, Object, Scene, Shape, first_alike};
 
 /// The findings about the surfaces of all triangle meshes of a scene, mesh by mesh: what is found about objects that
 /// share a mesh is one finding, with the name of the first of them, its first places, and the count over all. Of other bodies
-/// nothing is found but that the box which cuts one leaves nothing of it. Objects that repeat another one ([`first_alike`]) are found of all kinds.
+/// nothing is found but that the box which cuts one leaves nothing of it, or that one has no inside. Objects that repeat another one ([`first_alike`]) are found of all kinds.
 pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
     let firsts = first_alike(&scene.objects);
     let times = times(&scene.objects, &firsts);
@@ -36,18 +36,21 @@ pub fn surface_findings(scene: &Scene) -> Vec<Finding> {
         });
         groups[place].add(object, mesh, times);
     }
-    let without_surface = scene.objects.iter().filter(|object| match &object.shape {
-        Shape::Analytic(_) => object.bounds().is_empty(),
-        _ => false,
-    });
-    let no_surface = without_surface.map(|object| Finding {
-        kind: FindingKind::NoSurface,
-        subject: object.name.clone(),
-        count: 1,
-        places: Vec::new(),
+    let of_bodies = scene.objects.iter().filter_map(|object| {
+        let kind = defect_of_body(object)?;
+        Some(Finding { kind, subject: object.name.clone(), count: 1, places: Vec::new() })
     });
     let of_meshes = groups.into_iter().flat_map(|group| group.found.into_iter().flatten());
-    of_meshes.chain(no_surface).chain(repeated(scene, &firsts)).collect()
+    of_meshes.chain(of_bodies).chain(repeated(scene, &firsts)).collect()
+}
+
+/// What is wrong with a body given by a formula.
+fn defect_of_body(object: &Object) -> Option<FindingKind> {
+    match &object.shape {
+        Shape::Analytic(_) if object.bounds().is_empty() => Some(FindingKind::NoSurface),
+        Shape::Analytic(body) if body.is_closed() && !body.has_inside() => Some(FindingKind::NoInside),
+        _ => None,
+    }
 }
 
 /// For each object how many instances of its mesh it stands for: of those in one place the first one for all.

@@ -14,6 +14,8 @@ pub enum FindingKind {
     DuplicateFaces,
     /// A body none of whose surface lies in the box that cuts it.
     NoSurface,
+    /// A quadric without an inside: a plane, a line or a point counted twice. It blocks, and has no surface of its own.
+    NoInside,
     /// Neither a triangle nor a body in the whole scene: nothing casts or receives a shadow.
     EmptyScene,
     /// A MASK material taken as opaque.
@@ -65,6 +67,7 @@ impl FindingKind {
             Self::ZeroAreaFaces => "zero_area_faces",
             Self::DuplicateFaces => "duplicate_faces",
             Self::NoSurface => "no_surface",
+            Self::NoInside => "no_inside",
             Self::EmptyScene => "empty_scene",
             Self::MaskAsOpaque => "mask_as_opaque",
             Self::BlendAsOpaque => "blend_as_opaque",

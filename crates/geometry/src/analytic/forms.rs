@@ -108,6 +108,24 @@ impl QuadricForm<Dyadic> {
         });
         is_product.then_some(cofactor)
     }
+
+    /// Whether q(x, x) is negative at no x, by elimination without division: with a pivot p > 0, p·q is the square of a linear form and a form of
+    /// the coordinates that are left; where the pivot is zero, nothing may stand beside it.
+    pub(crate) fn is_nowhere_negative(&self) -> bool {
+        let mut rows: [[Dyadic; 4]; 4] = std::array::from_fn(|k| self.row(k));
+        (0..4).all(|k| {
+            let pivots = rows[k].clone();
+            if pivots[k].sign() != Sign::Positive {
+                return pivots[k..].iter().all(|entry| entry.sign() == Sign::Zero);
+            }
+            for i in k + 1..4 {
+                for j in k + 1..4 {
+                    rows[i][j] = rows[i][j].clone() * pivots[k].clone() - pivots[i].clone() * pivots[j].clone();
+                }
+            }
+            true
+        })
+    }
 }
 
 /// A linear form, by its coefficients, at a point.

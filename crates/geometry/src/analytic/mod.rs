@@ -33,6 +33,7 @@ pub use crossing::Crossing;
 pub use forms::{Forms, LocalPoint, QuadricForm, is_nowhere_zero, linear_value};
 pub use glance::Glance;
 pub(crate) use graph::HomogeneousPoint;
+use layout::symmetric_form;
 pub use layout::{Part, Piece, Surface, Trim};
 pub use placed::PlacedAnalytic;
 pub use polynomial::Root;
@@ -250,6 +251,16 @@ impl Analytic {
     /// Whether the surface encloses a volume.
     pub fn is_closed(&self) -> bool {
         !matches!(self, Self::Disk { .. })
+    }
+
+    /// Whether it has an inside. A disk has none, nor has a quadric that is negative nowhere: its body is a plane, a line or a point counted
+    /// twice, or nothing at all. Exact.
+    pub fn has_inside(&self) -> bool {
+        match self {
+            Self::Disk { .. } => false,
+            Self::Quadric { matrix, .. } => !symmetric_form(matrix, 1.0).is_nowhere_negative(),
+            _ => true,
+        }
     }
 
     /// Whether the body is convex by its kind.

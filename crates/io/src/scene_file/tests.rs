@@ -61,6 +61,23 @@ fn a_quadric_outside_its_box_is_told() {
 }
 
 #[test]
+fn a_quadric_without_an_inside_is_told() {
+    // y² twice over, (x + y)², a line, a point; and a slab, a pair of planes, two planes that cross, the whole box.
+    let flat = ["0,0,0,0, 0,1,0,0, 0,0,0,0, 0,0,0,0", "1,1,0,0, 1,1,0,0, 0,0,0,0, 0,0,0,0"];
+    let thin = ["1,0,0,0, 0,0,0,0, 0,0,1,0, 0,0,0,0", "1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,0"];
+    let slabs = ["0,0,0,0, 0,1,0,0, 0,0,0,0, 0,0,0,-1e-30", "0,0,0,0, 0,1,0,-0.5, 0,0,0,0, 0,-0.5,0,0"];
+    let others = ["0,1,0,0, 1,0,0,0, 0,0,0,0, 0,0,0,0", "0,0,0,0, 0,-1,0,0, 0,0,0,0, 0,0,0,0"];
+    let quadric =
+        |matrix: &str| format!("[[object]]\nquadric = {{ matrix = [{matrix}], within = [[-2,-2,-2],[1,2,2]] }}\n");
+    let found = |matrices: [&str; 2]| -> Vec<FindingKind> {
+        let scene = loaded(&matrices.map(quadric).concat()).scene;
+        crate::surface_findings(&scene).iter().map(|found| found.kind).collect()
+    };
+    assert_eq!([flat, thin].map(found), [(); 2].map(|()| vec![FindingKind::NoInside; 2]));
+    assert_eq!([slabs, others].map(found), [(); 2].map(|()| Vec::new()));
+}
+
+#[test]
 fn every_body_is_read() {
     let shapes: Vec<Shape> = loaded(BODIES).scene.objects.into_iter().map(|object| object.shape.clone()).collect();
     let analytic = |number: usize| match shapes[number] {

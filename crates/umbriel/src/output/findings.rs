@@ -17,6 +17,9 @@ fn meaning(kind: FindingKind) -> &'static str {
         FindingKind::ZeroAreaFaces => "triangles without area",
         FindingKind::DuplicateFaces => "triangles that repeat another one",
         FindingKind::NoSurface => "bodies none of whose surface lies in the box that cuts them",
+        FindingKind::NoInside => {
+            "quadrics without an inside (a plane, a line or a point counted twice): they block, and have no surface to light"
+        }
         FindingKind::EmptyScene => "the scene holds no triangle and no body: nothing casts or receives a shadow",
         FindingKind::MaskAsOpaque => "triangles of a MASK material, taken as opaque",
         FindingKind::BlendAsOpaque => "triangles of a BLEND material, taken as opaque",
