@@ -24,8 +24,9 @@ use crate::fine::tally::{Tally, Units};
 /// On a face of few cells so many borders wait all the same: drawing a part costs a look at each tile.
 const LEAST_WAITING: usize = 1 << 12;
 
-/// Cells for which one border waits: a border takes about as much memory as so many cells of tiles that are drawn on.
-const CELLS_A_SEGMENT: usize = 16;
+/// Cells for which one border waits. It takes about as much memory as 16 cells of tiles that are drawn on, and what waits is still there while the first
+/// tiles are drawn: it should be the smaller part of the two.
+const CELLS_A_SEGMENT: usize = 32;
 
 /// Once tiles are drawn on, waiting spares no tile: this part of the borders waits then.
 const WAITING_BESIDE_TILES: usize = 4;
