@@ -62,7 +62,7 @@ pub(crate) struct Comparison {
     #[serde(rename = "points_turned_away")]
     pub(crate) turned_away: usize,
     pub(crate) boxes: usize,
-    /// Boxes that reach the light's plane, and so shade nothing.
+    /// Boxes that reach the light's plane or are flattened to a line, and so shade nothing.
     pub(crate) boxes_left_out: usize,
     pub(crate) outline_corners: Vec<usize>,
     pub(crate) frames: u32,
@@ -245,7 +245,11 @@ impl Comparison {
         }
         let _ = write!(text, "\nboxes: {}, corners of their outlines: {:?}", self.boxes, self.outline_corners);
         if self.boxes_left_out > 0 {
-            let _ = write!(text, "; {} reach the light's plane and shade nothing", self.boxes_left_out);
+            let _ = write!(
+                text,
+                "; {} shade nothing, as they reach the light's plane or are flattened to a line",
+                self.boxes_left_out
+            );
         }
         let _ = writeln!(
             text,

@@ -35,7 +35,7 @@ struct Node {
 pub struct Cut {
     /// Their outlines as the light sees them, none removed yet.
     pub outlines: Vec<Outline>,
-    /// Boxes that have no outline: they reach the light's plane and have no parts.
+    /// Boxes that have no outline: they reach the light's plane and have no parts, or are flattened to a line.
     pub left_out: usize,
 }
 

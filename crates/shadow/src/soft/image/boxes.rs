@@ -63,7 +63,8 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Step 1: which corners lie on one or two faces turned to the light. A box that reaches the plane of a lamp has no outline.
+    /// Step 1: which corners lie on one or two faces turned to the light. A box that reaches the plane of a lamp has no outline,
+    /// nor has one that is flattened to a line or a point.
     pub fn of(space: &LightSpace, oriented: &OrientedBox) -> Option<Self> {
         let seen = oriented.corners.map(|corner| space.to_light(corner));
         if seen.iter().any(|&corner| !space.is_before(corner)) {
@@ -75,7 +76,10 @@ impl Outline {
         }
         let on_outline = (0..8).filter(|&corner| counts[corner] == 1 || counts[corner] == 2);
         let mut corners: Vec<DVec3> = on_outline.map(|k| space.image(seen[k]).extend(seen[k].z)).collect();
-        let centre = corners.iter().map(|corner| corner.truncate()).sum::<DVec2>() / corners.len().max(1) as f64;
+        if corners.is_empty() {
+            return None;
+        }
+        let centre = corners.iter().map(|corner| corner.truncate()).sum::<DVec2>() / corners.len() as f64;
         let turn = |corner: &DVec3| {
             let way = corner.truncate() - centre;
             libm::atan2(way.y, way.x)
@@ -107,12 +111,12 @@ impl Outline {
         self.hull.len() > 2 && self.hull.iter().zip(next).all(|(&a, &b)| (b - a).perp_dot(place - a) > 0.0)
     }
 
-    /// Step 3: the middles of its two nearest corners and of its two farthest.
-    fn extremes(&self) -> [DVec3; 2] {
+    /// Step 3: the middles of its two nearest corners and of its two farthest; `None` without corners.
+    fn extremes(&self) -> Option<[DVec3; 2]> {
         let mut sorted = self.corners.clone();
         sorted.sort_by(|a, b| a.z.total_cmp(&b.z));
-        let last = sorted.len() - 1;
-        [0.5 * (sorted[0] + sorted[1.min(last)]), 0.5 * (sorted[last] + sorted[last.saturating_sub(1)])]
+        let last = sorted.len().checked_sub(1)?;
+        Some([0.5 * (sorted[0] + sorted[1.min(last)]), 0.5 * (sorted[last] + sorted[last.saturating_sub(1)])])
     }
 }
 
@@ -158,9 +162,9 @@ pub struct Blocker {
 }
 
 impl Blocker {
-    /// Steps 3 and 4 over the outlines of one blocker; `None` without outlines.
+    /// Steps 3 and 4 over the outlines of one blocker; `None` without corners.
     pub fn of(outlines: &[Outline]) -> Option<Self> {
-        let pairs: Vec<[DVec3; 2]> = outlines.iter().map(Outline::extremes).collect();
+        let pairs: Vec<[DVec3; 2]> = outlines.iter().filter_map(Outline::extremes).collect();
         let nearest = pairs.iter().map(|pair| pair[0]).min_by(|a, b| a.z.total_cmp(&b.z))?;
         let farthest = pairs.iter().map(|pair| pair[1]).max_by(|a, b| a.z.total_cmp(&b.z))?;
         let front = outlines.iter().map(|outline| outline.depths[0]).fold(f64::INFINITY, f64::min);

@@ -59,6 +59,16 @@ fn blocker(shader: &SoftShader) -> Blocker {
 }
 
 #[test]
+fn a_box_without_an_extent_blocks_nothing() {
+    let space = shader(2.0).map().space;
+    let flat = |size: DVec3| box_between(DVec3::Y, DVec3::Y + size, &DAffine3::IDENTITY);
+    // A point and a line have no face turned to the light; a rectangle has one.
+    assert!([DVec3::ZERO, DVec3::X].iter().all(|&size| Outline::of(&space, &flat(size)).is_none()));
+    assert!(Outline::of(&space, &flat(DVec3::new(1.0, 0.0, 1.0))).is_some());
+    assert_eq!(Blocker::of(&[]), None);
+}
+
+#[test]
 fn all_kernels_give_the_penumbra_of_a_straight_edge() {
     // The plate's edge at x = 2 throws a penumbra of the light's width, as it stands half way: from x = 4 − w/2 to 4 + w/2.
     let width = 2.0;
