@@ -170,7 +170,8 @@ impl<'a> Stage<'a> {
         let is_clocked = matches!(self.request.detail, Detail::Time { .. });
         if !self.is_of_samples() && !is_clocked && self.coarse.occluders().any(is_large) && are_many() {
             let over = influences.occluders_of_all(self.first_receivers());
-            occluders.prepare(over.into_iter().filter(|&object| is_large(object as usize)));
+            let is_whole = |object: usize| is_large(object) && !self.bodies.is_instance(object);
+            occluders.prepare(over.into_iter().filter(|&object| is_whole(object as usize)).collect());
         }
     }
 
@@ -289,7 +290,9 @@ fn run(
         }
         let sums = if receivers.bodies.has_instances() {
             let bodies = Bodies::of_group(receivers.bodies);
-            run_group(&receivers.of_group(&bodies), &group, &advance, progress)
+            let receivers = receivers.of_group(&bodies);
+            receivers.prepare(&group);
+            run_group(&receivers, &group, &advance, progress)
         } else {
             run_group(receivers, &group, &advance, progress)
         };

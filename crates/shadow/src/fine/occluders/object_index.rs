@@ -1,6 +1,7 @@
 //! The trees in which facets over a receiver are found: one an object and frame, built when first asked for.
 //!
-//! Instances of a mesh share one tree in the mesh's own coordinates. Cost: a look at each facet and a sort for each frame.
+//! Instances of a mesh share one tree in the mesh's own coordinates; those that are receivers of a group have trees of their own until it is done. Cost: a look
+//! at each facet and a sort for each frame.
 
 use std::{ops::Range, sync::Arc};
 
@@ -43,15 +44,15 @@ impl Occluders<'_> {
         })
     }
 
-    /// Builds the trees of these objects with very many facets, on all threads: to be called before receivers look for them side by side, as one that
-    /// waits for another's tree cannot help with it.
-    pub(crate) fn prepare(&self, objects: impl Iterator<Item = u32>) {
-        for object in objects.filter(|&object| !self.bodies.is_instance(object as usize)) {
-            let Body::Flat(facets) = self.bodies.get(object as usize) else { continue };
+    /// Builds trees of their own for these objects, on all threads, unless they have some: to be called before receivers look for them side by side, as one that
+    /// waits for another's tree cannot help with it. Each object may be named once.
+    pub(crate) fn prepare(&self, objects: Vec<u32>) {
+        objects.into_par_iter().for_each(|object| {
+            let Body::Flat(facets) = self.bodies.get(object as usize) else { return };
             let tree = |frame| self.tree_of(self.boxes_side_by_side(frame, facets)?);
             let trees = || self.frames.par_iter().map(tree).collect::<Option<_>>();
             self.seen(object).index.get_or_init(|| trees().map_or(ObjectIndex::Unbuilt, ObjectIndex::Own));
-        }
+        });
     }
 
     /// Of all facets that may block; `None` if the clock came first.
