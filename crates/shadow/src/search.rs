@@ -21,6 +21,7 @@ use std::{
 use umbriel_bvh::{BoxTree, Shaft, TriangleBvh};
 use umbriel_geometry::{Aabb, LightSource, Mesh, Ring, blocking::Probe};
 use umbriel_octree::{Projection, ProjectionOptions, ProjectionReport, Renewal, Viewpoint};
+use umbriel_scene::first_alike;
 use umbriel_visibility::Acceleration;
 
 use crate::{
@@ -226,14 +227,20 @@ impl Flats {
     pub(crate) fn new(bodies: &Bodies) -> Self {
         let (mut positions, mut triangles, mut owners) = (Vec::new(), Vec::new(), Vec::new());
         let mut others = Vec::new();
+        let firsts = first_alike(&bodies.scene.objects);
         for object in 0..bodies.scene.objects.len() {
             let Some(facets) = facets_of(bodies, object) else {
                 others.push(object);
                 continue;
             };
+            // What it repeats is there: points of its own faces lie in the planes of those, and these do not block them.
+            if firsts[object] != object {
+                continue;
+            }
             let first = positions.len() as u32;
             positions.extend(facets.positions().iter().map(|position| position.to_array()));
-            let cut = triangles_of(facets);
+            let mut cut = triangles_of(facets);
+            cut.retain(|&(_, face)| !facets.is_repeat(face as usize));
             triangles.extend(cut.iter().map(|(corners, _)| corners.map(|corner| corner + first)));
             owners.extend(cut.iter().map(|&(_, face)| (object as u32, face)));
         }

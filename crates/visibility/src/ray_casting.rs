@@ -2,15 +2,20 @@
 //!
 //! Two levels: a tree over the objects' world boxes, and one BVH a mesh, which all instances of the mesh share; rays are
 //! pulled into local coordinates. Rectangles, boxes and analytic bodies are hit as they are, not tessellated. O(log n) a ray in
-//! practice. Double precision, rounded: for pictures, not for proofs. Equal distances go to the lower object and face.
+//! practice. Double precision, rounded: for pictures, not for proofs. Equal distances go to the lower object and face; so objects and triangles that
+//! repeat others are left out.
 
-use std::{collections::HashMap, ops::Range, sync::Arc};
+use std::{
+    collections::{BTreeSet, HashMap},
+    ops::Range,
+    sync::Arc,
+};
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use umbriel_bvh::{BoxTree, Hit, Ray, Steps, TriangleBvh};
 use umbriel_geometry::{Aabb, Cuboid, Mesh, PlacedAnalytic, Rectangle};
-use umbriel_scene::{Object, Scene, Shape};
+use umbriel_scene::{Object, Scene, Shape, first_alike};
 
 use crate::{
     acceleration::{Acceleration, Choice, CostModel, Prepared, Sampled},
@@ -49,6 +54,8 @@ struct Body {
     to_local: DAffine3,
     /// World coordinates.
     bounds: Aabb,
+    /// The object's faces that the triangles of a mesh are, where some were left out.
+    faces: Option<Arc<[u32]>>,
     /// For the rays of one view.
     prepared: Option<Prepared>,
 }
@@ -80,7 +87,12 @@ impl RayCaster {
     pub fn of_objects(scene: &Scene, objects: &[usize]) -> Self {
         let mut meshes = HashMap::new();
         let mut bodies: Vec<Body> = scene.objects.iter().map(|_| Body::nothing()).collect();
-        objects.iter().for_each(|&object| bodies[object] = Body::new(&scene.objects[object], &mut meshes));
+        let objects: BTreeSet<usize> = objects.iter().copied().collect();
+        let firsts = first_alike(objects.iter().map(|&object| &scene.objects[object]));
+        let is_first = firsts.iter().enumerate().map(|(number, &first)| number == first);
+        for (&object, _) in objects.iter().zip(is_first).filter(|(_, is_first)| *is_first) {
+            bodies[object] = Body::new(&scene.objects[object], &mut meshes);
+        }
         let boxes: Vec<Aabb> = bodies.iter().map(|body| body.bounds).collect();
         Self { tree: BoxTree::build(&boxes), bodies }
     }
@@ -179,7 +191,9 @@ impl RayCaster {
     }
 
     fn surface_hit(&self, object: usize, LocalHit { distance, face, u, v, normal }: LocalHit) -> SurfaceHit {
-        SurfaceHit { object, face, u, v, distance, normal: self.bodies[object].world_normal(normal) }
+        let body = &self.bodies[object];
+        let face = body.faces.as_ref().map_or(face, |faces| faces[face] as usize);
+        SurfaceHit { object, face, u, v, distance, normal: body.world_normal(normal) }
     }
 
     /// What is seen at the middle of every pixel, row by row from the upper left; bands are cast in parallel.
@@ -245,25 +259,49 @@ fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
+/// What the instances of a mesh share.
+struct MeshTree {
+    bvh: Arc<TriangleBvh>,
+    /// See [`Body::faces`].
+    faces: Option<Arc<[u32]>>,
+}
+
+impl MeshTree {
+    fn of(mesh: &Arc<Mesh>) -> Self {
+        let count = mesh.triangles().len();
+        let faces: Vec<u32> = (0..count as u32).filter(|&triangle| !mesh.is_repeat(triangle as usize)).collect();
+        let distinct = (faces.len() < count).then(|| {
+            let positions = mesh.positions().iter().map(|position| position.to_array()).collect();
+            Mesh::new(positions, faces.iter().map(|&face| mesh.triangles()[face as usize]).collect()).ok()
+        });
+        match distinct.flatten() {
+            Some(distinct) => Self { bvh: Arc::new(TriangleBvh::build(distinct.into())), faces: Some(faces.into()) },
+            None => Self { bvh: Arc::new(TriangleBvh::build(Arc::clone(mesh))), faces: None },
+        }
+    }
+}
+
 impl Body {
     /// No ray meets it.
     fn nothing() -> Self {
-        Self { shape: LocalShape::Unknown, to_local: DAffine3::IDENTITY, bounds: Aabb::EMPTY, prepared: None }
+        let (shape, to_local) = (LocalShape::Unknown, DAffine3::IDENTITY);
+        Self { shape, to_local, bounds: Aabb::EMPTY, faces: None, prepared: None }
     }
 
-    fn new(object: &Object, meshes: &mut HashMap<*const Mesh, Arc<TriangleBvh>>) -> Self {
+    fn new(object: &Object, meshes: &mut HashMap<*const Mesh, MeshTree>) -> Self {
+        let mut faces = None;
         let shape = match &object.shape {
             Shape::Mesh(mesh) => {
-                let tree =
-                    meshes.entry(Arc::as_ptr(mesh)).or_insert_with(|| Arc::new(TriangleBvh::build(Arc::clone(mesh))));
-                LocalShape::Mesh(Arc::clone(tree))
+                let tree = meshes.entry(Arc::as_ptr(mesh)).or_insert_with(|| MeshTree::of(mesh));
+                faces = tree.faces.clone();
+                LocalShape::Mesh(Arc::clone(&tree.bvh))
             }
             Shape::Convex(_) => return Self::convex(object),
             Shape::Rectangle(rectangle) => LocalShape::Rectangle(*rectangle),
             Shape::Cuboid(cuboid) => LocalShape::Cuboid(*cuboid),
             _ => object.analytic().map_or(LocalShape::Unknown, |body| LocalShape::Analytic(Box::new(body))),
         };
-        Self { shape, to_local: object.placement.map().inverse(), bounds: object.bounds(), prepared: None }
+        Self { shape, to_local: object.placement.map().inverse(), bounds: object.bounds(), faces, prepared: None }
     }
 
     /// The hull of placed points is a mesh of the world.
@@ -278,7 +316,7 @@ impl Body {
         let shape =
             mesh.map_or(LocalShape::Unknown, |mesh| LocalShape::Mesh(Arc::new(TriangleBvh::build(mesh.into()))));
         let to_local = DAffine3::from_scale(DVec3::splat(scale));
-        Self { shape, to_local, bounds: object.bounds(), prepared: None }
+        Self { shape, to_local, bounds: object.bounds(), faces: None, prepared: None }
     }
 
     /// The nearest hit of a local ray.
@@ -384,6 +422,34 @@ mod tests {
     fn square() -> Shape {
         let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
         Shape::Mesh(Arc::new(Mesh::new(positions, vec![[0, 1, 2], [0, 2, 3]]).expect("a mesh")))
+    }
+
+    #[test]
+    fn what_is_given_again_is_seen_once() {
+        // The second half of the square is triangle 3; the first one is there thrice, from other corners.
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        let triangles = vec![[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 3]];
+        let mesh = || Shape::Mesh(Arc::new(Mesh::new(positions.clone(), triangles.clone()).expect("a mesh")));
+        let at = |z: f64| DAffine3::from_translation(DVec3::Z * z);
+        let objects = vec![
+            object("back", mesh(), at(-1.0)),
+            object("front", mesh(), at(0.0)),
+            object("again", mesh(), at(0.0)),
+            object("square", square(), at(0.0)),
+        ];
+        let seen = |caster: &RayCaster, x: f64, y: f64| {
+            let ray = Ray::new(DVec3::new(x, y, 2.0), DVec3::NEG_Z);
+            let [alone, bundled] = [caster.nearest(&ray), caster.nearest_of(&[ray])[0]];
+            assert_eq!(alone, bundled);
+            alone.map(|hit| (hit.object, hit.face, hit.distance))
+        };
+        let scene = scene(objects);
+        let whole = RayCaster::new(&scene);
+        assert_eq!(seen(&whole, 0.75, 0.25), Some((1, 0, 2.0)));
+        assert_eq!(seen(&whole, 0.25, 0.75), Some((1, 3, 2.0)));
+        // Of objects without the first one, the second one stands for it, whatever their order.
+        let others = RayCaster::of_objects(&scene, &[3, 2, 2]);
+        assert_eq!(seen(&others, 0.25, 0.75), Some((2, 3, 2.0)));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Faces by number, and what a view sees of them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use umbriel_geometry::{Facet, Facets, LightSource, Sign, cut_out::Opacity};
 
@@ -81,7 +81,7 @@ impl<'a> Source<'a> {
 }
 
 /// A face of a source.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Face {
     /// Index into the sources.
     pub(super) source: u32,
@@ -185,6 +185,8 @@ pub(super) struct Faces<'a> {
     pub(super) images: Images,
     /// What is left of the faces that are not seen as a whole; nothing of those that nothing bounds.
     pub(super) clipped: BTreeMap<Face, Vec<Image>>,
+    /// Faces that others of a pile repeat ([`repeats`](super::repeats)).
+    pub(super) repeats: HashSet<Face>,
 }
 
 impl Faces<'_> {
@@ -194,9 +196,12 @@ impl Faces<'_> {
         if self.clipped.is_empty() { None } else { self.clipped.get(&face).map(Vec::as_slice) }
     }
 
-    /// What of a face blocks. A body may be anywhere in its box.
+    /// What of a face blocks that others do not. A body may be anywhere in its box.
     #[inline(always)]
     pub(super) fn opacity(&self, face: Face) -> Opacity {
+        if !self.repeats.is_empty() && self.repeats.contains(&face) {
+            return Opacity::Clear;
+        }
         let source = &self.sources[face.source as usize];
         if source.is_box { Opacity::Mixed } else { source.facets.opacity(face.number as usize) }
     }

@@ -29,6 +29,7 @@ mod lit_bits;
 mod order;
 mod pack;
 mod patch;
+mod repeats;
 mod sampler;
 mod shade;
 mod spans;

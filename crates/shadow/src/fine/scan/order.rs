@@ -13,6 +13,7 @@ use umbriel_geometry::Sign;
 use super::{
     faces::{Face, Faces, Piece, Rect, Sight, Source, corners, sight},
     images::Images,
+    repeats::repeats,
     tree::{WIDTH, digits, key},
     view::{Image, View},
 };
@@ -64,6 +65,8 @@ pub(super) struct Order {
     pub(super) pieces: Vec<Piece>,
     /// Where each group ends: faces that lie together in a rectangle of the image.
     pub(super) ends: Vec<usize>,
+    /// The places of pieces that are too many for a group and have the same key.
+    pub(super) piles: Vec<Range<usize>>,
 }
 
 impl Order {
@@ -82,10 +85,14 @@ impl Order {
             self.add(low, shift);
             return self.add(high, shift);
         }
+        let first = self.pieces.len();
         for items in items.chunks(GROUP) {
             self.pieces.extend(items.iter().map(|item| item.piece));
             self.pieces.resize(self.pieces.len().next_multiple_of(WIDTH), Piece::NONE);
             self.ends.push(self.pieces.len());
+        }
+        if items.len() > GROUP {
+            self.piles.push(first..self.pieces.len());
         }
     }
 
@@ -93,6 +100,7 @@ impl Order {
         let first = self.pieces.len();
         self.pieces.extend_from_slice(&other.pieces);
         self.ends.extend(other.ends.iter().map(|end| first + end));
+        self.piles.extend(other.piles.iter().map(|pile| first + pile.start..first + pile.end));
     }
 }
 
@@ -115,7 +123,8 @@ pub(super) fn sorted<'a>(
     order.pieces.reserve_exact(buckets.iter().map(|bucket| bucket.pieces.len()).sum());
     buckets.iter().for_each(|bucket| order.append(bucket));
     let clipped: BTreeMap<_, _> = chunks.into_iter().flat_map(|chunk| chunk.clipped).collect();
-    (Faces { sources, images, clipped }, order)
+    let repeats = repeats(sources, &order);
+    (Faces { sources, images, clipped, repeats }, order)
 }
 
 /// Runs of faces of sources: small ones together, large ones in several.

@@ -122,6 +122,26 @@ fn a_ball_over_a_floor() {
     }
 }
 
+/// More than a group of the order holds, each from another corner: one half of a square, the other half, which has the same box, and one below both.
+#[test]
+fn triangles_given_very_often() {
+    let [a, b, c, d] = [[-1.0, 1.0, -1.0], [1.0, 1.0, -1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]];
+    let low = [a, b, c].map(|[x, _, z]| [x, 0.5, z]);
+    let mut triangles = Vec::new();
+    for k in 0..200 {
+        for mut corners in [[a, b, c], [a, c, d], low] {
+            corners.rotate_left(k % 3);
+            triangles.push(corners);
+        }
+    }
+    let lights = [LightSource::sun([0.5, -1.0, 0.25]), LightSource::point([1.5, 4.0, 0.5])];
+    for light in lights.map(|light| light.expect("a light")) {
+        let pile = object(mesh(&triangles), DAffine3::IDENTITY, Sides::Auto);
+        let (lit, all) = check(vec![pile, floor(6.0, 0.0)], light, 1_500);
+        assert!(lit * 3 > all && lit * 20 < all * 19, "{lit} of {all}");
+    }
+}
+
 #[test]
 fn curved_bodies_are_in_the_way_of_flat_ones() {
     let body = |body: Analytic, map: DAffine3| object(Shape::Analytic(body), map, Sides::Two);
