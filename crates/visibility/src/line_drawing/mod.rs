@@ -29,7 +29,7 @@ mod projection;
 use glam::DVec3;
 use rayon::prelude::*;
 use umbriel_geometry::{Facets, LightSource};
-use umbriel_scene::{Object, Scene};
+use umbriel_scene::{Object, Scene, first_alike};
 
 use crate::{
     View,
@@ -179,6 +179,9 @@ fn flat_scene(scene: &Scene, view: &View, options: &LineOptions, projector: &Pro
         wanted.sort_unstable();
         wanted.dedup();
     }
+    // What is given again is drawn once.
+    let firsts = first_alike(&scene.objects);
+    wanted.retain(|&object| firsts[object] == object);
     let made = |&source: &usize| Some((source, curved::flattened(&scene.objects[source], projector)?));
     let made: Vec<Option<(usize, Flattened)>> = wanted.par_iter().map(made).collect();
     let left_out = made.iter().filter(|object| object.is_none()).count();

@@ -63,6 +63,15 @@ fn a_board_hides_what_is_behind_it() {
 }
 
 #[test]
+fn what_is_given_again_is_drawn_once() {
+    let board = || (cuboid([4.0, 8.0, 1.0]), DVec3::ZERO);
+    let post = (cuboid([10.0, 1.0, 1.0]), DVec3::new(0.0, 0.0, -4.0));
+    let once = drawn(&scene(vec![board(), post.clone()]), &view(DVec3::Z));
+    let again = drawn(&scene(vec![board(), post, board(), board()]), &view(DVec3::Z));
+    assert_eq!(once.strokes, again.strokes);
+}
+
+#[test]
 fn bodies_that_cross_have_a_line_where_they_do() {
     // A post through the middle of a floor, seen from 45 degrees above.
     let floor = Shape::Rectangle(Rectangle { size: [10.0, 10.0] });
