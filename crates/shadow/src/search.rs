@@ -227,14 +227,13 @@ impl Flats {
     pub(crate) fn new(bodies: &Bodies) -> Self {
         let (mut positions, mut triangles, mut owners) = (Vec::new(), Vec::new(), Vec::new());
         let mut others = Vec::new();
-        let firsts = first_alike(&bodies.scene.objects);
-        for object in 0..bodies.scene.objects.len() {
+        for (object, first) in first_alike(&bodies.scene.objects).into_iter().enumerate() {
             let Some(facets) = facets_of(bodies, object) else {
                 others.push(object);
                 continue;
             };
             // What it repeats is there: points of its own faces lie in the planes of those, and these do not block them.
-            if firsts[object] != object {
+            if first != object {
                 continue;
             }
             let first = positions.len() as u32;
@@ -300,6 +299,7 @@ impl Queries<'_> {
                         + if is_looked_up { 0 } else { 2 },
                     // Without maps to speak of where nothing is looked up.
                     rays: if is_looked_up { choice.points } else { 0 },
+                    memory: ProjectionOptions::memory_for(choice.clutter.triangles),
                     ..ProjectionOptions::default()
                 };
                 let built = Projection::build(Arc::clone(&self.flats().mesh), Viewpoint::of_light(light), &options);

@@ -198,6 +198,7 @@ impl Prepared {
             max_level: ProjectionOptions::level_for(choice.triangles) + if is_looked_up { 0 } else { 2 },
             // Without maps to speak of where nothing is looked up.
             rays: if is_looked_up { choice.sampled.rays } else { 0 },
+            memory: ProjectionOptions::memory_for(choice.triangles),
             ..ProjectionOptions::default()
         };
         match Projection::build(Arc::clone(bvh.mesh()), viewpoint, &options) {

@@ -119,6 +119,12 @@ impl ProjectionOptions {
         halvings.saturating_sub(1).clamp(1, Octant::MAX_LEVEL)
     }
 
+    /// Enough bytes for a surface of so many triangles: a kibibyte each, of which ordinary scenes take less than half, between 64 MiB and 2 GiB. Piles of triangles
+    /// that lie over each other everywhere would take any number.
+    pub fn memory_for(triangles: usize) -> usize {
+        triangles.saturating_mul(1 << 10).clamp(1 << 26, 1 << 31)
+    }
+
     /// How many places in leaves the triangles of a mesh are expected to have at [`ProjectionOptions::level_for`] their number: building goes with it.
     /// A triangle of area A and perimeter P that lies anyhow meets 1 + 3P/4h + 3A/2h² cells of edge h on average (the principal kinematic formula; Santaló, "Integral
     /// Geometry and Geometric Probability", 1976, III.15). O(triangles).
