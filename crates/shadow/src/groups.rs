@@ -10,9 +10,10 @@ use umbriel_octree::encode3;
 
 use crate::{bodies::Bodies, receivers::Receivers};
 
-/// A group is complete with so many faces: a few common meshes, which keep some threads busy, and so little that what is placed and forgotten takes no more than one of
-/// them does. Groups eight times as large took three times the memory and no less time. Tests have more groups than one.
-const FACES: usize = if cfg!(test) { 1 << 6 } else { 1 << 14 };
+/// A group is complete with so many faces: a common mesh or some small ones, which keep some threads busy, and so little that what is placed, looked through and forgotten takes
+/// no more than one of them does. Groups four times as large took a megabyte more and no less time, groups 32 times as large three times the memory. Tests have more groups than
+/// one.
+const FACES: usize = if cfg!(test) { 1 << 6 } else { 1 << 12 };
 
 /// Steps along each axis of the curve.
 const STEPS: f64 = ((1u32 << 21) - 1) as f64;
