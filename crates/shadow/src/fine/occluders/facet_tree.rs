@@ -108,8 +108,8 @@ impl Grid {
     /// So fine that a box takes 2^28 to 2^29 steps.
     fn over(whole: Aabb) -> Self {
         let finite = |x: f64| if x.is_nan() { 0.0 } else { x.clamp(-f64::MAX, f64::MAX) };
-        // Finite: what is nothing stays nothing.
-        let exponent = |extent: f64| (28 - libm::ilogb(extent.clamp(f64::MIN_POSITIVE, f64::MAX))).min(1000);
+        // Finite: what is nothing stays nothing. The size of what lies at infinity as a whole is no number.
+        let exponent = |extent: f64| (28 - libm::ilogb(finite(extent).max(f64::MIN_POSITIVE))).min(1000);
         let steps = |extent: f64| libm::scalbn(1.0, exponent(extent));
         let center = DVec3::from_array(whole.center().to_array().map(finite));
         Self { center, steps: DVec3::from_array(whole.size().to_array().map(steps)) }
@@ -167,6 +167,21 @@ mod tests {
             for (facet, bounds) in &facets {
                 prop_assert!(!bounds.meets(&query) || visited.contains(facet), "{facet} with {bounds:?}");
             }
+        }
+    }
+
+    #[test]
+    fn what_lies_at_infinity_is_found() {
+        let at = |x: f64| Aabb { min: DVec3::splat(x), max: DVec3::splat(x) };
+        for x in [f64::INFINITY, f64::NEG_INFINITY] {
+            let tree = FacetTree::build_while(&[(7, at(x)), (8, at(x))], &|| true).expect("it goes on");
+            let mut found = Vec::new();
+            let query = Aabb { min: DVec3::NEG_INFINITY, max: at(x).max };
+            let _ = tree.for_each_meeting(&query, |facet| {
+                found.push(facet);
+                ControlFlow::Continue(())
+            });
+            assert_eq!(found, [7, 8], "at {x}");
         }
     }
 
