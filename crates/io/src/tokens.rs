@@ -14,14 +14,20 @@ impl<'a> Tokens<'a> {
 
     /// The next word.
     pub(crate) fn next(&mut self) -> Option<&'a str> {
+        self.skip_space();
+        let (word, rest) = self.rest.split_at(self.rest.find(char::is_whitespace).unwrap_or(self.rest.len()));
+        self.rest = rest;
+        (!word.is_empty()).then_some(word)
+    }
+
+    /// Goes to where the next word begins.
+    pub(crate) fn skip_space(&mut self) {
         let start = self.rest.find(|c: char| !c.is_whitespace()).unwrap_or(self.rest.len());
         let (space, word) = self.rest.split_at(start);
         let space = space.as_bytes();
         let ends = |(i, &byte): (usize, &u8)| byte == b'\n' || byte == b'\r' && space.get(i + 1) != Some(&b'\n');
         self.line += space.iter().enumerate().filter(|&end| ends(end)).count();
-        let (word, rest) = word.split_at(word.find(char::is_whitespace).unwrap_or(word.len()));
-        self.rest = rest;
-        (!word.is_empty()).then_some(word)
+        self.rest = word;
     }
 
     /// What is left of the line of the last word, up to a word that `ends` it: that is asked of all that begins with one.
@@ -56,7 +62,7 @@ impl<'a> Tokens<'a> {
         self.rest = behind.unwrap_or(rest);
     }
 
-    /// The line of the last word; where there was none, the last line.
+    /// The line of the last word, or of the next one where space was skipped; where there is none, the last line.
     pub(crate) fn line(&self) -> usize {
         self.line
     }

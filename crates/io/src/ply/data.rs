@@ -12,8 +12,15 @@ pub(super) struct Row {
     numbers: Vec<f64>,
     /// Where the numbers of each property end.
     ends: Vec<usize>,
+}
+
+/// What of an element's rows is not as the format has it, without harm to what is read.
+#[derive(Debug, Default)]
+pub(super) struct Oddities {
     /// How many words of unused properties were no number of their type.
-    pub(super) odd: usize,
+    pub(super) numbers: usize,
+    /// How many rows of text were not just a line.
+    pub(super) lines: usize,
 }
 
 impl Row {
@@ -74,27 +81,50 @@ impl<'a> Source<'a> {
         Err(LoadProblem::element(format!("element {}", excerpt(&element.name)), message))
     }
 
-    /// Reads all rows of an element.
-    ///
-    /// Answers how many numbers of other properties than those `used` are none of their type, which matters to nobody.
+    /// Reads all rows of an element. Properties other than those `used` may hold anything.
     pub(super) fn rows(
         &mut self,
         element: &Element,
         used: &[usize],
         mut take: impl FnMut(u64, &Row) -> Result<(), LoadProblem>,
-    ) -> Result<usize, LoadProblem> {
+    ) -> Result<Oddities, LoadProblem> {
+        let mut oddities = Oddities::default();
         if element.properties.is_empty() {
-            return Ok(0);
+            return Ok(oddities);
         }
         let mut row = Row::default();
         for number in 0..element.count {
-            self.row(element, used, &mut row).map_err(|fault| self.problem(element, number, fault))?;
+            let line = self.line_of_next();
+            let odd = self.row(element, used, &mut row).map_err(|fault| self.problem(element, number, fault))?;
+            oddities.numbers += odd;
+            oddities.lines += usize::from(line.is_some_and(|line| !self.ends_line(line)));
             take(number, &row)?;
         }
-        Ok(row.odd)
+        Ok(oddities)
     }
 
-    fn row(&mut self, element: &Element, used: &[usize], row: &mut Row) -> Result<(), Fault> {
+    /// The line on which the next number of a text stands.
+    fn line_of_next(&mut self) -> Option<usize> {
+        match self {
+            Self::Text(tokens) => {
+                tokens.skip_space();
+                Some(tokens.line())
+            }
+            Self::Binary { .. } => None,
+        }
+    }
+
+    /// Whether the last number is the last one of that line.
+    fn ends_line(&self, line: usize) -> bool {
+        match self {
+            Self::Text(tokens) => tokens.line() == line && !tokens.has_on_line(|_| true),
+            Self::Binary { .. } => true,
+        }
+    }
+
+    /// Reads a row; answers how many numbers of unused properties are none.
+    fn row(&mut self, element: &Element, used: &[usize], row: &mut Row) -> Result<usize, Fault> {
+        let mut odd = 0;
         row.numbers.clear();
         row.ends.clear();
         for (place, property) in element.properties.iter().enumerate() {
@@ -105,7 +135,7 @@ impl<'a> Source<'a> {
             for _ in 0..length {
                 let number = match self.number(property.item) {
                     Err(Fault::Wrong(_)) if !used.contains(&place) => {
-                        row.odd += 1;
+                        odd += 1;
                         f64::NAN
                     }
                     number => number?,
@@ -114,7 +144,7 @@ impl<'a> Source<'a> {
             }
             row.ends.push(row.numbers.len());
         }
-        Ok(())
+        Ok(odd)
     }
 
     /// The length of a list; what does not fit into the file ends the reading soon enough.

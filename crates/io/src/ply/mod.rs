@@ -22,7 +22,7 @@ use crate::{
     triangulate::{Triangulation, Triangulator, is_planar},
     z_up::tell_z_up,
 };
-use data::{Row, Source};
+use data::{Oddities, Row, Source};
 use header::{Element, Header};
 
 /// Reads a PLY file; `stem` names its object.
@@ -95,9 +95,9 @@ impl Kind {
 impl Surface {
     /// Takes all rows of an element.
     fn take(&mut self, element: &Element, source: &mut Source, model: &mut Model) -> Result<(), LoadProblem> {
-        let odd = match element.name.as_str() {
+        let oddities = match element.name.as_str() {
             // A table without rows needs no columns.
-            "vertex" | "face" | "tristrips" if element.count == 0 => 0,
+            "vertex" | "face" | "tristrips" if element.count == 0 => Oddities::default(),
             "vertex" => {
                 let columns = element.columns(["x", "y", "z"])?;
                 let take = |_, row: &Row| {
@@ -122,11 +122,13 @@ impl Surface {
         let subject = format!("element {}: rows without properties", excerpt(&element.name));
         model.findings.add(FindingKind::BrokenRule, &subject, usize::from(is_hollow));
         let subject = format!("element {}: numbers that are none of their type", excerpt(&element.name));
-        model.findings.add(FindingKind::BrokenRule, &subject, odd);
+        model.findings.add(FindingKind::BrokenRule, &subject, oddities.numbers);
+        let subject = format!("element {}: rows that are not a line each", excerpt(&element.name));
+        model.findings.add(FindingKind::BrokenRule, &subject, oddities.lines);
         Ok(())
     }
 
-    fn take_polygons(&mut self, kind: Kind, element: &Element, source: &mut Source) -> Result<usize, LoadProblem> {
+    fn take_polygons(&mut self, kind: Kind, element: &Element, source: &mut Source) -> Result<Oddities, LoadProblem> {
         let column = element.index_list()?;
         source.rows(element, &[column], |number, row: &Row| {
             // Some writers list indices as floats.

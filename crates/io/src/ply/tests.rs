@@ -45,7 +45,7 @@ fn binary(is_big_endian: bool) -> Vec<u8> {
 
 #[test]
 fn all_encodings_agree() {
-    let data = "0 0 -2.5 255\n1 0 -2.5 255\n1 0.1 -2.5 255 0 1 -2.5 255\n9 4 0 1 2 3\n";
+    let data = "0 0 -2.5 255\n1 0 -2.5 255\n1 0.1 -2.5 255\n0 1 -2.5 255\n9 4 0 1 2 3\n";
     for bytes in [text(SQUARE, data), binary(false), binary(true)] {
         let model = parse(&bytes).expect("loads");
         assert_eq!(mesh(&model).positions()[2].to_array(), [1.0, 0.1, -2.5]);
@@ -142,7 +142,8 @@ fn headers_of_many_names_take_linear_time() {
 #[test]
 fn what_changes_no_surface_is_told() {
     let lines = SQUARE.replace("face 1", "face 3");
-    let model = parse(&text(&lines, "0 0 0 1 1 0 0 1 1 1 1 1 0 1 0 1\n0 2 0 1\n0 4 0 1 2 3\n0 0\n8")).expect("loads");
+    let model =
+        parse(&text(&lines, "0 0 0 1\n1 0 0 1\n1 1 1 1\n0 1 0 1\n0 2 0 1\n0 4 0 1 2 3\n0 0\n8")).expect("loads");
     let found = model.findings.into_list().into_iter().map(|found| (found.kind, found.places));
     let faces = vec!["face 0".to_owned(), "face 2".to_owned()];
     assert_eq!(
@@ -169,6 +170,22 @@ fn numbers_are_written_in_many_ways() {
             (FindingKind::BrokenRule, "element vertex: numbers that are none of their type".to_owned())
         ]
     );
+}
+
+#[test]
+fn rows_that_are_no_lines_are_told() {
+    // Two rows on a line, a row on two lines, and a line that lacks a number, which the next one gives.
+    for (data, uneven) in [
+        ("0 0 0 1\n\n 1 0 0 1 \r\n1 1 0 1\n0 1 0 1\n0 3 0 1 2", 0),
+        ("0 0 0 1 1 0 0 1\n1 1 0 1\n0 1 0 1\n0 3 0 1 2\n", 1),
+        ("0 0 0 1\n1 0 0\n1\n1 1 0 1\n0 1 0 1\n0 3 0 1 2\n", 1),
+        ("0 0 0 1\n1 0 0\n1 1 0 1\n0 1 0 1 7\n0 3 0 1 2\n", 2),
+    ] {
+        let found = parse(&text(SQUARE, data)).expect("loads").findings.into_list();
+        let told = found.iter().map(|found| (found.subject.as_str(), found.count)).collect::<Vec<_>>();
+        let expected = [("element vertex: rows that are not a line each", uneven)];
+        assert_eq!(told, expected[..usize::from(uneven > 0)], "{data}");
+    }
 }
 
 #[test]

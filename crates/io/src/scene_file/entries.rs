@@ -1,27 +1,29 @@
 //! The scene file as written: every key that may stand in it, and no other.
 
 use serde::Deserialize;
-use toml::Spanned;
 use umbriel_geometry::Analytic;
 
-use super::exact::exactly;
+use super::{
+    exact::exactly,
+    tables::{Placed, Table, Word},
+};
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SceneFile {
-    pub(super) up: Option<Up>,
+    pub(super) up: Option<Word<Up>>,
     pub(super) north: Option<f64>,
-    pub(super) sides: Option<SidesName>,
+    pub(super) sides: Option<Word<SidesName>>,
     #[serde(default)]
-    pub(super) object: Vec<Spanned<ObjectEntry>>,
+    pub(super) object: Vec<Placed<ObjectEntry>>,
     #[serde(default)]
-    pub(super) light: Vec<Spanned<LightEntry>>,
-    pub(super) camera: Option<Spanned<CameraEntry>>,
-    pub(super) detail: Option<Spanned<DetailEntry>>,
+    pub(super) light: Vec<Placed<LightEntry>>,
+    pub(super) camera: Option<Placed<CameraEntry>>,
+    pub(super) detail: Option<Placed<DetailEntry>>,
     #[serde(default)]
-    pub(super) cell: Vec<Spanned<CellEntry>>,
+    pub(super) cell: Vec<Placed<CellEntry>>,
     #[serde(default)]
-    pub(super) portal: Vec<Spanned<PortalEntry>>,
+    pub(super) portal: Vec<Placed<PortalEntry>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -71,8 +73,8 @@ pub(super) enum SidesName {
 #[serde(deny_unknown_fields)]
 pub(super) struct ObjectEntry {
     pub(super) name: Option<String>,
-    pub(super) sides: Option<SidesName>,
-    pub(super) detail: Option<DetailEntry>,
+    pub(super) sides: Option<Word<SidesName>>,
+    pub(super) detail: Option<Table<DetailEntry>>,
     #[serde(default, deserialize_with = "exactly")]
     pub(super) translation: Option<[f64; 3]>,
     #[serde(default, deserialize_with = "exactly")]
@@ -83,21 +85,21 @@ pub(super) struct ObjectEntry {
 
     pub(super) mesh: Option<String>,
     pub(super) node: Option<String>,
-    pub(super) rectangle: Option<RectangleEntry>,
+    pub(super) rectangle: Option<Table<RectangleEntry>>,
     #[serde(rename = "box")]
-    pub(super) cuboid: Option<BoxEntry>,
-    pub(super) convex: Option<ConvexEntry>,
-    pub(super) sphere: Option<RadiusEntry>,
-    pub(super) disk: Option<RadiusEntry>,
-    pub(super) ellipsoid: Option<EllipsoidEntry>,
-    pub(super) cylinder: Option<TurnedEntry>,
-    pub(super) cone: Option<TurnedEntry>,
-    pub(super) capsule: Option<TurnedEntry>,
-    pub(super) paraboloid: Option<TurnedEntry>,
-    pub(super) frustum: Option<FrustumEntry>,
-    pub(super) hyperboloid: Option<HyperboloidEntry>,
-    pub(super) quadric: Option<QuadricEntry>,
-    pub(super) boxes: Option<Vec<PartBoxEntry>>,
+    pub(super) cuboid: Option<Table<BoxEntry>>,
+    pub(super) convex: Option<Table<ConvexEntry>>,
+    pub(super) sphere: Option<Table<RadiusEntry>>,
+    pub(super) disk: Option<Table<RadiusEntry>>,
+    pub(super) ellipsoid: Option<Table<EllipsoidEntry>>,
+    pub(super) cylinder: Option<Table<TurnedEntry>>,
+    pub(super) cone: Option<Table<TurnedEntry>>,
+    pub(super) capsule: Option<Table<TurnedEntry>>,
+    pub(super) paraboloid: Option<Table<TurnedEntry>>,
+    pub(super) frustum: Option<Table<FrustumEntry>>,
+    pub(super) hyperboloid: Option<Table<HyperboloidEntry>>,
+    pub(super) quadric: Option<Table<QuadricEntry>>,
+    pub(super) boxes: Option<Vec<Table<PartBoxEntry>>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -112,7 +114,7 @@ pub(super) struct PartBoxEntry {
 impl ObjectEntry {
     /// The analytic bodies that are given.
     pub(super) fn analytic(&self) -> impl Iterator<Item = Analytic> + '_ {
-        let turned = |entry: &Option<TurnedEntry>| entry.as_ref().map(|body| (body.radius, body.height));
+        let turned = |entry: &Option<Table<TurnedEntry>>| entry.as_ref().map(|body| (body.radius, body.height));
         [
             self.sphere.as_ref().map(|body| Analytic::Sphere { radius: body.radius }),
             self.disk.as_ref().map(|body| Analytic::Disk { radius: body.radius }),
@@ -121,12 +123,12 @@ impl ObjectEntry {
             turned(&self.cone).map(|(radius, height)| Analytic::Cone { radius, height }),
             turned(&self.capsule).map(|(radius, height)| Analytic::Capsule { radius, height }),
             turned(&self.paraboloid).map(|(radius, height)| Analytic::Paraboloid { radius, height }),
-            self.frustum.as_ref().map(|&FrustumEntry { bottom_radius, top_radius, height }| Analytic::Frustum {
+            self.frustum.as_deref().map(|&FrustumEntry { bottom_radius, top_radius, height }| Analytic::Frustum {
                 bottom_radius,
                 top_radius,
                 height,
             }),
-            self.hyperboloid.as_ref().map(|&HyperboloidEntry { waist_radius, end_radius, height }| {
+            self.hyperboloid.as_deref().map(|&HyperboloidEntry { waist_radius, end_radius, height }| {
                 Analytic::Hyperboloid { waist_radius, end_radius, height }
             }),
             self.quadric.as_ref().map(|body| Analytic::Quadric { matrix: body.rows(), within: body.within }),
@@ -220,10 +222,10 @@ impl QuadricEntry {
 #[serde(deny_unknown_fields)]
 pub(super) struct LightEntry {
     pub(super) name: Option<String>,
-    pub(super) sun: Option<SunEntry>,
-    pub(super) point: Option<PointEntry>,
-    pub(super) rectangle: Option<AreaEntry>,
-    pub(super) detail: Option<DetailEntry>,
+    pub(super) sun: Option<Table<SunEntry>>,
+    pub(super) point: Option<Table<PointEntry>>,
+    pub(super) rectangle: Option<Table<AreaEntry>>,
+    pub(super) detail: Option<Table<DetailEntry>>,
 }
 
 #[derive(Debug, Deserialize)]

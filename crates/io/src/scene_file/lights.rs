@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use toml::Spanned;
 use umbriel_geometry::LightSource;
 use umbriel_scene::{Extent, FindingKind, Light};
 
@@ -11,6 +10,7 @@ use super::{
     Places,
     entries::{LightEntry, SunEntry},
     own_detail_of,
+    tables::Placed,
 };
 use crate::{
     error::LoadProblem,
@@ -23,7 +23,7 @@ use crate::{
 /// Reads all lights. Answers the details that they have of their own.
 pub(super) fn read(
     model: &mut Model,
-    entries: &[Spanned<LightEntry>],
+    entries: &[Placed<LightEntry>],
     places: &Places,
     up: UpAxis,
     north: f64,

@@ -45,6 +45,7 @@ mod lights;
 mod meshes;
 mod objects;
 mod rooms;
+mod tables;
 
 use std::{path::Path, time::Duration};
 
@@ -59,6 +60,7 @@ use crate::{
     options::{DetailSetting, LoadOptions, OwnSettings, UpAxis},
 };
 use entries::{CameraEntry, DetailEntry, SceneFile, SidesName, Up};
+use tables::Word;
 
 /// Degrees of view where a camera does not say.
 const DEFAULT_VIEW_DEGREES: f64 = 45.0;
@@ -106,7 +108,7 @@ fn state(file: &SceneFile, places: &Places) -> Result<Stated, LoadProblem> {
         return Err(LoadProblem::element("north", "it must be a finite number of degrees"));
     }
     Ok(Stated {
-        up: file.up.map(|up| match up {
+        up: file.up.map(|Word(up)| match up {
             Up::Y => UpAxis::Y,
             Up::Z => UpAxis::Z,
         }),
@@ -117,7 +119,7 @@ fn state(file: &SceneFile, places: &Places) -> Result<Stated, LoadProblem> {
     })
 }
 
-fn sides_of(name: SidesName) -> Sides {
+fn sides_of(Word(name): Word<SidesName>) -> Sides {
     match name {
         SidesName::Auto => Sides::Auto,
         SidesName::One => Sides::One,

@@ -3,7 +3,6 @@
 use std::{collections::BTreeMap, path::Path, sync::Arc};
 
 use glam::DAffine3;
-use toml::Spanned;
 use umbriel_geometry::{Convex, Cuboid, Placement, Rectangle};
 use umbriel_scene::{Member, PartBox, Shape, Sides};
 
@@ -12,6 +11,7 @@ use super::{
     entries::{ObjectEntry, Scale},
     meshes::{MeshFile, MeshFiles},
     own_detail_of, sides_of,
+    tables::Placed,
 };
 use crate::{
     error::{LoadError, excerpt},
@@ -35,7 +35,7 @@ pub(super) struct Context<'a> {
 /// Reads all objects; a mesh file that several of them name is read once, and its geometry shared. Answers the details that objects have of their own.
 pub(super) fn read(
     model: &mut Model,
-    entries: &[Spanned<ObjectEntry>],
+    entries: &[Placed<ObjectEntry>],
     files: &mut MeshFiles,
     context: &Context,
 ) -> Result<BTreeMap<usize, DetailSetting>, LoadError> {
@@ -52,7 +52,7 @@ pub(super) fn read(
         if entry.quadric.as_ref().is_some_and(|body| !is_symmetric(&body.matrix)) {
             model.tell(&name, "its matrix is not symmetric: the symmetric part of it is the body");
         }
-        let detail = entry.detail.as_ref().map(own_detail_of).transpose();
+        let detail = entry.detail.as_deref().map(own_detail_of).transpose();
         let detail = detail.map_err(|message| refused(format!("detail: {message}")))?;
         let first = model.objects.len();
         match body_of(entry).map_err(refused)? {

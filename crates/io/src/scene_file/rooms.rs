@@ -1,12 +1,12 @@
 //! Cells and portals of a scene file.
 
 use glam::{DAffine3, DVec3};
-use toml::Spanned;
 
 use super::{
     entries::{CellEntry, PortalEntry},
     meshes::MeshFiles,
     objects::Context,
+    tables::Placed,
 };
 use crate::{
     error::LoadError,
@@ -18,7 +18,7 @@ use crate::{
 /// Reads all cells and portals.
 pub(super) fn read(
     model: &mut Model,
-    (cells, portals): (&[Spanned<CellEntry>], &[Spanned<PortalEntry>]),
+    (cells, portals): (&[Placed<CellEntry>], &[Placed<PortalEntry>]),
     files: &mut MeshFiles,
     context: &Context,
 ) -> Result<(), LoadError> {
