@@ -1,16 +1,20 @@
-//! Triangles that are given very often.
+//! Triangles and convex solids that are given very often.
 //!
 //! A file may hold one triangle a hundred thousand times. Each of them has samples of its own, but what all of them block the first one blocks: a sample of
-//! any of them is in the plane of all, and meets none. Only piles of faces with one key are looked through: it costs nothing where there are none.
+//! any of them is in the plane of all, and meets none. Only piles with one key are looked through: it costs nothing where there are none.
 
 use std::collections::{HashMap, HashSet};
 
-use umbriel_geometry::{Facet, cut_out::Opacity};
+use umbriel_geometry::{Facet, Facets, cut_out::Opacity};
 
 use super::{
     faces::{Face, Piece, Source},
     order::Order,
+    volumes::Volume,
 };
+
+/// Volumes of a pile at least.
+const PILE: usize = 128;
 
 /// The faces of piles that have the corners of one before them, in whichever order. Exact.
 pub(super) fn repeats(sources: &[Source], order: &Order) -> HashSet<Face> {
@@ -29,6 +33,27 @@ pub(super) fn repeats(sources: &[Source], order: &Order) -> HashSet<Face> {
     repeats
 }
 
+/// The numbers of those volumes that have the triangles of one before them, in the same order, of volumes in the order of `key`. Exact.
+pub(super) fn repeated_volumes(volumes: &[Volume], sources: &[Source], key: impl Fn(&Volume) -> u64) -> HashSet<usize> {
+    let (mut repeats, mut firsts, mut first) = (HashSet::new(), HashSet::new(), 0);
+    for pile in volumes.chunk_by(|one, next| key(one) == key(next)) {
+        if pile.len() > PILE {
+            firsts.clear();
+            let is_repeat = |volume: &Volume| !firsts.insert(triangles(volume, sources[volume.source as usize].facets));
+            let of_pile: Vec<bool> = pile.iter().map(is_repeat).collect();
+            repeats.extend((first..).zip(of_pile).filter_map(|(number, is_repeat)| is_repeat.then_some(number)));
+        }
+        first += pile.len();
+    }
+    repeats
+}
+
+/// The bits of the corners of a volume's triangles.
+fn triangles(volume: &Volume, facets: &Facets) -> Vec<[u64; 3]> {
+    let corners = volume.faces.clone().flat_map(|face| facets.facet(face).corners().to_vec());
+    corners.map(|corner| bits(facets, corner)).collect()
+}
+
 /// The bits of an opaque triangle's corners, sorted; `None` of other faces.
 fn corners(source: &Source, face: usize) -> Option<[[u64; 3]; 3]> {
     let facets = source.facets;
@@ -36,8 +61,12 @@ fn corners(source: &Source, face: usize) -> Option<[[u64; 3]; 3]> {
     if !facets.are_floats() || facets.opacity(face) != Opacity::Opaque {
         return None;
     }
-    // Adding 0 turns −0 into it.
-    let mut bits = corners.map(|corner| facets.positions()[corner as usize].to_array().map(|x| (x + 0.0).to_bits()));
+    let mut bits = corners.map(|corner| bits(facets, corner));
     bits.sort_unstable();
     Some(bits)
+}
+
+/// The bits of a corner's coordinates; adding 0 turns −0 into it.
+fn bits(facets: &Facets, corner: u32) -> [u64; 3] {
+    facets.positions()[corner as usize].to_array().map(|x| (x + 0.0).to_bits())
 }

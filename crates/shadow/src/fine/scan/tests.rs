@@ -142,6 +142,22 @@ fn triangles_given_very_often() {
     }
 }
 
+/// Two tetrahedra with one box, each of them more often than a pile of volumes needs, and with vertices of its own, so that it is a solid.
+#[test]
+fn solids_given_very_often() {
+    let corner = |bits: u32| [0, 1, 2].map(|axis| if bits >> axis & 1 == 1 { 1.0 } else { -1.0 });
+    let positions = [0, 3, 5, 6, 7, 4, 2, 1].map(corner).repeat(200);
+    let faces = |first: u32| [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(|face| face.map(|corner| first + corner));
+    let triangles = (0..400).flat_map(|solid| faces(4 * solid)).collect();
+    let pile = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a mesh")));
+    let lights = [LightSource::sun([0.5, -1.0, 0.25]), LightSource::point([1.5, 4.0, 0.5])];
+    for light in lights.map(|light| light.expect("a light")) {
+        let pile = object(pile.clone(), DAffine3::from_translation(DVec3::Y * 1.5), Sides::Auto);
+        let (lit, all) = check(vec![pile, floor(6.0, 0.0)], light, 3_000);
+        assert!(lit * 8 > all && lit * 20 < all * 19, "{lit} of {all}");
+    }
+}
+
 #[test]
 fn curved_bodies_are_in_the_way_of_flat_ones() {
     let body = |body: Analytic, map: DAffine3| object(Shape::Analytic(body), map, Sides::Two);

@@ -19,6 +19,7 @@ use super::{
     hull::hull,
     images::Images,
     pack::Pack,
+    repeats::repeated_volumes,
     tree::{Tree, WIDTH, key},
     view::{Image, View},
 };
@@ -220,7 +221,11 @@ impl Volumes {
         });
         let (made, sides): (Vec<_>, Vec<Sides>) = parts.unzip();
         let all = in_order(made, view);
-        let boxes: Vec<_> = all.iter().map(|volume| (volume.rect, volume.nearest)).collect();
+        let mut boxes: Vec<_> = all.iter().map(|volume| (volume.rect, volume.nearest)).collect();
+        for repeat in repeated_volumes(&all, sources, in_image) {
+            // What it blocks the first one blocks: nobody need find it.
+            boxes[repeat] = (Rect::EMPTY, f32::INFINITY);
+        }
         let groups = groups(&all, sources);
         (Self { tree: Tree::of_boxes(&boxes), groups, sides, all }, others)
     }
@@ -233,13 +238,18 @@ pub(super) fn common_solid(mut solids: impl Iterator<Item = i32>) -> Option<i32>
     solids.all(|solid| solid == first).then_some(first)
 }
 
+/// The key of a volume in the order of the image.
+fn in_image(volume: &Volume) -> u64 {
+    key(&volume.rect, false, 0)
+}
+
 /// Those volumes that a view may need, in the order of its image; equal keys in that of the scene.
 fn in_order(mut parts: Vec<Vec<Option<Volume>>>, view: &View) -> Vec<Volume> {
     let mut keys: Vec<(u64, u32, u32)> = Vec::new();
     for (part, made) in (0..).zip(&parts) {
         for (number, volume) in (0..).zip(made.iter().flatten()) {
             if view.concerns(&volume.rect) {
-                keys.push((key(&volume.rect, false, 0), part, number));
+                keys.push((in_image(volume), part, number));
             }
         }
     }
