@@ -2,7 +2,8 @@
 //!
 //! Instances share a mesh and a tree, but their placed vertices, on which decisions are made, are their own. Placing is cheap beside deciding; so a group
 //! places the instances that it needs and forgets them. Receivers that lie side by side as the light sees them have mostly the same occluders, so groups
-//! follow a Morton curve there. Answers do not depend on groups; a scene without instances is one.
+//! follow a Morton curve there. What is no instance is placed for all of the bake and makes the first group: a ground that all bodies shadow needs the most room
+//! to work, and has it for itself. Answers do not depend on groups.
 
 use glam::DVec3;
 use umbriel_geometry::{Aabb, LightSource};
@@ -23,7 +24,10 @@ pub(crate) fn groups(receivers: &Receivers, asked: Vec<usize>) -> Vec<Vec<usize>
     if !receivers.bodies.has_instances() {
         return vec![asked];
     }
-    groups_of(receivers.bodies, &receivers.request.receivers, receivers.light, (asked, FACES))
+    let (bodies, objects) = (receivers.bodies, &receivers.request.receivers);
+    let (instances, others): (Vec<usize>, _) = asked.into_iter().partition(|&place| bodies.is_instance(objects[place]));
+    let others = Some(others).filter(|others| !others.is_empty());
+    others.into_iter().chain(groups_of(bodies, objects, receivers.light, (instances, FACES))).collect()
 }
 
 /// Places in a list of receivers, in groups that are complete with `most` faces.

@@ -456,9 +456,9 @@ impl BodyChain<'_> {
         if !is_outside {
             let (from, to) = if net > 0 { (from, to) } else { (to, from) };
             let key = |number: u32| CornerKey::new(&self.facets.point(number), chain.bodies, number);
-            chain.ends.push([from.corner.map(key), to.corner.map(key)]);
+            let ends = [from.corner.map(key), to.corner.map(key)];
             let (from, to, net) = ([from.x, from.y], [to.x, to.y], net.abs());
-            chain.segments.push(Segment { from, to, margin, net, is_beside });
+            chain.push(Segment { from, to, margin, net, is_beside }, ends);
         }
     }
 

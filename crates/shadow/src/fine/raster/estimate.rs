@@ -40,8 +40,37 @@ pub(crate) struct Crossings {
 /// Changes from the winding of the middle, cell by cell. Points are found anew for each segment: they would take eight times as much memory.
 enum Changes {
     /// As long as a byte holds each: so it is but where very much is crowded over a cell.
-    Narrow(Vec<[i8; POINTS]>),
-    Wide(Vec<Windings>),
+    Narrow(Blocks<[i8; POINTS]>),
+    Wide(Blocks<Windings>),
+}
+
+/// Cells of a block.
+const BLOCK: usize = 64;
+
+/// A list in blocks: a list that moves as it grows leaves half of its room and all that it had before behind, in each of a face's tiles.
+#[derive(Default)]
+struct Blocks<T> {
+    blocks: Vec<Box<[T; BLOCK]>>,
+    len: usize,
+}
+
+impl<T: Copy + Default> Blocks<T> {
+    /// Adds the default; answers its place.
+    fn push(&mut self) -> usize {
+        if self.len.is_multiple_of(BLOCK) {
+            self.blocks.push(Box::new([T::default(); BLOCK]));
+        }
+        self.len += 1;
+        self.len - 1
+    }
+
+    fn at(&mut self, place: usize) -> &mut T {
+        &mut self.blocks[place / BLOCK][place % BLOCK]
+    }
+
+    fn get(&self, place: usize) -> &T {
+        &self.blocks[place / BLOCK][place % BLOCK]
+    }
 }
 
 /// No cell of a tile has this number.
@@ -50,7 +79,7 @@ const NONE: u16 = u16::MAX;
 impl Crossings {
     /// No segment yet.
     pub(crate) fn new() -> Self {
-        Self { places: vec![NONE; TILE * TILE], cells: Changes::Narrow(Vec::new()) }
+        Self { places: vec![NONE; TILE * TILE], cells: Changes::Narrow(Blocks::default()) }
     }
 
     /// Takes the crossings of a segment in a cell that it touches into account; the cell's middle is on its left or not.
@@ -100,22 +129,16 @@ impl Changes {
     /// One more cell; answers its place.
     fn push(&mut self) -> u16 {
         let place = match self {
-            Self::Narrow(cells) => {
-                cells.push([0; POINTS]);
-                cells.len() - 1
-            }
-            Self::Wide(cells) => {
-                cells.push([0; POINTS]);
-                cells.len() - 1
-            }
+            Self::Narrow(cells) => cells.push(),
+            Self::Wide(cells) => cells.push(),
         };
         place as u16
     }
 
     fn get(&self, place: u16) -> Windings {
         match self {
-            Self::Narrow(cells) => cells[usize::from(place)].map(i32::from),
-            Self::Wide(cells) => cells[usize::from(place)],
+            Self::Narrow(cells) => cells.get(usize::from(place)).map(i32::from),
+            Self::Wide(cells) => *cells.get(usize::from(place)),
         }
     }
 
@@ -124,13 +147,14 @@ impl Changes {
         sums.iter_mut().zip(changes).for_each(|(sum, change)| *sum += change);
         if let Self::Narrow(cells) = self {
             if sums.iter().all(|&sum| i8::try_from(sum).is_ok()) {
-                cells[usize::from(place)] = sums.map(|sum| sum as i8);
+                *cells.at(usize::from(place)) = sums.map(|sum| sum as i8);
                 return;
             }
-            *self = Self::Wide(cells.iter().map(|cell| cell.map(i32::from)).collect());
+            let widened = cells.blocks.iter().map(|block| Box::new(block.map(|cell| cell.map(i32::from)))).collect();
+            *self = Self::Wide(Blocks { blocks: widened, len: cells.len });
         }
         if let Self::Wide(cells) = self {
-            cells[usize::from(place)] = sums;
+            *cells.at(usize::from(place)) = sums;
         }
     }
 }
@@ -198,7 +222,7 @@ mod tests {
 
     #[test]
     fn changes_that_a_byte_does_not_hold_are_kept_all_the_same() {
-        let mut changes = Changes::Narrow(Vec::new());
+        let mut changes = Changes::Narrow(Blocks::default());
         let places = [changes.push(), changes.push()];
         let step: Windings = std::array::from_fn(|k| k as i32 - 8);
         for count in 1..=20 {

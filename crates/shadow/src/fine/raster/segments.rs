@@ -1,6 +1,6 @@
 //! What is drawn on a face: directed segments, and veils.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, num::NonZeroU64};
 
 use glam::DVec3;
 use umbriel_geometry::Point;
@@ -37,7 +37,22 @@ pub(crate) struct Chain {
     pub(super) bodies: u64,
 }
 
+/// A list of so many segments makes room for three times as many more. Room that is not used takes no memory, and what a list leaves behind when it moves is seldom
+/// just what others need.
+const LONG: usize = 1 << 10;
+
 impl Chain {
+    /// Adds a segment with its ends.
+    pub(super) fn push(&mut self, segment: Segment, ends: [Option<CornerKey>; 2]) {
+        let count = self.segments.len();
+        if count >= LONG && count == self.segments.capacity() {
+            self.segments.reserve_exact(3 * count);
+            self.ends.reserve_exact(3 * count);
+        }
+        self.segments.push(segment);
+        self.ends.push(ends);
+    }
+
     /// Where sheets of several bodies meet along an edge, it is taken once, or not at all if as many facets are on its right as on its left: rays through it
     /// meet the sheets all the same. Silhouettes of closed bodies, which change the number of facets by two, are left out: they are many and seldom meet so.
     /// Some 50 ns a rim.
@@ -79,21 +94,27 @@ impl Chain {
 
 /// Corners with equal keys are the same point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(crate) struct CornerKey([u64; 3]);
+pub(crate) struct CornerKey {
+    /// Never zero, so that a corner without a key takes no more room: very many wait.
+    first: NonZeroU64,
+    others: [u64; 2],
+}
 
 impl CornerKey {
     /// Of a body's point. Exact points are known by their positions, whichever bodies they belong to; others by their numbers.
     pub(super) fn new(point: &Point, body: u64, number: u32) -> Self {
         if point.slack == DVec3::ZERO {
             // Adding 0 turns −0 into it.
-            return Self((point.position + DVec3::ZERO).to_array().map(f64::to_bits));
+            let [x, y, z] = (point.position + DVec3::ZERO).to_array().map(f64::to_bits);
+            // The bits of a finite number are not all ones.
+            return Self { first: NonZeroU64::MIN.saturating_add(x), others: [y, z] };
         }
         Self::numbered(body, number)
     }
 
     /// The key of no position.
     pub(super) fn numbered(body: u64, number: u32) -> Self {
-        Self([u64::MAX, body, u64::from(number)])
+        Self { first: NonZeroU64::MAX, others: [body, u64::from(number)] }
     }
 }
 
