@@ -3,7 +3,7 @@
 //! Few borders wait until all are there; then each tile is needed for a moment only. Many are drawn in parts: the tiles that they meet are kept, with the
 //! crossings in their cells for the estimate, and the list begins again. Both add up whole numbers, segment by segment, so the marks are the same; but rims are joined, and cells that the marks
 //! leave open looked at again ([`open_cells`](super::open_cells)), only where all borders are there: how they fall into parts depends on the order of bodies. Memory: some
-//! 130 bytes a waiting border, looked at after each body, and of what is drawn 34 KiB a tile and 16 bytes a cell that a border touches (64 in tiles where a byte
+//! 115 bytes a waiting border, looked at after each body, and of what is drawn 34 KiB a tile and 16 bytes a cell that a border touches (64 in tiles where a byte
 //! does not hold the changes in each cell); so besides the borders of one body it goes with the cells of the face, however many borders there are.
 
 use rayon::prelude::*;
