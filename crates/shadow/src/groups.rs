@@ -21,9 +21,6 @@ const STEPS: f64 = ((1u32 << 21) - 1) as f64;
 
 /// Places in the request's list of receivers, in groups.
 pub(crate) fn groups(receivers: &Receivers, asked: Vec<usize>) -> Vec<Vec<usize>> {
-    if !receivers.bodies.has_instances() {
-        return vec![asked];
-    }
     let (bodies, objects) = (receivers.bodies, &receivers.request.receivers);
     let (instances, others): (Vec<usize>, _) = asked.into_iter().partition(|&place| bodies.is_instance(objects[place]));
     let others = Some(others).filter(|others| !others.is_empty());

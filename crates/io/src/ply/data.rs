@@ -14,7 +14,7 @@ pub(super) struct Row {
     ends: Vec<usize>,
 }
 
-/// What of an element's rows is not as the format has it, without harm to what is read.
+/// What of an element's rows is not as the format has it, and read all the same.
 #[derive(Debug, Default)]
 pub(super) struct Oddities {
     /// How many words of unused properties were no number of their type.

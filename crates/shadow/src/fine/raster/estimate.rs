@@ -64,7 +64,7 @@ impl<T: Copy + Default> Blocks<T> {
         self.len - 1
     }
 
-    fn at(&mut self, place: usize) -> &mut T {
+    fn get_mut(&mut self, place: usize) -> &mut T {
         &mut self.blocks[place / BLOCK][place % BLOCK]
     }
 
@@ -147,14 +147,14 @@ impl Changes {
         sums.iter_mut().zip(changes).for_each(|(sum, change)| *sum += change);
         if let Self::Narrow(cells) = self {
             if sums.iter().all(|&sum| i8::try_from(sum).is_ok()) {
-                *cells.at(usize::from(place)) = sums.map(|sum| sum as i8);
+                *cells.get_mut(usize::from(place)) = sums.map(|sum| sum as i8);
                 return;
             }
             let widened = cells.blocks.iter().map(|block| Box::new(block.map(|cell| cell.map(i32::from)))).collect();
             *self = Self::Wide(Blocks { blocks: widened, len: cells.len });
         }
         if let Self::Wide(cells) = self {
-            *cells.at(usize::from(place)) = sums;
+            *cells.get_mut(usize::from(place)) = sums;
         }
     }
 }

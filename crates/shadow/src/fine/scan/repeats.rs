@@ -13,8 +13,8 @@ use super::{
     volumes::Volume,
 };
 
-/// Volumes of a pile at least.
-const PILE: usize = 128;
+/// Volumes with one key that are no pile yet, at most.
+const MOST_TOGETHER: usize = 128;
 
 /// The faces of piles that have the corners of one before them, in whichever order. Exact.
 pub(super) fn repeats(sources: &[Source], order: &Order) -> HashSet<Face> {
@@ -33,17 +33,20 @@ pub(super) fn repeats(sources: &[Source], order: &Order) -> HashSet<Face> {
     repeats
 }
 
-/// The numbers of those volumes that have the triangles of one before them, in the same order, of volumes in the order of `key`. Exact.
-pub(super) fn repeated_volumes(volumes: &[Volume], sources: &[Source], key: impl Fn(&Volume) -> u64) -> HashSet<usize> {
-    let (mut repeats, mut firsts, mut first) = (HashSet::new(), HashSet::new(), 0);
-    for pile in volumes.chunk_by(|one, next| key(one) == key(next)) {
-        if pile.len() > PILE {
-            firsts.clear();
-            let is_repeat = |volume: &Volume| !firsts.insert(triangles(volume, sources[volume.source as usize].facets));
-            let of_pile: Vec<bool> = pile.iter().map(is_repeat).collect();
-            repeats.extend((first..).zip(of_pile).filter_map(|(number, is_repeat)| is_repeat.then_some(number)));
+/// The numbers of those volumes that have the triangles of one before them, in the same order; of volumes in the order of their keys. Exact.
+pub(super) fn repeated_volumes(volumes: &[Volume], keys: &[u64], sources: &[Source]) -> Vec<usize> {
+    let (mut repeats, mut firsts, mut end) = (Vec::new(), HashSet::new(), 0);
+    for pile in keys.chunk_by(|one, next| one == next) {
+        let numbers = end..end + pile.len();
+        end = numbers.end;
+        if pile.len() <= MOST_TOGETHER {
+            continue;
         }
-        first += pile.len();
+        firsts.clear();
+        repeats.extend(numbers.filter(|&number| {
+            let volume = &volumes[number];
+            !firsts.insert(triangles(volume, sources[volume.source as usize].facets))
+        }));
     }
     repeats
 }

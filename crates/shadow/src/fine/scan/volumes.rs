@@ -220,9 +220,9 @@ impl Volumes {
             (made, sides)
         });
         let (made, sides): (Vec<_>, Vec<Sides>) = parts.unzip();
-        let all = in_order(made, view);
+        let (keys, all) = in_order(made, view);
         let mut boxes: Vec<_> = all.iter().map(|volume| (volume.rect, volume.nearest)).collect();
-        for repeat in repeated_volumes(&all, sources, in_image) {
+        for repeat in repeated_volumes(&all, &keys, sources) {
             // What it blocks the first one blocks: nobody need find it.
             boxes[repeat] = (Rect::EMPTY, f32::INFINITY);
         }
@@ -238,25 +238,20 @@ pub(super) fn common_solid(mut solids: impl Iterator<Item = i32>) -> Option<i32>
     solids.all(|solid| solid == first).then_some(first)
 }
 
-/// The key of a volume in the order of the image.
-fn in_image(volume: &Volume) -> u64 {
-    key(&volume.rect, false, 0)
-}
-
-/// Those volumes that a view may need, in the order of its image; equal keys in that of the scene.
-fn in_order(mut parts: Vec<Vec<Option<Volume>>>, view: &View) -> Vec<Volume> {
+/// Those volumes that a view may need, each with its key, in the order of its image; equal keys in that of the scene.
+fn in_order(mut parts: Vec<Vec<Option<Volume>>>, view: &View) -> (Vec<u64>, Vec<Volume>) {
     let mut keys: Vec<(u64, u32, u32)> = Vec::new();
     for (part, made) in (0..).zip(&parts) {
         for (number, volume) in (0..).zip(made.iter().flatten()) {
             if view.concerns(&volume.rect) {
-                keys.push((in_image(volume), part, number));
+                keys.push((key(&volume.rect, false, 0), part, number));
             }
         }
     }
     // Volumes are large: only their keys are moved about.
     keys.par_sort_unstable();
-    let mut take = |(_, part, number): (u64, u32, u32)| parts[part as usize][number as usize].take();
-    keys.into_iter().map(|key| take(key).expect("each is taken once")).collect()
+    let mut take = |part: u32, number: u32| parts[part as usize][number as usize].take().expect("each is taken once");
+    keys.into_iter().map(|(key, part, number)| (key, take(part, number))).unzip()
 }
 
 fn groups(volumes: &[Volume], sources: &[Source]) -> Vec<Vec<(u32, Range<usize>)>> {
