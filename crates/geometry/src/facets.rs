@@ -3,6 +3,8 @@
 //! A facet is a triangle or a parallelogram with its own parameter square: the point (u, v) is
 //! A + u·(B − A) + v·(D − A), with A, B its first two corners and D its last.
 
+mod joined;
+
 use std::{
     collections::HashMap,
     ops::Deref,
@@ -15,7 +17,7 @@ use crate::{
     aabb::Aabb,
     approx::{Approx, sorted},
     brep::{Brep, Convex, Cuboid, HullDefect, canonical_loop},
-    joints::{self, Joints},
+    joints::Joints,
     light::LightSource,
     measures::TriangleMeasure,
     mesh::Mesh,
@@ -254,77 +256,6 @@ impl Facets {
     /// Whether the placement reversed the windings: the front is then where the corners run clockwise.
     pub fn is_mirrored(&self) -> bool {
         self.mirrored
-    }
-
-    /// The first point that lies exactly where this one does: edges and faces with equal ends are told by it. Corners of
-    /// parallelograms are all apart, even where their floats agree. The first call looks at all points.
-    ///
-    /// # Panics
-    /// If there is no such point.
-    pub fn first_at(&self, point: u32) -> u32 {
-        self.joints().first_at(point)
-    }
-
-    /// For each point the first one at its position ([`Facets::first_at`]); `None` where no two corners of triangles share one.
-    pub fn firsts(&self) -> Option<&[u32]> {
-        self.joints().firsts()
-    }
-
-    /// Whether the same points are equal as in the mesh, so that what points joined by their positions make (edges, surfaces) is that of the mesh. The
-    /// first call looks at all points.
-    pub fn are_joined_as_in_mesh(&self) -> bool {
-        let joints = self.joints();
-        matches!(&self.faces, Faces::OfMesh(mesh) if mesh.known_joints().is_some_and(|of_mesh| Arc::ptr_eq(joints, of_mesh)))
-    }
-
-    fn joints(&self) -> &Arc<Joints> {
-        self.joints.get_or_init(|| match (&self.faces, &self.positions) {
-            (Faces::OfMesh(mesh), Positions::OfMesh(_)) => Arc::clone(mesh.joints()),
-            (Faces::OfMesh(mesh), Positions::Placed(positions)) => {
-                let own = Joints::of(positions);
-                // Held by these facets and one object, the mesh has no other instance.
-                let is_shared = Arc::strong_count(mesh) > 2;
-                if is_shared && own.are_those_of(mesh.joints()) { Arc::clone(mesh.joints()) } else { Arc::new(own) }
-            }
-            (Faces::Triangles(_), _) => Arc::new(Joints::of(self.positions())),
-            (Faces::Parallelograms(_), _) => Arc::default(),
-        })
-    }
-
-    /// Whether a triangle has the corners of an earlier one, in whichever order: it is the same set of points. The first call looks at all of them; a
-    /// parallelogram never is.
-    ///
-    /// # Panics
-    /// If there is no such facet.
-    pub fn is_repeat(&self, facet: usize) -> bool {
-        self.triangles().is_some_and(|triangles| self.joints().is_repeat(triangles, facet))
-    }
-
-    /// How many facets are such.
-    pub fn repeat_count(&self) -> usize {
-        self.triangles().map_or(0, |triangles| self.joints().repeat_count(triangles))
-    }
-
-    /// The triangle beyond side `side` of a triangle (from that corner to the next one), if these two alone use the edge, in opposite directions; points
-    /// are told by position. `None` of a parallelogram. The first call is O(n).
-    ///
-    /// # Panics
-    /// If there is no such facet or side.
-    #[inline]
-    pub fn across(&self, facet: usize, side: usize) -> Option<u32> {
-        let beyond = self.joints().across(self.triangles()?)[facet][side];
-        (beyond != joints::NONE).then_some(beyond)
-    }
-
-    /// A facet with its corners replaced by the first points at their positions ([`Facets::first_at`]).
-    ///
-    /// # Panics
-    /// If there is no such facet.
-    pub fn welded(&self, facet: usize) -> Facet {
-        match self.facet(facet) {
-            Facet::Triangle(corners) => Facet::Triangle(corners.map(|corner| self.first_at(corner))),
-            Facet::Parallelogram(corners) => Facet::Parallelogram(corners.map(|corner| self.first_at(corner))),
-        }
     }
 
     /// The corner from which a facet is measured and divided: of a triangle the one opposite the longest side, which gives the

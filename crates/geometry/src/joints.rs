@@ -3,7 +3,7 @@
 //! Found when first asked for. Instances of a mesh share what is found of the mesh itself: placing rounds, so it may bring vertices together that are apart,
 //! but never takes equal ones apart; where the classes of equal vertices are those of the mesh, all else that is made of them is, too.
 
-use std::sync::OnceLock;
+use std::{iter, sync::OnceLock};
 
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ use crate::{
     topology::Topology,
 };
 
-/// Stands for no triangle in [`Joints::across`].
+/// Stands for no triangle.
 pub(crate) const NONE: u32 = u32::MAX;
 
 /// Triangles that have the corners of earlier ones.
@@ -21,6 +21,10 @@ struct Repeats {
     /// For each triangle whether it is one; empty where none is.
     are: Vec<bool>,
     count: usize,
+    /// For each triangle whether it has those corners in the order of an earlier one; empty where none is a repeat.
+    are_copies: Vec<bool>,
+    /// For each triangle the next one that is such a copy of it, or [`NONE`]; empty where none is a repeat.
+    next_copies: Vec<u32>,
 }
 
 /// Equal points, and what follows from them.
@@ -71,7 +75,19 @@ impl Joints {
         self.repeats(triangles).are.get(triangle) == Some(&true)
     }
 
-    /// How many of the same `triangles` are such.
+    /// Whether a triangle has the corners of an earlier one in the same order, from the same one on.
+    pub(crate) fn is_copy(&self, triangles: &[[u32; 3]], triangle: usize) -> bool {
+        self.repeats(triangles).are_copies.get(triangle) == Some(&true)
+    }
+
+    /// The later triangles that are copies of this one, ascending.
+    pub(crate) fn copies(&self, triangles: &[[u32; 3]], triangle: usize) -> impl Iterator<Item = usize> {
+        let next = &self.repeats(triangles).next_copies;
+        let after = |&copy: &usize| next.get(copy).filter(|&&copy| copy != NONE).map(|&copy| copy as usize);
+        iter::successors(after(&triangle), after)
+    }
+
+    /// How many of the same `triangles` are repeats.
     pub(crate) fn repeat_count(&self, triangles: &[[u32; 3]]) -> usize {
         self.repeats(triangles).count
     }
@@ -128,16 +144,32 @@ impl Repeats {
         for &stop in &stops[..points] {
             let others = &mut others[start..stop as usize];
             others.sort_unstable();
-            for [first, second] in others.array_windows() {
-                if first[..2] == second[..2] {
-                    repeats.are.resize(triangles.len(), false);
-                    repeats.are[second[2] as usize] = true;
-                    repeats.count += 1;
-                }
-            }
+            let classes = others.chunk_by(|first, second| first[..2] == second[..2]);
+            classes.filter(|class| class.len() > 1).for_each(|class| repeats.add(class, triangles, &first_at));
             start = stop as usize;
         }
         repeats
+    }
+
+    /// Adds triangles, the last numbers of a `class`, that have the same corners.
+    fn add(&mut self, class: &[[u32; 3]], triangles: &[[u32; 3]], first_at: impl Fn(u32) -> u32) {
+        self.are.resize(triangles.len(), false);
+        self.are_copies.resize(triangles.len(), false);
+        self.next_copies.resize(triangles.len(), NONE);
+        self.count += class.len() - 1;
+        class[1..].iter().for_each(|&[.., repeat]| self.are[repeat as usize] = true);
+        // Three corners have six orders: the last triangle of each.
+        let mut last: Vec<([u32; 3], u32)> = Vec::with_capacity(6);
+        for &[.., triangle] in class {
+            let corners = triangles[triangle as usize].map(&first_at);
+            if let Some((_, last)) = last.iter_mut().find(|(of, _)| *of == corners) {
+                self.are_copies[triangle as usize] = true;
+                self.next_copies[*last as usize] = triangle;
+                *last = triangle;
+            } else {
+                last.push((corners, triangle));
+            }
+        }
     }
 }
 
@@ -170,5 +202,20 @@ mod tests {
         assert_eq!(found, [2, 4, 7]);
         assert_eq!(joints.repeat_count(&triangles), 3);
         assert!(!Joints::of(&[]).is_repeat(&triangles[..1], 0));
+    }
+
+    #[test]
+    fn copies_are_repeats_in_the_same_order() {
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::X];
+        // Points 1 and 4 are one: the second is a copy of the first, as the last is of the fourth; the third turns it, the fourth reverses it.
+        let triangles = [[0, 1, 2], [0, 4, 2], [1, 2, 0], [2, 1, 0], [0, 1, 3], [0, 1, 2], [2, 4, 0]];
+        let joints = Joints::of(&positions);
+        let copies: Vec<usize> = (0..triangles.len()).filter(|&k| joints.is_copy(&triangles, k)).collect();
+        assert_eq!(copies, [1, 5, 6]);
+        let of: Vec<Vec<usize>> = (0..triangles.len()).map(|k| joints.copies(&triangles, k).collect()).collect();
+        assert_eq!(of, [vec![1, 5], vec![5], vec![], vec![6], vec![], vec![], vec![]]);
+        let apart = [[0, 1, 2], [0, 1, 3]];
+        let none = Joints::of(&positions);
+        assert!((0..2).all(|k| !none.is_copy(&apart, k) && none.copies(&apart, k).next().is_none()));
     }
 }

@@ -5,7 +5,7 @@
 
 use std::io::Cursor;
 
-use image::{ColorType, ImageDecoder, codecs::png::PngDecoder};
+use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Transformations};
 use umbriel_geometry::cut_out::AlphaMap;
 
 use crate::{error::excerpt, ledger::Ledger};
@@ -51,31 +51,53 @@ fn is_jpeg(bytes: &[u8]) -> bool {
 }
 
 fn png_alpha(bytes: &[u8], ledger: &Ledger) -> Result<Option<AlphaMap>, String> {
-    let unread = |fault: image::ImageError| format!("its PNG is not read: {}", excerpt(&fault.to_string()));
-    let decoder = PngDecoder::new(Cursor::new(bytes)).map_err(unread)?;
-    let (size, color) = (<[u32; 2]>::from(decoder.dimensions()), decoder.color_type());
+    let unread = |fault: DecodingError| format!("its PNG is not read: {}", excerpt(&fault.to_string()));
+    // What the decoder may take is for the ledger to say.
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: usize::MAX });
+    let is_indexed = decoder.read_header_info().map_err(unread)?.color_type == ColorType::Indexed;
+    // Colours of a palette are looked up here: the decoder takes those that it lacks for black.
+    decoder.set_transformations(if is_indexed { Transformations::IDENTITY } else { Transformations::EXPAND });
+    let mut reader = decoder.read_info().map_err(unread)?;
+    let (size, kind) = (<[u32; 2]>::from(reader.info().size()), reader.output_color_type());
+    let has_alpha = matches!(kind.0, ColorType::GrayscaleAlpha | ColorType::Rgba) || reader.info().trns.is_some();
     let texels = u64::from(size[0]) * u64::from(size[1]);
-    if color.has_alpha() {
+    if has_alpha {
         ledger.picture(texels).map_err(|problem| problem.to_string())?;
     } else if !ledger.may_look_at(texels) {
         return Ok(None);
     }
-    let mut content = vec![0; usize::try_from(decoder.total_bytes()).map_err(|_| "it is too large".to_owned())?];
-    decoder.read_image(&mut content).map_err(unread)?;
-    if !color.has_alpha() {
-        return Ok(None);
+    let mut content = vec![0; reader.output_buffer_size().ok_or("it is too large")?];
+    reader.next_frame(&mut content).map_err(unread)?;
+    let texels = if is_indexed { of_palette(reader.info(), &content)? } else { of_pixels(kind, &content) };
+    if has_alpha { AlphaMap::new(size, texels).map(Some).map_err(|defect| defect.to_string()) } else { Ok(None) }
+}
+
+/// The alphas of pixels whose last channel is alpha.
+fn of_pixels((color, depth): (ColorType, BitDepth), content: &[u8]) -> Vec<u16> {
+    if depth == BitDepth::Sixteen {
+        let alpha = |pixel: &[u8]| pixel.last_chunk().map_or(u16::MAX, |&last| u16::from_be_bytes(last));
+        content.chunks_exact(2 * color.samples()).map(alpha).collect()
+    } else {
+        let alpha = |pixel: &[u8]| pixel.last().map_or(u16::MAX, |&last| u16::from(last) * WIDEN);
+        content.chunks_exact(color.samples()).map(alpha).collect()
     }
-    let texels = match color {
-        ColorType::La8 | ColorType::Rgba8 => {
-            let last = usize::from(color.bytes_per_pixel());
-            content.chunks_exact(last).map(|pixel| u16::from(pixel[last - 1]) * WIDEN).collect()
-        }
-        _ => {
-            let last = usize::from(color.bytes_per_pixel());
-            content.chunks_exact(last).map(|pixel| u16::from_ne_bytes([pixel[last - 2], pixel[last - 1]])).collect()
-        }
+}
+
+/// The alphas of pixels that are packed numbers of a palette's colours (PNG, 3rd edition, 7.2 and 11.3.1); colours that have none of their own are opaque.
+fn of_palette(info: &Info, content: &[u8]) -> Result<Vec<u16>, String> {
+    let colors = info.palette.as_ref().map_or(0, |palette| palette.len() / 3);
+    let (bits, alphas) = (info.bit_depth as usize, info.trns.as_deref().unwrap_or_default());
+    let alpha = |color: usize| {
+        let of_color = alphas.get(color).map_or(u16::MAX, |&alpha| u16::from(alpha) * WIDEN);
+        if color < colors { Ok(of_color) } else { Err(format!("it has {colors} colours, and none of number {color}")) }
     };
-    AlphaMap::new(size, texels).map(Some).map_err(|defect| defect.to_string())
+    let number = |row: &[u8], column: usize| {
+        let byte = usize::from(row[column * bits / 8]);
+        byte >> (8 - bits - column * bits % 8) & ((1 << bits) - 1)
+    };
+    let width = info.width as usize;
+    let rows = content.chunks_exact((width * bits).div_ceil(8));
+    rows.flat_map(|row| (0..width).map(move |column| number(row, column))).map(alpha).collect()
 }
 
 #[cfg(test)]
@@ -166,6 +188,33 @@ mod tests {
     fn a_palette_that_is_missing_is_told() {
         assert_eq!(read(&indexed(Some(vec![9; 3]))), Ok(None));
         assert!(read(&indexed(None)).is_err());
+    }
+
+    /// Four pixels to a byte and five in a row, the last byte of a row three pixels empty: numbers of these bits.
+    fn packed(rows: [[u8; 2]; 2], colors: usize, alphas: Option<Vec<u8>>) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 5, 2);
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_depth(png::BitDepth::Two);
+        encoder.set_palette(vec![9; 3 * colors]);
+        alphas.into_iter().for_each(|alphas| encoder.set_trns(alphas));
+        let mut writer = encoder.write_header().expect("a header");
+        writer.write_image_data(rows.as_flattened()).expect("a picture");
+        writer.finish().expect("an end");
+        bytes
+    }
+
+    #[test]
+    fn colours_of_a_palette_have_alphas_and_others_are_told() {
+        let rows = [[0b00_01_10_00, 0b10_11_11_11], [0b10_10_10_01, 0b00_11_00_01]];
+        let texels = [0, 7, 255, 0, 255, 255, 255, 255, 7, 0].map(|alpha: u16| alpha * WIDEN);
+        let expected = AlphaMap::new([5, 2], texels.to_vec()).ok();
+        assert_eq!(read(&packed(rows, 3, Some(vec![0, 7]))), Ok(expected), "the third has no alpha of its own");
+        assert_eq!(read(&packed(rows, 3, None)), Ok(None));
+        for alphas in [None, Some(vec![0, 7])] {
+            let told = read(&packed(rows, 2, alphas));
+            assert_eq!(told, Err("it has 2 colours, and none of number 2".to_owned()));
+        }
     }
 
     #[test]

@@ -36,6 +36,8 @@ pub enum FindingKind {
     Deformation,
     /// A rule of the file's format that is broken without leaving a doubt about what is meant; the subject says where.
     BrokenRule,
+    /// Rows of a text file that are not a line each: one number that lacks or is too many shifts all that follow.
+    UnevenRows,
     /// A shape that has no body here: a plane without an end, a capsule with two radii, one made from a mesh.
     UnreadShape,
     /// A MASK material without a texture, or with one that is not there or not read: its alpha counts as one.
@@ -78,6 +80,7 @@ impl FindingKind {
             Self::NotTriangles => "not_triangles",
             Self::Deformation => "deformation",
             Self::BrokenRule => "broken_rule",
+            Self::UnevenRows => "uneven_rows",
             Self::UnreadShape => "unread_shape",
             Self::MissingTexture => "missing_texture",
             Self::MissingMaterials => "missing_materials",

@@ -319,10 +319,10 @@ fn run_group(
     let whole = |&receiver: &usize| {
         let jobs: Vec<Job> = receivers.jobs_of(receiver).collect();
         let sums: Vec<FaceSums> = jobs.into_par_iter().map(run_job).collect();
-        sums.into_iter().fold(FaceSums::default(), |mut total, sums| {
-            total.append(sums);
-            total
-        })
+        let mut total = FaceSums::default();
+        sums.into_iter().for_each(|sums| total.append(sums));
+        receivers.sort_cells(receiver, &mut total.cells);
+        total
     };
     group.par_iter().map(whole).collect()
 }

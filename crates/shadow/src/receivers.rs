@@ -161,15 +161,34 @@ impl<'a> Receivers<'a> {
         (0..faces).step_by(step).map(move |first| Job { receiver, faces: first..(first + step).min(faces) })
     }
 
-    /// Classifies the faces of a job; those that are left when it is cancelled are left out.
+    /// Classifies the faces of a job, and with them all copies of them; those that are left when it is cancelled are left out.
     pub(crate) fn run(&self, job: &Job, is_cancelled: &(dyn Fn() -> bool + Sync)) -> FaceSums {
         let mut sums = FaceSums::default();
-        for face in job.faces.clone().take_while(|_| !is_cancelled()) {
+        let copied = self.copied(self.request.receivers[job.receiver]);
+        let is_copy = |face: usize| copied.is_some_and(|facets| facets.is_copy(face));
+        for face in job.faces.clone().filter(|&face| !is_copy(face)).take_while(|_| !is_cancelled()) {
             if let Some(found) = self.look(job.receiver, face, Depth::Asked, is_cancelled) {
+                let copies = copied.into_iter().flat_map(|facets| facets.copies(face));
+                copies.for_each(|copy| sums.add(found.of_copy(copy)));
                 sums.add(found);
             }
         }
         sums
+    }
+
+    /// The facets of an object if some are copies: these have the answers of the first ones, as what lies in a face's plane never shadows it, whatever its holes.
+    fn copied(&self, object: usize) -> Option<&Facets> {
+        match self.bodies.get(object) {
+            Body::Flat(facets) if facets.repeat_count() > 0 => Some(facets),
+            _ => None,
+        }
+    }
+
+    /// Puts the cells of an object's faces in the order of the faces: those of copies came with the first ones.
+    pub(crate) fn sort_cells(&self, receiver: usize, cells: &mut [Cell]) {
+        if self.copied(self.request.receivers[receiver]).is_some() {
+            cells.sort_by_key(|cell| cell.face);
+        }
     }
 
     /// Classifies a face. `None` for a face without area.
@@ -293,6 +312,12 @@ impl Found {
         let possible = tally.lit + tally.undecided;
         let face = FaceArea::new(possible + tally.shadowed, tally.lit, possible, tally.lit + tally.likely);
         Self::of(tally, face)
+    }
+
+    /// The same of another face, for which nothing had to be done.
+    fn of_copy(&self, face: usize) -> Self {
+        let cells = self.cells.iter().map(|&cell| Cell { face: face as u32, ..cell }).collect();
+        Self { cells, examined: 0, points: 0, ..*self }
     }
 
     fn of<M>(tally: Tally<M>, area: FaceArea) -> Self {

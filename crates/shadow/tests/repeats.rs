@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{
-    CellMethod, Change, Detail, ObjectReport, OwnDetails, Report, Request, Sampling, Session, Silent, bake,
+    Cell, CellMethod, Change, Detail, ObjectReport, OwnDetails, Report, Request, Sampling, Session, Silent, bake,
 };
 
 /// A roof: two slopes of four triangles in all, their fronts below.
@@ -242,6 +242,32 @@ fn triangles_given_again_shadow_nothing_more() {
             let [expected, found] = [&expected.objects[0], &found.objects[0]];
             assert!(expected.lit.lower <= found.lit.upper && found.lit.lower <= expected.lit.upper);
             assert_eq!(expected.samples, found.samples);
+        }
+    }
+}
+
+/// Six copies are all orders of three corners; with twelve more, each face has the answer of the first one of its order, and no cell more is examined.
+#[test]
+fn triangles_given_again_answer_as_the_first_and_cost_nothing() {
+    const ORDERS: u32 = 6 * 50;
+    let [six, eighteen] = [6, 18].map(sheet_over_floor);
+    for sampling in [None, Some(Sampling::Spacing(0.05))] {
+        let [expected, found] = [&six, &eighteen].map(|scene| baked(scene, &asking(scene, DEPTH, sampling)));
+        assert_eq!((expected.work.cells, expected.work.rays), (found.work.cells, found.work.rays));
+        for (expected, found) in expected.lights.iter().zip(&found.lights) {
+            for (expected, found) in expected.objects[2..].iter().zip(&found.objects[2..]) {
+                assert!(found.cells.is_sorted_by_key(|cell| cell.face) && expected.undecided() > 0.0);
+                for again in 0..3 {
+                    let of_first = |face: u32| face.checked_sub(again * ORDERS).filter(|&face| face < ORDERS);
+                    let cells =
+                        found.cells.iter().filter_map(|&cell| Some(Cell { face: of_first(cell.face)?, ..cell }));
+                    assert!(cells.eq(expected.cells.iter().copied()), "copy {again} of object {}", found.object);
+                }
+                assert!((found.lit.upper - 3.0 * expected.lit.upper).abs() < 1e-9 * found.area);
+                assert!((found.lit.lower - 3.0 * expected.lit.lower).abs() < 1e-9 * found.area);
+                let samples = [found, expected].map(|report| report.samples.map(|samples| samples.lit));
+                assert_eq!(samples[0], samples[1].map(|lit| 3 * lit));
+            }
         }
     }
 }

@@ -123,8 +123,7 @@ impl Surface {
         model.findings.add(FindingKind::BrokenRule, &subject, usize::from(is_hollow));
         let subject = format!("element {}: numbers that are none of their type", excerpt(&element.name));
         model.findings.add(FindingKind::BrokenRule, &subject, oddities.numbers);
-        let subject = format!("element {}: rows that are not a line each", excerpt(&element.name));
-        model.findings.add(FindingKind::BrokenRule, &subject, oddities.lines);
+        model.findings.add(FindingKind::UnevenRows, &format!("element {}", excerpt(&element.name)), oddities.lines);
         Ok(())
     }
 

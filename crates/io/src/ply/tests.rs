@@ -182,8 +182,8 @@ fn rows_that_are_no_lines_are_told() {
         ("0 0 0 1\n1 0 0\n1 1 0 1\n0 1 0 1 7\n0 3 0 1 2\n", 2),
     ] {
         let found = parse(&text(SQUARE, data)).expect("loads").findings.into_list();
-        let told = found.iter().map(|found| (found.subject.as_str(), found.count)).collect::<Vec<_>>();
-        let expected = [("element vertex: rows that are not a line each", uneven)];
+        let told = found.iter().map(|found| (found.kind, found.subject.as_str(), found.count)).collect::<Vec<_>>();
+        let expected = [(FindingKind::UnevenRows, "element vertex", uneven)];
         assert_eq!(told, expected[..usize::from(uneven > 0)], "{data}");
     }
 }

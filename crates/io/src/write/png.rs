@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use ::png::{BitDepth, ColorType, Compression, Encoder};
 
 /// An RGB picture, row by row from the upper left corner.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,7 +31,7 @@ pub struct GrayPicture {
 /// # Errors
 /// What the system says, or `InvalidInput` when the number of pixels is not width × height, or one of them is zero.
 pub fn write_png(picture: &Picture, out: &mut impl Write) -> io::Result<()> {
-    encode([picture.width, picture.height], picture.pixels.as_flattened(), ExtendedColorType::Rgb8, out)
+    encode([picture.width, picture.height], picture.pixels.as_flattened(), ColorType::Rgb, out)
 }
 
 /// Writes a picture of shares as PNG with one channel.
@@ -39,7 +39,7 @@ pub fn write_png(picture: &Picture, out: &mut impl Write) -> io::Result<()> {
 /// # Errors
 /// As [`write_png`].
 pub fn write_gray_png(picture: &GrayPicture, out: &mut impl Write) -> io::Result<()> {
-    encode([picture.width, picture.height], &picture.pixels, ExtendedColorType::L8, out)
+    encode([picture.width, picture.height], &picture.pixels, ColorType::Grayscale, out)
 }
 
 /// Writes a PNG part by part: memory for some rows, whatever the picture's size. The parts are pixels in order, of any number.
@@ -59,11 +59,7 @@ pub fn write_png_parts(
     if expected == 0 {
         return Err(refused(0));
     }
-    let mut encoder = ::png::Encoder::new(out, width, height);
-    encoder.set_color(::png::ColorType::Rgb);
-    encoder.set_depth(::png::BitDepth::Eight);
-    encoder.set_compression(::png::Compression::Fast);
-    let mut writer = encoder.write_header()?;
+    let mut writer = encoder([width, height], ColorType::Rgb, out).write_header()?;
     let mut stream = writer.stream_writer()?;
     let mut written = 0;
     for part in parts {
@@ -80,14 +76,24 @@ pub fn write_png_parts(
     Ok(stream.finish()?)
 }
 
-fn encode([width, height]: [u32; 2], bytes: &[u8], color: ExtendedColorType, out: &mut impl Write) -> io::Result<()> {
-    let channels = u64::from(color.channel_count());
+fn encode(size: [u32; 2], bytes: &[u8], color: ColorType, out: &mut impl Write) -> io::Result<()> {
+    let ([width, height], channels) = (size, color.samples() as u64);
     let expected = u64::from(width) * u64::from(height);
     if bytes.len() as u64 != expected * channels || expected == 0 {
         let text = format!("{} pixels for a picture of {width} x {height}", bytes.len() as u64 / channels);
         return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
     }
-    PngEncoder::new(out).write_image(bytes, width, height, color).map_err(io::Error::other)
+    let mut writer = encoder(size, color, out).write_header()?;
+    writer.write_image_data(bytes)?;
+    Ok(writer.finish()?)
+}
+
+fn encoder<W: Write>([width, height]: [u32; 2], color: ColorType, out: W) -> Encoder<'static, W> {
+    let mut encoder = Encoder::new(out, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::Fast);
+    encoder
 }
 
 #[cfg(test)]

@@ -33,6 +33,9 @@ fn meaning(kind: FindingKind) -> &'static str {
             "shapes without a body here (endless planes, capsules of two radii, hulls of meshes)"
         }
         FindingKind::BrokenRule => "rules of the file's format that are broken, without harm",
+        FindingKind::UnevenRows => {
+            "rows that are not a line each: what follows a number that lacks or is too many is not where it belongs"
+        }
         FindingKind::MissingTexture => {
             "triangles of a MASK material without a texture that is read, whose alpha counts as one"
         }
