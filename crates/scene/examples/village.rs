@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     println!("the roofs share one mesh: {}", roofs.collect::<std::collections::HashSet<_>>().len() == 1);
 
-    let thin = Shape::Analytic(Analytic::Hyperboloid { waist_radius: 2.0, end_radius: 1.0, height: 1.0 });
+    let thin = Shape::from(Analytic::Hyperboloid { waist_radius: 2.0, end_radius: 1.0, height: 1.0 });
     let refused = Object::new("barrel".into(), thin, Placement::IDENTITY, Sides::Auto);
     println!(
         "a barrel is no hyperboloid: {}",
@@ -48,8 +48,8 @@ fn village() -> Result<Scene, Box<dyn Error>> {
     let object = |name: &str, shape, placement| Object::new(name.into(), shape, placement, Sides::Auto);
     let mut objects = vec![
         object("ground", Shape::Rectangle(Rectangle { size: [30.0, 30.0] }), Placement::IDENTITY)?,
-        object("silo", Shape::Analytic(Analytic::Cylinder { radius: 2.0, height: 7.0 }), at(8.0, 3.5, 0.0)?)?,
-        object("pool", Shape::Analytic(Analytic::Disk { radius: 3.0 }), at(-9.0, 0.1, 5.0)?)?,
+        object("silo", Shape::from(Analytic::Cylinder { radius: 2.0, height: 7.0 }), at(8.0, 3.5, 0.0)?)?,
+        object("pool", Shape::from(Analytic::Disk { radius: 3.0 }), at(-9.0, 0.1, 5.0)?)?,
         object("rock", Shape::Convex(Arc::new(Convex::new(rock())?)), at(9.0, 0.0, 9.0)?)?,
     ];
     // Three houses, each turned another way, with one mesh for all roofs and one family a house.

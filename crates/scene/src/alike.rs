@@ -118,7 +118,7 @@ impl Hash for Body<'_> {
             Shape::Cuboid(cuboid) => hash_numbers(cuboid.size, state),
             Shape::Convex(body) => hash_points(body.points(), state),
             Shape::Analytic(body) => {
-                discriminant(body).hash(state);
+                discriminant(&**body).hash(state);
                 hash_numbers(body.numbers(), state);
             }
         }
@@ -165,9 +165,9 @@ mod tests {
             mesh([0.0, 0.0, 2.0]),
             Shape::Rectangle(Rectangle { size: [2.0, 2.0] }),
             Shape::Cuboid(Cuboid { size: [2.0; 3] }),
-            Shape::Analytic(Analytic::Sphere { radius: 2.0 }),
-            Shape::Analytic(Analytic::Disk { radius: 2.0 }),
-            Shape::Analytic(Analytic::Sphere { radius: 2.5 }),
+            Shape::from(Analytic::Sphere { radius: 2.0 }),
+            Shape::from(Analytic::Disk { radius: 2.0 }),
+            Shape::from(Analytic::Sphere { radius: 2.5 }),
             hull(1.0),
             hull(2.0),
         ];
@@ -205,7 +205,7 @@ mod tests {
     fn zeros_of_both_signs_are_one_number_in_every_shape() {
         let hash = |zero: f64| {
             let matrix = [[1.0, 0.0, zero, 0.0], [0.0, 1.0, 0.0, 0.0], [zero, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, -1.0]];
-            let shape = Shape::Analytic(Analytic::Quadric { matrix, within: [[-1.0, zero, -1.0], [1.0; 3]] });
+            let shape = Shape::from(Analytic::Quadric { matrix, within: [[-1.0, zero, -1.0], [1.0; 3]] });
             let object = Object::new("quadric".into(), shape, Placement::IDENTITY, Sides::Auto).expect("an object");
             let mut state = std::hash::DefaultHasher::new();
             Body { object: &object, mesh: None }.hash(&mut state);

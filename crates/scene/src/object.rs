@@ -23,8 +23,21 @@ pub enum Shape {
     Cuboid(Cuboid),
     /// The hull of points.
     Convex(Arc<Convex>),
-    /// A body given by formulas: a sphere, a cylinder, …
-    Analytic(Analytic),
+    /// A body given by formulas: a sphere, a cylinder, … Behind a pointer, as a quadric has twenty-two numbers and a scene many objects that are none.
+    Analytic(Arc<Analytic>),
+}
+
+impl Shape {
+    /// The formulas, of a body that is given by them.
+    pub fn analytic(&self) -> Option<&Analytic> {
+        if let Self::Analytic(body) = self { Some(body) } else { None }
+    }
+}
+
+impl From<Analytic> for Shape {
+    fn from(body: Analytic) -> Self {
+        Self::Analytic(Arc::new(body))
+    }
 }
 
 /// Which sides of an object's faces can be lit.
@@ -176,7 +189,7 @@ impl Object {
             accept_point(placed).map_err(|(axis, defect)| ObjectDefect::Placed { vertex, axis, defect })?;
         }
         // Those of a quadric take milliseconds.
-        if !matches!(object.shape, Shape::Analytic(Analytic::Quadric { .. })) {
+        if !matches!(object.shape.analytic(), Some(Analytic::Quadric { .. })) {
             object.bounds();
         }
         Ok(object)
@@ -233,7 +246,7 @@ impl Object {
     /// The placed body, if it is given by formulas.
     pub fn analytic(&self) -> Option<PlacedAnalytic> {
         match &self.shape {
-            Shape::Analytic(body) => PlacedAnalytic::new(*body, self.placement).ok(),
+            Shape::Analytic(body) => PlacedAnalytic::new(**body, self.placement).ok(),
             _ => None,
         }
     }

@@ -43,7 +43,7 @@ fn boxes() -> Vec<Object> {
 }
 
 fn balls() -> Vec<Object> {
-    let ball = Shape::Analytic(Analytic::Sphere { radius: 0.5 });
+    let ball = Shape::from(Analytic::Sphere { radius: 0.5 });
     (0..100).map(|k| placed(format!("near {k}"), ball.clone(), place(k))).collect()
 }
 

@@ -11,7 +11,7 @@ use umbriel_shadow::{Detail, Request, Silent, bake};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let floor = Shape::Rectangle(Rectangle { size: [10.0, 10.0] });
-    let ball = Shape::Analytic(Analytic::Sphere { radius: 1.0 });
+    let ball = Shape::from(Analytic::Sphere { radius: 1.0 });
     let above = Placement::new(DAffine3::from_translation(DVec3::new(0.0, 2.0, 0.0)))?;
     let scene = Scene {
         objects: vec![

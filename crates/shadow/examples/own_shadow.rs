@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let sun = LightSource::sun([0.25, -1.0, 0.5])?;
     println!("body          surface   lit, m²               faces with their middles in the light");
     for body in BODIES {
-        let object = Object::new(body.name().into(), Shape::Analytic(body), Placement::IDENTITY, Sides::Auto)?;
+        let object = Object::new(body.name().into(), Shape::from(body), Placement::IDENTITY, Sides::Auto)?;
         let lights = vec![Light::new("sun", sun)];
         let scene = Scene { objects: vec![object], lights, ..Scene::default() };
 

@@ -102,7 +102,7 @@ struct Body {
 impl Body {
     fn new(f: i32) -> Result<Self, Box<dyn Error>> {
         let (title, own, ball) = if f == 0 {
-            ("sphere".into(), closed_forms(), Shape::Analytic(Analytic::Sphere { radius: 1.0 }))
+            ("sphere".into(), closed_forms(), Shape::from(Analytic::Sphere { radius: 1.0 }))
         } else {
             let mesh = inscribed(f)?;
             (mesh.triangles().len().to_string(), own_areas(&mesh), Shape::Mesh(Arc::new(mesh)))

@@ -85,10 +85,9 @@ mod tests {
     fn every_cell_is_found_at_its_own_points() {
         let turned = glam::DAffine3::from_quat(glam::DQuat::from_xyzw(0.1, 0.7, 0.2, 0.3).normalize());
         let placement = Placement::new(turned).expect("regular");
-        for shape in [
-            Shape::Cuboid(Cuboid { size: [1.0, 2.0, 3.0] }),
-            Shape::Analytic(Analytic::Cone { radius: 2.0, height: 1.0 }),
-        ] {
+        for shape in
+            [Shape::Cuboid(Cuboid { size: [1.0, 2.0, 3.0] }), Shape::from(Analytic::Cone { radius: 2.0, height: 1.0 })]
+        {
             let object = Object::new("body".into(), shape, placement, Sides::Auto).expect("a body");
             let source = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
             let lights = vec![Light::new("sun", source)];

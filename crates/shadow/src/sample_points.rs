@@ -112,7 +112,7 @@ mod tests {
             |name: &str, shape| Object::new(name.into(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
         let flat = mesh(vec![[0.0, 1.0, 0.0], [0.1, 1.0, 2.0], [1.0, 1.0, 0.0], [0.0; 3], [1.0; 3], [2.0; 3]]);
         let floor = mesh(vec![[-4.0, 0.0, -4.0], [-4.0, 0.0, 4.0], [4.0, 0.0, -4.0]]);
-        let ball = Shape::Analytic(Analytic::Sphere { radius: 0.75 });
+        let ball = Shape::from(Analytic::Sphere { radius: 0.75 });
         let sun = LightSource::sun([0.25, -1.0, 0.125]).expect("a sun");
         Scene {
             objects: vec![object("flat", flat), object("floor", floor), object("ball", ball)],

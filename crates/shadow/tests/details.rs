@@ -23,7 +23,7 @@ fn scene() -> Scene {
         placed("floor", floor(), [0.0; 3]),
         placed("other floor", floor(), [9.0, 0.0, 0.0]),
         placed("box", Shape::Cuboid(Cuboid { size: [1.0, 2.0, 1.0] }), [2.5, 1.75, 0.0]),
-        placed("ball", Shape::Analytic(Analytic::Sphere { radius: 1.0 }), [7.0, 2.0, 0.0]),
+        placed("ball", Shape::from(Analytic::Sphere { radius: 1.0 }), [7.0, 2.0, 0.0]),
     ];
     Scene { objects, lights, ..Scene::default() }
 }
@@ -62,11 +62,7 @@ fn sums_are_the_same_whether_cells_are_kept() {
     let mut scene = scene();
     let saddle = [[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.5], [0.0, 0.0, -1.0, 0.0], [0.0, 0.5, 0.0, 0.0]];
     let within = [[-1.0; 3], [1.0; 3]];
-    scene.objects.push(placed(
-        "saddle",
-        Shape::Analytic(Analytic::Quadric { matrix: saddle, within }),
-        [0.0, 3.0, 0.0],
-    ));
+    scene.objects.push(placed("saddle", Shape::from(Analytic::Quadric { matrix: saddle, within }), [0.0, 3.0, 0.0]));
     for detail in [Detail::Depth { interior: 2, boundary: 5 }, Detail::Cell { edge: 0.2 }] {
         let sums = |keep_cells: bool| {
             let request = Request { keep_cells, ..Request::everything(&scene, detail) };
@@ -141,8 +137,7 @@ fn surfaces_without_thickness_are_not_divided_to_the_end() {
     for constant in [0.0, -1e-40] {
         let mut matrix = [[0.0; 4]; 4];
         (matrix[0][0], matrix[3][3]) = (1.0, constant);
-        let sheet =
-            placed("sheet", Shape::Analytic(Analytic::Quadric { matrix, within: [[-2.0; 3], [2.0; 3]] }), [0.0; 3]);
+        let sheet = placed("sheet", Shape::from(Analytic::Quadric { matrix, within: [[-2.0; 3], [2.0; 3]] }), [0.0; 3]);
         let lights = vec![Light::new("sun", LightSource::sun([0.3, -1.0, 0.2]).expect("a sun"))];
         let scene = Scene { objects: vec![sheet], lights, ..Scene::default() };
         // Finer levels add what lies along its borders, not four times as many.
@@ -174,7 +169,7 @@ fn quadrics_that_floats_tell_little_of_are_not_divided_to_the_end() {
         ("touching", touching, [[0.0, -1.0, 0.0], [1.0, 0.25, 0.25]]),
     ];
     for (name, matrix, within) in quadrics {
-        let body = placed(name, Shape::Analytic(Analytic::Quadric { matrix, within }), [0.0; 3]);
+        let body = placed(name, Shape::from(Analytic::Quadric { matrix, within }), [0.0; 3]);
         let lights = vec![Light::new("sun", LightSource::sun([1.0, -1.5, 3f64.sqrt()]).expect("a sun"))];
         let scene = Scene { objects: vec![body], lights, ..Scene::default() };
         let cells = run(&scene, depth(8), &OwnDetails::default())[0][0].cells.len();
@@ -187,7 +182,7 @@ fn the_inner_side_of_a_cut_quadric_is_dark() {
     // From its lower end an hourglass grows thinner: the way to the light goes on inside, though the form grows along it.
     let mut matrix = [[0.0; 4]; 4];
     (matrix[0][0], matrix[1][1], matrix[2][2], matrix[3][3]) = (1.0, -1.0, 1.0, -0.25);
-    let shape = Shape::Analytic(Analytic::Quadric { matrix, within: [[-1.0, -0.5, -1.0], [1.0, 0.5, 1.0]] });
+    let shape = Shape::from(Analytic::Quadric { matrix, within: [[-1.0, -0.5, -1.0], [1.0, 0.5, 1.0]] });
     let body = Object::new("hourglass".into(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
     let lights = vec![Light::new("sun", LightSource::sun([0.3, -1.0, 0.2]).expect("a sun"))];
     let scene = Scene { objects: vec![body], lights, ..Scene::default() };
@@ -201,7 +196,7 @@ fn the_inner_side_of_a_cut_quadric_is_dark() {
 #[test]
 fn a_light_on_a_capsule_lights_its_inner_side() {
     for position in [[1.0, 0.25, 0.0], [1.0, 1.0, 0.0], [0.0, 2.0, 0.0]] {
-        let shape = Shape::Analytic(Analytic::Capsule { radius: 1.0, height: 2.0 });
+        let shape = Shape::from(Analytic::Capsule { radius: 1.0, height: 2.0 });
         let body = Object::new("capsule".into(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
         let lights = vec![Light::new("lamp", LightSource::point(position).expect("a lamp"))];
         let scene = Scene { objects: vec![body], lights, ..Scene::default() };
@@ -213,8 +208,8 @@ fn a_light_on_a_capsule_lights_its_inner_side() {
 /// Ends of curved bodies are flat, and their cells are estimated point by point.
 #[test]
 fn flat_faces_hide_a_disk_and_a_cap() {
-    let disk = Shape::Analytic(Analytic::Disk { radius: 1.0 });
-    let cylinder = Shape::Analytic(Analytic::Cylinder { radius: 1.0, height: 1.0 });
+    let disk = Shape::from(Analytic::Disk { radius: 1.0 });
+    let cylinder = Shape::from(Analytic::Cylinder { radius: 1.0, height: 1.0 });
     let roof = Rectangle { size: [1.0; 2] };
     let triangles = Mesh::new(
         vec![[-0.5, 0.0, -0.5], [-0.5, 0.0, 0.5], [0.5, 0.0, 0.5], [0.5, 0.0, -0.5]],

@@ -7,7 +7,7 @@ use umbriel_shadow::{Detail, Request, Sampling, Silent, bake};
 
 /// A quadric cut to a box over a floor of 8 × 8 m, 2 m below the origin.
 fn over_floor(matrix: [[f64; 4]; 4], within: [[f64; 3]; 2], light: LightSource) -> Scene {
-    let body = Shape::Analytic(Analytic::Quadric { matrix, within });
+    let body = Shape::from(Analytic::Quadric { matrix, within });
     let floor = Shape::Rectangle(Rectangle { size: [8.0; 2] });
     let object = |shape, y: f64| {
         let placement = Placement::new(DAffine3::from_translation(DVec3::new(0.0, y, 0.0))).expect("regular");

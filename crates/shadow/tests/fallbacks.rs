@@ -72,7 +72,7 @@ fn neighbours_in_one_plane_are_told_by_pairs() {
 fn a_body_that_stands_on_a_tilted_floor_is_in_contact_exactly() {
     let turned = DAffine3::from_quat(DQuat::from_xyzw(0.05, 0.2, 0.1, 0.9).normalize());
     let floor = object("floor", Shape::Rectangle(Rectangle { size: [4.0, 4.0] }), turned);
-    let body = Shape::Analytic(Analytic::Cylinder { radius: 0.5, height: 1.0 });
+    let body = Shape::from(Analytic::Cylinder { radius: 0.5, height: 1.0 });
     let up = DAffine3::from_translation(DVec3::new(0.0, 0.5, 0.0));
     let composed = DAffine3 { matrix3: turned.matrix3, translation: turned.transform_point3(up.translation) };
     // The middle is rounded, so the body stands in the floor's plane or an ulp off it: only big numbers can tell.

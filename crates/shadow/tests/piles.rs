@@ -12,7 +12,7 @@ use judged::{dice, judged};
 fn scene(bodies: impl Iterator<Item = (Analytic, DAffine3)>, light: LightSource) -> Scene {
     let object = |(number, (body, map)): (usize, (Analytic, DAffine3))| {
         let placement = Placement::new(map).expect("regular");
-        Object::new(format!("{number}"), Shape::Analytic(body), placement, Sides::Auto).expect("an object")
+        Object::new(format!("{number}"), Shape::from(body), placement, Sides::Auto).expect("an object")
     };
     let objects = bodies.enumerate().map(object).collect();
     Scene { objects, lights: vec![Light::new("light", light)], ..Scene::default() }

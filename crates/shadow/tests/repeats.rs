@@ -30,7 +30,7 @@ fn scene(times: i32, alike: bool) -> Scene {
         let scale = if alike { 1.0 } else { f64::powi(2.0, k) };
         let roof = if alike && k % 2 == 0 { Arc::clone(&mesh) } else { Arc::new(roof(1.0 / scale)) };
         let plate = Shape::Rectangle(Rectangle { size: [1.5 / scale, 1.0 / scale] });
-        let ball = Shape::Analytic(Analytic::Sphere { radius: 0.5 / scale });
+        let ball = Shape::from(Analytic::Sphere { radius: 0.5 / scale });
         let cuboid = Shape::Cuboid(Cuboid { size: [0.5 / scale, 1.0 / scale, 0.5 / scale] });
         [
             body(format!("roof {k}"), Shape::Mesh(roof), [0.0, 1.0, 0.0], scale, Sides::Auto),

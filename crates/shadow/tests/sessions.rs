@@ -39,7 +39,7 @@ fn small_scene() -> Scene {
         objects: vec![
             placed("floor", Shape::Rectangle(Rectangle { size: [12.0; 2] }), at(0.0, 0.0, 0.0)),
             placed("box", Shape::Cuboid(Cuboid { size: [1.0, 2.0, 1.0] }), at(-2.0, 1.0, 0.5)),
-            placed("ball", Shape::Analytic(Analytic::Sphere { radius: 0.75 }), at(2.0, 1.5, 0.0)),
+            placed("ball", Shape::from(Analytic::Sphere { radius: 0.75 }), at(2.0, 1.5, 0.0)),
             placed("sheet", Shape::Mesh(sheet()), at(0.0, 3.0, 0.0)),
         ],
         lights: vec![sun([0.3, -1.0, 0.2]), lamp],

@@ -95,8 +95,7 @@ fn shares_times_and_memory_are_details() {
 #[test]
 fn a_ball_under_a_ball_of_light() {
     let (light_radius, light_height, radius, height) = (0.5, 10.0, 1.0, 3.0);
-    let ball =
-        object("ball", Shape::Analytic(Analytic::Sphere { radius }), DAffine3::from_translation(DVec3::Y * height));
+    let ball = object("ball", Shape::from(Analytic::Sphere { radius }), DAffine3::from_translation(DVec3::Y * height));
     let light = lamp(DVec3::Y * light_height, Extent::Sphere { radius: light_radius });
     let scene = Scene { objects: vec![floor(8.0), ball], lights: vec![light], ..Scene::default() };
     let between = light_height - height;
@@ -167,8 +166,8 @@ impl Dice {
             1 => self.soup(),
             2 => Shape::Rectangle(Rectangle { size: [self.next(0.3, 2.0), self.next(0.3, 2.0)] }),
             3 => self.tetrahedron(),
-            4 => Shape::Analytic(Analytic::Sphere { radius: self.next(0.2, 0.9) }),
-            _ => Shape::Analytic(self.curved(kind / 6)),
+            4 => Shape::from(Analytic::Sphere { radius: self.next(0.2, 0.9) }),
+            _ => Shape::from(self.curved(kind / 6)),
         };
         // Some reach through the floor.
         let map =
@@ -188,7 +187,7 @@ fn receiver(kind: usize, dice: &mut Dice) -> Object {
         4 => Analytic::Cone { radius: 0.7, height: 1.5 },
         _ => Analytic::Quadric { matrix: hyperbolic, within: [[-1.0; 3], [1.0; 3]] },
     };
-    object("receiver", Shape::Analytic(shape), DAffine3::from_quat(dice.turn()))
+    object("receiver", Shape::from(shape), DAffine3::from_quat(dice.turn()))
 }
 
 /// What draws found.
@@ -269,7 +268,7 @@ fn a_ball_under_round_lights() {
     // Lit is the cap from which all of the light is up, umbra the one from which none is: the belt between lies between the cones that touch ball and
     // light. A sun's middle has the half angle ρ about it; of a lamp of radius R at the distance d all is up where r + R or less of d is.
     let (radius, diameter, lamp_radius, distance) = (2.0, 10.0f64, 1.0, 12.0);
-    let ball = || object("ball", Shape::Analytic(Analytic::Sphere { radius }), DAffine3::IDENTITY);
+    let ball = || object("ball", Shape::from(Analytic::Sphere { radius }), DAffine3::IDENTITY);
     let area = 4.0 * PI * radius * radius;
     let sine = (0.5 * diameter).to_radians().sin();
     let above = lamp(DVec3::Y * distance, Extent::Sphere { radius: lamp_radius });
@@ -309,7 +308,7 @@ fn curved_occluders_are_bounded_more_sharply_in_smaller_cells() {
     ];
     let lamp = lamp(DVec3::new(0.5, 6.0, 0.0), Extent::Rectangle { u: DVec3::X * 0.6, v: DVec3::Z * 0.4 });
     for (number, body) in bodies.into_iter().enumerate() {
-        let thing = object("thing", Shape::Analytic(body), DAffine3::from_translation(DVec3::Y * 1.5));
+        let thing = object("thing", Shape::from(body), DAffine3::from_translation(DVec3::Y * 1.5));
         let light = if number % 2 == 0 { lamp.clone() } else { sun([0.3, -1.0, 0.2], 12.0) };
         let scene = Scene { objects: vec![floor(6.0), thing], lights: vec![light], ..Scene::default() };
         let found = [3, 5, 7].map(|depth| first(&scene, depth, false).visible);

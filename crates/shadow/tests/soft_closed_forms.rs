@@ -75,7 +75,7 @@ fn ball_under_ball(dice: &mut Dice) -> Draw {
     let (light_radius, place) = (dice.next(0.1, 1.0), dice.over_floor(3.0, [6.0, 9.0]));
     let source = LightSource::point(place.to_array()).expect("a point");
     Draw {
-        blocker: object(Shape::Analytic(Analytic::Sphere { radius }), middle),
+        blocker: object(Shape::from(Analytic::Sphere { radius }), middle),
         light: Light::with_extent("lamp", source, Extent::Sphere { radius: light_radius }).expect("a light"),
         truth: Box::new(move |point| {
             let cap = (light_radius / (place - point).length()).asin();
@@ -89,7 +89,7 @@ fn ball_before_sun(dice: &mut Dice) -> Draw {
     let (towards, degrees) = (DVec3::new(dice.next(-0.6, 0.6), 1.0, dice.next(-0.6, 0.6)), dice.next(0.5, 20.0));
     let source = LightSource::sun((-towards).to_array()).expect("a sun");
     Draw {
-        blocker: object(Shape::Analytic(Analytic::Sphere { radius }), middle),
+        blocker: object(Shape::from(Analytic::Sphere { radius }), middle),
         light: Light::with_extent("sun", source, Extent::Disk { angular_diameter: degrees }).expect("a light"),
         truth: Box::new(move |point| beside_ball(point, (towards, 0.5 * degrees.to_radians()), (middle, radius))),
     }

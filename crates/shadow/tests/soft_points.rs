@@ -13,7 +13,7 @@ fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
 }
 
 fn ball(radius: f64, center: DVec3) -> Object {
-    object("ball", Shape::Analytic(Analytic::Sphere { radius }), DAffine3::from_translation(center))
+    object("ball", Shape::from(Analytic::Sphere { radius }), DAffine3::from_translation(center))
 }
 
 fn lamp(center: DVec3, extent: Extent) -> Light {
@@ -130,7 +130,7 @@ fn bounds_hold_where_a_light_is_a_needle() {
 #[test]
 fn what_is_proved_all_free_or_all_hidden_is_exact() {
     // Neither flat nor balls: the light is sampled where a body may be in the way.
-    let body = |shape, at| object("body", Shape::Analytic(shape), DAffine3::from_translation(at));
+    let body = |shape, at| object("body", Shape::from(shape), DAffine3::from_translation(at));
     let wide = Analytic::Cylinder { radius: 30.0, height: 1.0 };
     let scene = Scene { objects: vec![body(wide, DVec3::Y * 4.0)], ..Scene::default() };
     let lights = [
@@ -242,8 +242,8 @@ fn random_scenes_agree_with_many_exact_rays() {
             let shape = match (round / 3 + k) % 5 {
                 0 | 1 => Shape::Cuboid(Cuboid { size: dice.vector(0.3, 1.5).to_array() }),
                 2 => Shape::Rectangle(Rectangle { size: [dice.next(0.3, 2.0), dice.next(0.3, 2.0)] }),
-                3 => Shape::Analytic(Analytic::Sphere { radius: dice.next(0.2, 0.6) }),
-                _ => Shape::Analytic(Analytic::Cylinder { radius: dice.next(0.1, 0.5), height: dice.next(0.3, 1.0) }),
+                3 => Shape::from(Analytic::Sphere { radius: dice.next(0.2, 0.6) }),
+                _ => Shape::from(Analytic::Cylinder { radius: dice.next(0.1, 0.5), height: dice.next(0.3, 1.0) }),
             };
             let map = DAffine3::from_rotation_translation(dice.turn(), dice.vector(-1.0, 1.0) + DVec3::Y * 2.0);
             objects.push(object("thing", shape, map));
@@ -289,7 +289,7 @@ fn random_scenes_agree_with_many_exact_rays() {
 /// Before a rectangle light a ball is no closed form, nor is a can before any light: what is stated there holds many exact rays, and is narrow.
 #[test]
 fn sampled_shares_have_narrow_bounds() {
-    let body = |shape, at| object("body", Shape::Analytic(shape), DAffine3::from_translation(at));
+    let body = |shape, at| object("body", Shape::from(shape), DAffine3::from_translation(at));
     let lights = [
         lamp(DVec3::Y * 10.0, Extent::Rectangle { u: DVec3::X * 0.5, v: DVec3::Z * 0.5 }),
         lamp(DVec3::Y * 10.0, Extent::Sphere { radius: 0.5 }),

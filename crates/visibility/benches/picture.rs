@@ -102,7 +102,7 @@ fn scene() -> Scene {
         let at = DVec3::new(f64::from(number % 20) * 2.0 - 19.0, 0.75, f64::from(number / 20) * 2.0 - 19.0);
         let shape = match number % 2 {
             0 => Shape::Cuboid(Cuboid { size: [1.0, 1.5, 1.0] }),
-            _ => Shape::Analytic(Analytic::Sphere { radius: 0.75 }),
+            _ => Shape::from(Analytic::Sphere { radius: 0.75 }),
         };
         add(format!("body {number}"), shape, at);
     }

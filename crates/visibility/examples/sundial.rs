@@ -13,8 +13,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let at = |x, y, z| Placement::new(DAffine3::from_translation(DVec3::new(x, y, z)));
     let bodies = [
         ("floor", Shape::Rectangle(Rectangle { size: [8.0, 8.0] }), at(0.0, 0.0, 0.0)?),
-        ("ball", Shape::Analytic(Analytic::Sphere { radius: 1.0 }), at(-2.0, 2.0, 0.0)?),
-        ("cone", Shape::Analytic(Analytic::Cone { radius: 1.0, height: 3.0 }), at(2.0, 1.5, 1.0)?),
+        ("ball", Shape::from(Analytic::Sphere { radius: 1.0 }), at(-2.0, 2.0, 0.0)?),
+        ("cone", Shape::from(Analytic::Cone { radius: 1.0, height: 3.0 }), at(2.0, 1.5, 1.0)?),
     ];
     let object = |(name, shape, placement): (&str, _, _)| Object::new(name.into(), shape, placement, Sides::Auto);
     let scene = Scene { objects: bodies.into_iter().map(object).collect::<Result<_, _>>()?, ..Scene::default() };

@@ -454,7 +454,7 @@ mod tests {
 
     #[test]
     fn a_sphere_and_a_box_are_seen_where_they_are() {
-        let sphere = Shape::Analytic(Analytic::Sphere { radius: 1.0 });
+        let sphere = Shape::from(Analytic::Sphere { radius: 1.0 });
         let cuboid = Shape::Cuboid(Cuboid { size: [2.0, 2.0, 2.0] });
         let caster = RayCaster::new(&scene(vec![
             object("sphere", sphere, DAffine3::from_translation(DVec3::new(-2.0, 0.0, 0.0))),
@@ -531,7 +531,7 @@ mod tests {
     #[test]
     fn the_nearer_body_hides_the_farther_one_at_any_scale() {
         for scale in [2.0f64.powi(-40), 1.0, 2.0f64.powi(40)] {
-            let sphere = Shape::Analytic(Analytic::Sphere { radius: scale });
+            let sphere = Shape::from(Analytic::Sphere { radius: scale });
             let floor = Shape::Rectangle(Rectangle { size: [8.0 * scale; 2] });
             let above = DAffine3::from_translation(DVec3::new(0.0, 2.0 * scale, 0.0));
             let caster = RayCaster::new(&scene(vec![

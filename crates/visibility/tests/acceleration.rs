@@ -29,7 +29,7 @@ fn scene() -> Scene {
         DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0)) * DAffine3::from_translation(DVec3::new(2.0, 0.0, 0.0)),
     ];
     let placed = maps.into_iter().flat_map(|map| meshes.iter().map(move |mesh| (Shape::Mesh(Arc::clone(mesh)), map)));
-    let sphere = (Shape::Analytic(Analytic::Sphere { radius: 0.5 }), DAffine3::from_translation(DVec3::Y));
+    let sphere = (Shape::from(Analytic::Sphere { radius: 0.5 }), DAffine3::from_translation(DVec3::Y));
     let objects = placed.chain([sphere]).enumerate().map(|(number, (shape, map))| {
         let placement = Placement::new(map).expect("regular");
         Object::new(format!("object {number}"), shape, placement, Sides::Auto).expect("a body")

@@ -1,7 +1,6 @@
 //! Small scenes made from bytes: bounds nest, cells cover, and what is proved is true by definition.
 
 use umbriel_geometry::Analytic;
-use umbriel_scene::Shape;
 use umbriel_shadow::{ObjectReport, Verdict};
 
 use crate::{
@@ -71,7 +70,7 @@ fn cover(case: &Case, report: &ObjectReport) {
         shares[cell.face as usize] += of_face * 0.25f64.powi(i32::from(cell.level));
     }
     let object = &case.scene.objects[report.object];
-    let is_sheet = matches!(object.shape, Shape::Analytic(Analytic::Quadric { .. }));
+    let is_sheet = matches!(object.shape.analytic(), Some(Analytic::Quadric { .. }));
     let is_whole = |&share: &f64| share == 1.0 || share == 0.0 || is_sheet && (0.0..1.0).contains(&share);
     assert!(shares.iter().all(is_whole), "{:?}: {shares:?}", object.shape);
 }

@@ -145,7 +145,8 @@ fn area_of(object: &Object) -> Option<f64> {
             let [a, b, c] = [m.x_axis * x, m.y_axis * y, m.z_axis * z];
             Some(2.0 * (a.cross(b).length() + b.cross(c).length() + c.cross(a).length()))
         }
-        Shape::Analytic(Analytic::Sphere { radius }) => {
+        Shape::Analytic(body) => {
+            let Analytic::Sphere { radius } = **body else { return None };
             uniform_scale(&m).map(|scale| 4.0 * PI * (radius * scale).powi(2))
         }
         Shape::Mesh(mesh) => {

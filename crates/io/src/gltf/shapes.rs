@@ -28,11 +28,12 @@ impl Body {
         let sizes = match &self.shape {
             Shape::Cuboid(Cuboid { size }) => size.to_vec(),
             Shape::Rectangle(Rectangle { size }) => size.to_vec(),
-            Shape::Analytic(Analytic::Sphere { radius } | Analytic::Capsule { radius, .. }) => vec![*radius],
-            Shape::Analytic(Analytic::Cylinder { radius, height } | Analytic::Cone { radius, height }) => {
-                vec![*radius, *height]
-            }
-            Shape::Analytic(Analytic::Frustum { height, .. }) => vec![*height],
+            Shape::Analytic(body) => match **body {
+                Analytic::Sphere { radius } | Analytic::Capsule { radius, .. } => vec![radius],
+                Analytic::Cylinder { radius, height } | Analytic::Cone { radius, height } => vec![radius, height],
+                Analytic::Frustum { height, .. } => vec![height],
+                _ => Vec::new(),
+            },
             _ => Vec::new(),
         };
         sizes.contains(&0.0) && sizes.iter().all(|&size| size >= 0.0)
@@ -58,7 +59,7 @@ pub(super) fn declared<'a>(document: &'a Document, node: &Node) -> Result<Option
 /// The body of a shape; `None` for one that is not read.
 pub(super) fn body(shape: &ImplicitShape) -> Option<Body> {
     match shape.kind.as_str() {
-        "sphere" => Some(Body::of(Shape::Analytic(Analytic::Sphere { radius: size(shape.sphere.radius) }))),
+        "sphere" => Some(Body::of(Shape::from(Analytic::Sphere { radius: size(shape.sphere.radius) }))),
         "box" => Some(Body::of(Shape::Cuboid(Cuboid { size: shape.cuboid.size.map(size) }))),
         "cylinder" => Some(cylinder(&shape.cylinder)),
         "capsule" => {
@@ -67,7 +68,7 @@ pub(super) fn body(shape: &ImplicitShape) -> Option<Body> {
             let is_ball = height == 0.0;
             let body =
                 if is_ball { Analytic::Sphere { radius: top } } else { Analytic::Capsule { radius: top, height } };
-            (bottom == top).then(|| Body::of(Shape::Analytic(body)))
+            (bottom == top).then(|| Body::of(Shape::from(body)))
         }
         "plane" => {
             let size = [shape.plane.size_x?, shape.plane.size_z?].map(size);
@@ -86,7 +87,7 @@ fn radii(shape: &TurnedShape) -> [f64; 2] {
 fn cylinder(shape: &TurnedShape) -> Body {
     let height = size(shape.height);
     let [bottom_radius, top_radius] = radii(shape);
-    let upright = |body| Body::of(Shape::Analytic(body));
+    let upright = |body| Body::of(Shape::from(body));
     if bottom_radius == top_radius {
         upright(Analytic::Cylinder { radius: top_radius, height })
     } else if top_radius == 0.0 {

@@ -97,7 +97,7 @@ fn body_of(entry: &ObjectEntry) -> Result<Body<'_>, String> {
         entry.cuboid.as_ref().map(|body| Shape::Cuboid(Cuboid { size: body.size })),
         convex.map(|body| Shape::Convex(Arc::new(body))),
     ];
-    let shapes = shapes.into_iter().flatten().chain(entry.analytic().map(Shape::Analytic));
+    let shapes = shapes.into_iter().flatten().chain(entry.analytic().map(Shape::from));
     let mut bodies = shapes.map(Body::Shape).chain(entry.mesh.as_deref().map(Body::Mesh));
     let (Some(body), None) = (bodies.next(), bodies.next()) else {
         return Err(format!("give exactly one body: {BODIES} or mesh"));

@@ -80,8 +80,8 @@ fn a_quadric_without_an_inside_is_told() {
 #[test]
 fn every_body_is_read() {
     let shapes: Vec<Shape> = loaded(BODIES).scene.objects.into_iter().map(|object| object.shape.clone()).collect();
-    let analytic = |number: usize| match shapes[number] {
-        Shape::Analytic(body) => body,
+    let analytic = |number: usize| match &shapes[number] {
+        Shape::Analytic(body) => **body,
         _ => panic!("object {number} is no analytic body"),
     };
     assert_eq!(analytic(0), Analytic::Ellipsoid { radii: [1.0, 2.0, 3.0] });

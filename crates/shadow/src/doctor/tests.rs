@@ -71,7 +71,7 @@ fn a_sound_scene_has_no_findings() {
     let objects = vec![
         object("floor", Shape::Rectangle(Rectangle { size: [8.0, 8.0] })),
         placed("box", unit_box(), at(0.0, 0.5, 0.0)),
-        placed("ball", Shape::Analytic(Analytic::Sphere { radius: 1.0 }), at(3.0, 3.0, 3.0)),
+        placed("ball", Shape::from(Analytic::Sphere { radius: 1.0 }), at(3.0, 3.0, 3.0)),
     ];
     let sun = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
     assert_eq!(found(objects, &[sun]), []);
@@ -220,7 +220,7 @@ fn lamps_in_bodies_on_faces_and_suns_that_light_nothing() {
     assert_eq!(found(cube(), &[point(0.5, 1.0, 5.0)]), [edge_on], "beside the top, in its plane");
     assert_eq!(found(cube(), &[sun(0.0, -1.0, 0.0)]), row(DefectKind::EdgeOnFaces, 4, 16.0));
     assert_eq!(found(cube(), &[sun(0.5, 1.0, 0.25)]), row(DefectKind::SunBelowHorizon, 1, 24.0));
-    let ball = vec![object("ball", Shape::Analytic(Analytic::Sphere { radius: 1.0 }))];
+    let ball = vec![object("ball", Shape::from(Analytic::Sphere { radius: 1.0 }))];
     assert_eq!(found(ball, &[sun(0.0, -1.0, 0.0)]), []);
 }
 

@@ -97,7 +97,7 @@ fn the_mean_holds_the_truth() {
 #[test]
 fn the_sum_is_that_of_single_bakes() {
     let mut scene = plate_over_floor();
-    scene.objects.push(object("ball", Shape::Analytic(Analytic::Sphere { radius: 1.0 }), [2.0, 1.5, 1.0]));
+    scene.objects.push(object("ball", Shape::from(Analytic::Sphere { radius: 1.0 }), [2.0, 1.5, 1.0]));
     let (suns, request) = (suns(), Request { sampling: Some(Sampling::Count(500)), ..request(&scene, 4, 5) });
     let report = hours_of(&scene, &request, &suns);
     scene.lights = suns.iter().map(|sun| Light::new(String::new(), sun.source)).collect();
@@ -130,7 +130,7 @@ fn the_sum_is_that_of_single_bakes() {
 #[test]
 fn the_order_of_the_lights_changes_nothing() {
     let mut scene = plate_over_floor();
-    let cone = Shape::Analytic(Analytic::Cone { radius: 1.0, height: 2.0 });
+    let cone = Shape::from(Analytic::Cone { radius: 1.0, height: 2.0 });
     scene.objects.push(object("cone", cone, [-2.0, 1.0, 1.0]));
     let request = request(&scene, 3, 5);
     let forth = suns();

@@ -158,7 +158,7 @@ fn mixed_scene() -> Scene {
     let mut scene = scene();
     scene.objects.extend([
         object("box", Shape::Cuboid(Cuboid { size: [0.8, 1.1, 0.5] }), [-2.0, 0.7, 1.5]),
-        object("cylinder", Shape::Analytic(Analytic::Cylinder { radius: 0.4, height: 1.2 }), [2.1, 0.9, -1.2]),
+        object("cylinder", Shape::from(Analytic::Cylinder { radius: 0.4, height: 1.2 }), [2.1, 0.9, -1.2]),
         object("needles", Shape::Mesh(needles.into()), [0.0, 0.1, 0.0]),
     ]);
     scene

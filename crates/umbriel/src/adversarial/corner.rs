@@ -126,5 +126,5 @@ fn body_beside(point: DVec3, way: DVec3, world: &World, random: &mut Random) -> 
         Analytic::Ellipsoid { radii: radii.to_array() }
     };
     let placement = Placement::new(DAffine3::from_translation(centre)).ok()?;
-    Object::new("body".into(), Shape::Analytic(body), placement, Sides::Auto).ok()
+    Object::new("body".into(), Shape::from(body), placement, Sides::Auto).ok()
 }

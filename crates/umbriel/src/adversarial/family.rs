@@ -104,9 +104,7 @@ fn scales(random: &mut Random) -> (Vec<Object>, LightSource) {
         let name = format!("{number}");
         objects.push(match random.below(6) {
             0 => body_at(name, at, Shape::Cuboid(Cuboid { size: [(); 3].map(|()| random.pick(&sizes)) })),
-            1 => {
-                body_at(name, at, Shape::Analytic(Analytic::Ellipsoid { radii: [(); 3].map(|()| random.pick(&sizes)) }))
-            }
+            1 => body_at(name, at, Shape::from(Analytic::Ellipsoid { radii: [(); 3].map(|()| random.pick(&sizes)) })),
             2 => standing(name, hull_or_mesh([(); 4].map(|()| corner(random))), Sides::Auto),
             _ => triangle(&name, [(); 3].map(|()| corner(random))),
         });
@@ -186,7 +184,7 @@ fn needles(random: &mut Random) -> (Vec<Object>, LightSource) {
 /// A body that reaches from −1 to 1 along its axis, if its size is 1.
 fn any_body(size: f64, random: &mut Random) -> Shape {
     let height = 2.0 * size;
-    Shape::Analytic(match random.below(9) {
+    Shape::from(match random.below(9) {
         0 => Analytic::Cylinder { radius: size * 0.5, height },
         1 => Analytic::Cone { radius: size, height },
         2 => Analytic::Paraboloid { radius: size, height },

@@ -77,8 +77,8 @@ fn any_object(name: String, shared: &Shape, random: &mut Random) -> Object {
     let shape = match random.below(8) {
         0 => Shape::Rectangle(Rectangle { size: [size, 2.0] }),
         1 => Shape::Cuboid(Cuboid { size: [size, 1.0, 2.0] }),
-        2 => Shape::Analytic(Analytic::Sphere { radius: size / 2.0 }),
-        3 => Shape::Analytic(Analytic::Ellipsoid { radii: [size / 2.0, 0.5, 1.0] }),
+        2 => Shape::from(Analytic::Sphere { radius: size / 2.0 }),
+        3 => Shape::from(Analytic::Ellipsoid { radii: [size / 2.0, 0.5, 1.0] }),
         4 => hull(&corners_of_tetrahedron(size)).expect("a tetrahedron"),
         5 => tetrahedron(size),
         6 => shared.clone(),

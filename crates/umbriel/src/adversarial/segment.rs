@@ -209,7 +209,7 @@ fn tangent(random: &mut Random) -> SegmentTrial {
     let map = DAffine3 { matrix3: DMat3::from_diagonal(stretch * world.scale), translation: world.offset };
     let (start, light) = through(map.transform_point3(point), map.transform_vector3(along), random);
     let placement = Placement::new(map).expect("a regular matrix");
-    let object = Object::new("body".into(), Shape::Analytic(body), placement, Sides::Auto);
+    let object = Object::new("body".into(), Shape::from(body), placement, Sides::Auto);
     let object = object.expect("sizes far inside the accepted range");
     SegmentTrial { scene: scene(vec![object]), place: free(start), light }
 }

@@ -274,7 +274,7 @@ mod tests {
         let cells: Vec<Cell> = (0..6).map(|face| Cell { face, ..cell(0, 0, 0, top_lit(face)) }).collect();
         let cuboid = mesh(&object(Shape::Cuboid(Cuboid { size: [1.0; 3] })), &cells, Coloring::Vertex);
         assert_eq!((cuboid.positions.len(), cuboid.colors.iter().filter(|&&color| color == LIT).count()), (24, 4));
-        let ball = mesh(&object(Shape::Analytic(Analytic::Sphere { radius: 1.0 })), &cells, Coloring::Vertex);
+        let ball = mesh(&object(Shape::from(Analytic::Sphere { radius: 1.0 })), &cells, Coloring::Vertex);
         // A patch has 16 × 16 polygons here; the patches of a ball share their borders.
         assert_eq!(ball.positions.len(), 6 * 16 * 16 + 2);
         assert!(ball.colors.iter().any(|&color| color != LIT && color != SHADOWED), "the border is smooth");

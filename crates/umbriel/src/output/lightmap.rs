@@ -272,7 +272,7 @@ mod tests {
         let raised = Placement::new(glam::DAffine3::from_translation(glam::DVec3::Y * 2.0)).expect("regular");
         let object = |name: &str, shape, placement| Object::new(name.into(), shape, placement, Sides::Auto);
         let floor = object("floor", Shape::Mesh(floor.into()), Placement::IDENTITY).expect("a floor");
-        let ball = object("ball", Shape::Analytic(Analytic::Sphere { radius: 1.0 }), raised).expect("a ball");
+        let ball = object("ball", Shape::from(Analytic::Sphere { radius: 1.0 }), raised).expect("a ball");
         let light = |direction: &[f64; 3]| Light::new("sun", LightSource::sun(*direction).expect("a sun"));
         Scene { objects: vec![floor, ball], lights: suns.iter().map(light).collect(), ..Scene::default() }
     }

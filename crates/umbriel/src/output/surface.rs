@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn areas_of_curved_cells_add_up_to_the_body() {
-        let sphere = || Shape::Analytic(Analytic::Sphere { radius: 1.0 });
+        let sphere = || Shape::from(Analytic::Sphere { radius: 1.0 });
         let pi = std::f64::consts::PI;
         let e = 3f64.sqrt() / 2.0;
         let spheroid = 2.0 * pi * (1.0 + 2.0 / e * e.asin());
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn polygons_look_outward_under_mirrors_too() {
         for scale in [DVec3::ONE, DVec3::new(-1.0, 1.0, 1.0)] {
-            let object = object(Shape::Analytic(Analytic::Sphere { radius: 2.0 }), scale);
+            let object = object(Shape::from(Analytic::Sphere { radius: 2.0 }), scale);
             let surface = Surface::of(&object);
             let volume: f64 = (0..6)
                 .flat_map(|face| surface.parts(&cell(face, 0, 0, 0)))

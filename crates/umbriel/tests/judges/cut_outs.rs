@@ -169,7 +169,7 @@ impl Chance {
     fn new(dice: &mut Dice) -> Self {
         let mut chance = Self { scene: Scene::default(), sheets: Vec::new() };
         let floor = Shape::Rectangle(Rectangle { size: [8.0; 2] });
-        let ball = Shape::Analytic(Analytic::Sphere { radius: RADIUS });
+        let ball = Shape::from(Analytic::Sphere { radius: RADIUS });
         let aside = DAffine3::from_translation(DVec3::new(0.5, RADIUS, -1.0));
         chance.scene.objects = vec![object("floor", floor, DAffine3::IDENTITY), object("ball", ball, aside)];
         for _ in 0..1 + dice.below(3) {

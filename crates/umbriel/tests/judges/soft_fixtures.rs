@@ -119,8 +119,8 @@ impl Eclipse {
             let map = DAffine3::from_translation(DVec3::NEG_X * distance);
             scene.objects[moon] = scene.objects[moon].moved(Placement::new(map).expect("regular")).expect("a ball");
         }
-        let radius = |object: usize| match scene.objects[object].shape {
-            Shape::Analytic(Analytic::Sphere { radius }) => radius,
+        let radius = |object: usize| match scene.objects[object].shape.analytic() {
+            Some(&Analytic::Sphere { radius }) => radius,
             _ => panic!("a ball"),
         };
         let Extent::Sphere { radius: sun } = scene.lights[0].extent else { panic!("the Sun is a ball") };

@@ -54,7 +54,7 @@ fn a_tilted_face_has_its_depths_at_the_texels_middles() {
 
 #[test]
 fn curved_bodies_are_in_the_map() {
-    let ball = Shape::Analytic(Analytic::Sphere { radius: 1.0 });
+    let ball = Shape::from(Analytic::Sphere { radius: 1.0 });
     let placement = Placement::new(DAffine3::from_translation(DVec3::Y * 4.0)).expect("regular");
     let ball = Object::new("ball".into(), ball, placement, Sides::Auto).expect("a body");
     let scene = Scene { objects: vec![ball], ..Scene::default() };

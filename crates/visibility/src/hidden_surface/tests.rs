@@ -135,7 +135,7 @@ fn what_is_edge_on_behind_the_eye_or_in_its_plane_is_not_seen() {
 
 #[test]
 fn a_ball_is_as_round_as_its_formula() {
-    let ball = Shape::Analytic(Analytic::Sphere { radius: 3.0 });
+    let ball = Shape::from(Analytic::Sphere { radius: 3.0 });
     let at = DAffine3::from_translation(DVec3::new(3.0, 3.0, 0.0));
     let (shot, picture) = common_picture(&scene(vec![object(ball, at)]), &over_lattice());
     for row in 0..8u32 {
@@ -155,7 +155,7 @@ fn tangle() -> Scene {
     let turned =
         |x, y, z, angle: f64| DAffine3::from_rotation_translation(DQuat::from_rotation_y(angle), DVec3::new(x, y, z));
     let cuboid = |size| Shape::Cuboid(Cuboid { size });
-    let curved = Shape::Analytic;
+    let curved = |body: Analytic| Shape::from(body);
     let long = |turn: f64| {
         // One of three boards in a ring, each over the next.
         DAffine3::from_rotation_y(turn)

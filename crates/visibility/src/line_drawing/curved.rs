@@ -40,7 +40,7 @@ pub(super) fn flattened(object: &Object, projector: &Projector) -> Option<Flatte
         return Some(Flattened { object: object.clone(), pieces: None });
     };
     let parts = parts(object, projector);
-    let stretch = if let Analytic::Ellipsoid { radii } = body { (*radii).into() } else { DVec3::ONE };
+    let stretch = if let Analytic::Ellipsoid { radii } = **body { radii.into() } else { DVec3::ONE };
     let Turned { points, triangles, pieces } = Turned::new(&profile(body, parts)?, 4 * parts);
     let positions = points.into_iter().map(|point| (point * stretch).to_array()).collect();
     let mesh = Mesh::new(positions, triangles).ok()?;

@@ -151,7 +151,7 @@ fn bodies_of_one_object_have_a_line_where_they_cross() {
 }
 
 fn ball(radius: f64) -> Shape {
-    Shape::Analytic(Analytic::Sphere { radius })
+    Shape::from(Analytic::Sphere { radius })
 }
 
 #[test]
@@ -177,7 +177,7 @@ fn rims_of_curved_bodies_are_drawn_and_their_facets_are_not() {
     // From the side a cylinder is a rectangle, a cone a triangle; from above a disk is a circle.
     let side = view(DVec3::Z);
     let of = |body: Analytic, view: &View| {
-        length(&drawn(&scene(vec![(Shape::Analytic(body), DVec3::ZERO)]), view), Ink::Visible)
+        length(&drawn(&scene(vec![(Shape::from(body), DVec3::ZERO)]), view), Ink::Visible)
     };
     // Front and back of a rim lie on each other, and only the front is visible.
     let cylinder = of(Analytic::Cylinder { radius: 3.0, height: 4.0 }, &side);
@@ -201,7 +201,7 @@ fn rims_of_curved_bodies_are_drawn_and_their_facets_are_not() {
     let quadric = ANY_QUADRIC;
     assert!(
         curved::flattened(
-            &Object::new("quadric".into(), Shape::Analytic(quadric), Placement::IDENTITY, Sides::Auto).expect("a body"),
+            &Object::new("quadric".into(), Shape::from(quadric), Placement::IDENTITY, Sides::Auto).expect("a body"),
             &Projector::new(&side).expect("a view")
         )
         .is_none()
@@ -219,12 +219,12 @@ fn sharp_tips_of_curved_bodies_have_no_edges() {
         Analytic::Paraboloid { radius: 1.0, height: 8.0 },
         Analytic::Cone { radius: 1.0, height: 8.0 },
     ] {
-        let visible = length(&drawn(&scene(vec![(Shape::Analytic(body), DVec3::ZERO)]), &above), Ink::Visible);
+        let visible = length(&drawn(&scene(vec![(Shape::from(body), DVec3::ZERO)]), &above), Ink::Visible);
         assert!((visible - circle).abs() < 0.01 * circle, "{body:?}: {visible}, should be {circle}");
     }
     // Rims are drawn where they hardly bend: a flat frustum, with circles of 10 and of 5 pixels.
     let flat = Analytic::Frustum { bottom_radius: 1.0, top_radius: 0.5, height: 0.05 };
-    let visible = length(&drawn(&scene(vec![(Shape::Analytic(flat), DVec3::ZERO)]), &above), Ink::Visible);
+    let visible = length(&drawn(&scene(vec![(Shape::from(flat), DVec3::ZERO)]), &above), Ink::Visible);
     assert!((visible - 1.5 * circle).abs() < 0.015 * circle, "{visible}");
 }
 

@@ -76,7 +76,7 @@ fn what_goes_through_the_floor_shadows_what_is_above() {
 
 #[test]
 fn curved_bodies_are_refused() {
-    let ball = object(Shape::Analytic(Analytic::Sphere { radius: 1.0 }), DVec3::Y);
+    let ball = object(Shape::from(Analytic::Sphere { radius: 1.0 }), DVec3::Y);
     let scene = Scene { objects: vec![floor(), ball], ..Scene::default() };
     let sun = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun");
     assert_eq!(ShadowPolygons::cast(&scene, &sun), Err(TwoPassDefect::Curved { object: 1 }));

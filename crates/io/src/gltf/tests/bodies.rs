@@ -145,7 +145,7 @@ fn colliders_without_a_mesh_are_bodies() {
         for is_old in [false, true] {
             let model = model(collider(&shape, is_old));
             assert_eq!(names(&model), ["node0", "body"]);
-            assert!(matches!(&model.objects[1].shape, Shape::Analytic(body) if *body == expected), "{shape}");
+            assert!(model.objects[1].shape.analytic() == Some(&expected), "{shape}");
             assert_eq!(model.objects[1].map, glam::DAffine3::from_translation(DVec3::new(0.0, 9.0, 0.0)));
             assert!(found(model).is_empty());
         }
@@ -210,7 +210,7 @@ fn colliders_stand_for_meshes_where_that_is_wanted() {
     let body = |reading: &Reading| {
         let model = parse_with(with_mesh(), reading).expect("a model");
         assert_eq!(names(&model), ["node0", "body"]);
-        matches!(model.objects[1].shape, Shape::Analytic(Analytic::Sphere { radius: 2.0 }))
+        model.objects[1].shape.analytic() == Some(&Analytic::Sphere { radius: 2.0 })
     };
     assert!(!body(&Reading::default()), "the mesh");
     assert!(body(&Reading { colliders: Colliders::InPlace, ..Reading::default() }));

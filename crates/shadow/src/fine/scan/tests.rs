@@ -160,7 +160,7 @@ fn solids_given_very_often() {
 
 #[test]
 fn curved_bodies_are_in_the_way_of_flat_ones() {
-    let body = |body: Analytic, map: DAffine3| object(Shape::Analytic(body), map, Sides::Two);
+    let body = |body: Analytic, map: DAffine3| object(Shape::from(body), map, Sides::Two);
     let at = |x: f64, y: f64, z: f64| DAffine3::from_translation(DVec3::new(x, y, z));
     let turned = DAffine3::from_rotation_translation(
         DQuat::from_xyzw(0.3, 0.1, -0.5, 0.8).normalize(),

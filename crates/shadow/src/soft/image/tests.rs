@@ -178,7 +178,7 @@ fn what_has_something_behind_it_blocks() {
     let map = |height| DAffine3::from_translation(DVec3::Y * height);
     let rectangle = |size| Shape::Rectangle(Rectangle { size: [size; 2] });
     let slab = Shape::Cuboid(Cuboid { size: [20.0, 1.0, 20.0] });
-    let ball = Shape::Analytic(Analytic::Sphere { radius: 0.5 });
+    let ball = Shape::from(Analytic::Sphere { radius: 0.5 });
     let space = LightSpace::round(DVec3::new(1.0, 10.0, 2.0), DVec3::NEG_Y, [], MAP);
     let hide = |objects: &[Object]| {
         let trees: Vec<BoxTree> = objects.iter().map(BoxTree::of).collect();

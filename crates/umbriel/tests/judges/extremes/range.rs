@@ -51,7 +51,7 @@ fn what_is_refused_is_named() {
         let quadric = |row: usize, column: usize| {
             let mut matrix = [[0.0; 4]; 4];
             (matrix[0][0], matrix[row][column]) = (1.0, number);
-            Shape::Analytic(Analytic::Quadric { matrix, within: [[-1.0; 3], [1.0; 3]] })
+            Shape::from(Analytic::Quadric { matrix, within: [[-1.0; 3], [1.0; 3]] })
         };
         let entry = AnalyticDefect::Entry { row: 2, column: 3 };
         assert_eq!(whole(quadric(2, 3)), Some(ObjectDefect::Analytic(entry)), "{number}");

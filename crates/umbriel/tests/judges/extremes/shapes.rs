@@ -274,7 +274,7 @@ fn cylinders_like_hairs_and_like_coins() {
         let lit = 64.0 - PI;
         assert!(lower <= lit * (1.0 + 1e-12) && lit <= upper * (1.0 + 1e-12), "{lower} {upper}");
         assert!(upper - lower < 2.0, "{lower} {upper}");
-        let cylinder = Shape::Analytic(Analytic::Cylinder { radius, height });
+        let cylinder = Shape::from(Analytic::Cylinder { radius, height });
         assert_eq!(object("again", cylinder, standing).face_count(), 12);
     }
 }

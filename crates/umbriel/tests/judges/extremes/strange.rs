@@ -118,8 +118,8 @@ fn leaning_tips_and_suns_along_their_sides() {
     ];
     for shape in shapes {
         for map in [at(0.0, 2.0, 0.0) * shear, at(0.0, 2.0, 0.0) * mirror, at(0.5, 2.0, 0.0) * turn()] {
-            let tip = match shape {
-                Shape::Analytic(Analytic::Quadric { .. }) => DVec3::ZERO,
+            let tip = match shape.analytic() {
+                Some(Analytic::Quadric { .. }) => DVec3::ZERO,
                 _ => DVec3::Y,
             };
             let along = |x: f64, z: f64| map.transform_vector3(DVec3::new(x, -2.0, z));

@@ -173,16 +173,7 @@ impl Body {
             Shape::Mesh(mesh) => Self::Flats(frame.mesh(mesh, &one_sided)),
             Shape::Rectangle(rectangle) => Self::Flats(vec![frame.rectangle(rectangle, one_sided(false))]),
             Shape::Cuboid(cuboid) => Self::Flats(frame.cuboid(cuboid, one_sided(true))),
-            Shape::Analytic(Analytic::Sphere { radius }) => {
-                let radius = Binary::new(*radius);
-                let surface = Ellipsoid::new(&frame.rows, frame.origin.clone(), &radius);
-                let one_sided = one_sided(true);
-                Self::Round(Box::new(Round { surface, one_sided, rows: frame.rows, centre: frame.origin, radius }))
-            }
-            Shape::Analytic(body) => {
-                let solid = Solid::new(body);
-                Self::Bent(Box::new(Bent::new(solid, &frame, one_sided(solid.is_closed()))))
-            }
+            Shape::Analytic(body) => frame.curved(body, one_sided),
             Shape::Convex(convex) => Self::Flats(frame.convex(convex.points(), one_sided(true))),
             other => panic!("the oracle does not know {other:?}"),
         }
@@ -203,6 +194,17 @@ impl Frame {
         let rows: [Vector; 3] = std::array::from_fn(|i| vector([columns[0][i], columns[1][i], columns[2][i]]));
         let mirrored = dot(&rows[0], &cross(&rows[1], &rows[2])).sign() < 0;
         Self { rows, origin: vector(map.translation.to_array()), mirrored }
+    }
+
+    fn curved(self, body: &Analytic, one_sided: impl Fn(bool) -> bool) -> Body {
+        if let Analytic::Sphere { radius } = body {
+            let radius = Binary::new(*radius);
+            let surface = Ellipsoid::new(&self.rows, self.origin.clone(), &radius);
+            let one_sided = one_sided(true);
+            return Body::Round(Box::new(Round { surface, one_sided, rows: self.rows, centre: self.origin, radius }));
+        }
+        let solid = Solid::new(body);
+        Body::Bent(Box::new(Bent::new(solid, &self, one_sided(solid.is_closed()))))
     }
 
     fn image(&self, local: [f64; 3]) -> Vector {

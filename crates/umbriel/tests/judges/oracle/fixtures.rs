@@ -36,7 +36,7 @@ pub(crate) fn cuboid(x: f64, y: f64, z: f64) -> Shape {
 
 /// A curved body.
 pub(crate) fn analytic(body: Analytic) -> Shape {
-    Shape::Analytic(body)
+    Shape::from(body)
 }
 
 /// A sphere.
@@ -56,7 +56,7 @@ pub(crate) fn convex(points: &[[f64; 3]]) -> Shape {
 
 /// Whether not all parameters of its faces are points of it.
 pub(crate) fn has_gaps(shape: &Shape) -> bool {
-    matches!(shape, Shape::Analytic(Analytic::Quadric { .. }))
+    matches!(shape.analytic(), Some(Analytic::Quadric { .. }))
 }
 
 /// Whether the faces are triangles, whose points have u + v ≤ 1.
