@@ -52,8 +52,10 @@ fn is_jpeg(bytes: &[u8]) -> bool {
 
 fn png_alpha(bytes: &[u8], ledger: &Ledger) -> Result<Option<AlphaMap>, String> {
     let unread = |fault: DecodingError| format!("its PNG is not read: {}", excerpt(&fault.to_string()));
-    // What the decoder may take is for the ledger to say.
+    // What the pixels may take is for the ledger to say; what else may be in the file is not unpacked.
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: usize::MAX });
+    decoder.set_ignore_iccp_chunk(true);
+    decoder.set_ignore_text_chunk(true);
     let is_indexed = decoder.read_header_info().map_err(unread)?.color_type == ColorType::Indexed;
     // Colours of a palette are looked up here: the decoder takes those that it lacks for black.
     decoder.set_transformations(if is_indexed { Transformations::IDENTITY } else { Transformations::EXPAND });

@@ -39,6 +39,9 @@ const DRAWN_A_CELL: u64 = 4;
 /// All facets of a body are looked at in the time in which so many times fewer are found over a face and put together.
 const FOUND_A_FACET: usize = 12;
 
+/// A face is a needle if rounding may change its area by this part of it: it is a million million times as long as it is high.
+const NEEDLE: f64 = 1.0 / 4096.0;
+
 /// What is drawn on a face by [`raster`].
 struct Drawn {
     /// The facets that are found over the face, rather than all of the bodies that may shadow it.
@@ -97,10 +100,21 @@ impl<'a> FlatReceiver<'a> {
         if !flat_face_is_lit(self.all.bodies, (object as usize, facet as usize), self.all.light, turn) {
             return FlatFace::decided(self.shape, Verdict::Shadowed, self.levels, self.lattice);
         }
+        // Samples of it are decided one by one all the same.
+        if self.is_needle() && self.lattice.is_none() {
+            return self.told(Verdict::Undecided, 0);
+        }
         let crowded = self.effort_in_crowd();
         let drawn = if crowded.is_none() { self.suits_borders() } else { None };
         let by_borders = drawn.and_then(|drawn| self.draw(&drawn).ok());
         by_borders.unwrap_or_else(|| self.divide(crowded))
+    }
+
+    /// Whether the face is so thin that floats hardly tell its sides apart: each decision would be an exact one, about no area to speak of.
+    fn is_needle(&self) -> bool {
+        let Body::Flat(facets) = self.all.bodies.get(self.id.object as usize) else { return false };
+        let area = facets.area(self.id.facet as usize);
+        area.error >= NEEDLE * area.value
     }
 
     /// Objects that may shadow this one; in a throng this face.

@@ -172,3 +172,16 @@ fn a_place_beyond_the_diagonal_by_less_than_an_ulp_is_refused() {
     assert!(!is_taken && decisions.exact > 0, "beyond it: {decisions:?}");
     assert!(ask(0.5f64.next_down()).0);
 }
+
+/// A fan of triangles whose corners lie on a line but for rounding: each lies over all others, and which side of each a point is on only exact numbers tell.
+#[test]
+fn needles_are_not_divided() {
+    let corners = (0..400).map(|k| [0.1, 0.3, 0.7].map(|step| f64::from(k) * step)).collect();
+    let scene =
+        scene(vec![object("needles", mesh(corners, (1..399).map(|k| [0, k, k + 1]).collect()), DAffine3::IDENTITY)]);
+    let request = Request::everything(&scene, Detail::Depth { interior: 5, boundary: 8 });
+    let (report, decisions) = counted(|| bake(&scene, &request, &Silent).expect("not cancelled"));
+    let needles = &report.lights[0].objects[0];
+    assert!(needles.area > 0.0 && needles.lit.upper <= needles.area + needles.area_error && needles.lit.lower == 0.0);
+    assert!(decisions.expansion + decisions.exact < 400, "{decisions:?}");
+}

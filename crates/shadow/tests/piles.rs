@@ -107,3 +107,25 @@ fn a_crowd_that_dividing_does_not_thin_is_not_divided() {
     assert!(last < 2 * first, "{first} cells at depth 2, {last} at depth 4");
     judged(&scene, &reports[4], 7);
 }
+
+/// Balls that are less apart than the finest cells are curved: no cell that faces the light is told, and that is seen long before all are divided.
+#[test]
+fn shells_that_all_but_coincide_are_not_divided_to_the_end() {
+    let sun = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
+    let detail = Detail::Depth { interior: 9, boundary: 9 };
+    for gap in [f64::EPSILON, 2f64.powi(-40), 2f64.powi(-24)] {
+        let ball = |k: i32| (Analytic::Sphere { radius: 1.0 + f64::from(k) * gap }, DAffine3::IDENTITY);
+        let scene = scene((0..2).map(ball), sun);
+        let report = bake(&scene, &Request::everything(&scene, detail), &Silent).expect("nobody cancels");
+        let inner = &report.lights[0].objects[0];
+        // Truly none of it is lit; half of it is turned away.
+        assert!(inner.lit.lower == 0.0 && inner.undecided() < 0.51 * inner.area, "{gap}: {:?}", inner.lit);
+        assert!(report.work.cells < 200_000, "{gap}: {} cells", report.work.cells);
+    }
+    // What finer cells tell, they do.
+    let apart =
+        scene((0..2).map(|k| (Analytic::Sphere { radius: 1.0 + f64::from(k) / 4096.0 }, DAffine3::IDENTITY)), sun);
+    let report = bake(&apart, &Request::everything(&apart, detail), &Silent).expect("nobody cancels");
+    let inner = &report.lights[0].objects[0];
+    assert!(inner.undecided() < 0.05 * inner.area, "{:?}", inner.lit);
+}

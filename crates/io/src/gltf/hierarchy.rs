@@ -26,6 +26,8 @@ pub(super) struct Placed {
     pub(super) map: DAffine3,
     /// What turns directions as the rotations and matrices up to the root do: scales that nodes give apart are left out.
     pub(super) turn: DMat3,
+    /// Neither it nor a node above it is hidden (KHR_node_visibility): what it shows counts, its meshes and lights.
+    pub(super) is_visible: bool,
 }
 
 /// The nodes of the scene, parents before their children.
@@ -66,8 +68,11 @@ impl Hierarchy {
         let mut placed: Vec<Placed> = Vec::new();
         while let Some((node, parent)) = open.pop() {
             open.extend(document.nodes[node].children.iter().rev().map(|&child| (child, Some(placed.len()))));
-            let above = parent.map_or(DMat3::IDENTITY, |parent| placed[parent].turn);
-            placed.push(Placed { node, parent, map: maps[node], turn: above * own_turn(&document.nodes[node]) });
+            let declared = &document.nodes[node];
+            let above = parent.map(|parent| &placed[parent]);
+            let turn = above.map_or(DMat3::IDENTITY, |above| above.turn) * own_turn(declared);
+            let is_visible = above.is_none_or(|above| above.is_visible) && !declared.is_hidden();
+            placed.push(Placed { node, parent, map: maps[node], turn, is_visible });
         }
         Ok(Self { placed, maps, tiny })
     }

@@ -218,7 +218,7 @@ pub(super) struct Node {
     pub(super) extensions: NodeExtensions,
 }
 
-const _: () = assert!(size_of::<Node>() <= 192, "three million empty nodes are a file of nine megabytes");
+const _: () = assert!(size_of::<Node>() <= 200, "three million empty nodes are a file of nine megabytes");
 
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct NodeExtensions {
@@ -228,6 +228,20 @@ pub(super) struct NodeExtensions {
     pub(super) instancing: Option<Box<Instancing>>,
     #[serde(rename = "KHR_physics_rigid_bodies")]
     pub(super) rigid_body: Option<Box<RigidBody>>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub(super) visibility: Option<Visibility>,
+}
+
+impl Node {
+    /// Whether it and all below it are not shown.
+    pub(super) fn is_hidden(&self) -> bool {
+        self.extensions.visibility.as_ref().and_then(|visibility| visibility.visible) == Some(false)
+    }
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Visibility {
+    pub(super) visible: Option<bool>,
 }
 
 #[derive(Debug, Deserialize)]

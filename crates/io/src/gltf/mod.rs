@@ -10,6 +10,7 @@
 //! - A node's matrix is the f64 product of its ancestors' matrices and its own, multiplied from the root:
 //!   ((root · child) · grandchild) · instance. Numbers of the text are read as f64, 32-bit floats become f64 exactly.
 //! - KHR_lights_punctual: a directional light is a sun along the node's −Z, a point or spot light stands at the node.
+//! - Nodes that are hidden (KHR_node_visibility), and all below them, have neither bodies nor lights; cameras, cells and portals count.
 //! - The scene is the default one, else the first, else all nodes without a parent. Families are its nodes with children.
 //! - Sparse accessors, accessors without a buffer view, KHR_mesh_quantization and all three ways of compression
 //!   (EXT_meshopt_compression, KHR_meshopt_compression, KHR_draco_mesh_compression) are read.
@@ -55,7 +56,7 @@ use mesh::Meshes;
 use views::Views;
 
 /// Extensions that are read.
-const READ: [&str; 10] = [
+const READ: [&str; 11] = [
     "KHR_lights_punctual",
     "EXT_mesh_gpu_instancing",
     "KHR_mesh_quantization",
@@ -66,6 +67,7 @@ const READ: [&str; 10] = [
     "KHR_collision_shapes",
     "KHR_physics_rigid_bodies",
     "KHR_texture_transform",
+    "KHR_node_visibility",
 ];
 /// Extensions that change nothing but shading, pictures, motions and remarks: they may be required.
 const WITHOUT_EFFECT: [&str; 28] = [

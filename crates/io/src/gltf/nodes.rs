@@ -79,11 +79,12 @@ impl Walk<'_> {
         match (room.map(|room| *room), shape, node.mesh) {
             (Some(Room::Cell(cell)), ..) => self.model.cells.push(cell),
             (Some(Room::Portal(portal)), ..) => self.model.portals.push(portal),
+            (None, None, None) => return Ok(()),
+            (None, ..) if !placed.is_visible => return Ok(()),
             (None, Some(shape), _) => add_body(&mut self.model, placed, node, shape),
             (None, None, Some(mesh)) => {
                 self.add_mesh(placed, node, mesh).map_err(|problem| within(problem, &place(placed.node, node)))?;
             }
-            (None, None, None) => return Ok(()),
         }
         self.model.check_size(self.accessors.ledger())
     }
@@ -109,7 +110,11 @@ impl Walk<'_> {
     fn see(&mut self, placed: &Placed) -> Result<(), LoadProblem> {
         let node = &self.document.nodes[placed.node];
         let refused = |message: String| LoadProblem::element(place(placed.node, node), message);
+        let lights = self.model.lights.len();
         lights::add(&mut self.model, self.document, placed).map_err(refused)?;
+        if !placed.is_visible {
+            self.model.lights.truncate(lights);
+        }
         if let (Some(index), None) = (node.camera, &self.model.camera) {
             let declared = element(&self.document.cameras, index, "camera").map_err(refused)?;
             match eye(declared, &placed.map) {

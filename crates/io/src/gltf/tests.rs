@@ -183,6 +183,30 @@ fn the_scene_is_the_default_one_else_the_first_else_everything() {
 }
 
 #[test]
+fn hidden_nodes_show_nothing_and_nor_do_those_below() {
+    let visible = |visible: bool| json!({ "KHR_node_visibility": { "visible": visible } });
+    let (mut document, data) = triangle(&json!([
+        { "name": "hidden", "mesh": 0, "children": [1], "extensions": visible(false) },
+        { "name": "below", "mesh": 0, "camera": 0, "extensions": visible(true) },
+        { "name": "shown", "mesh": 0, "extensions": visible(true) },
+        { "extensions": { "KHR_node_visibility": { "visible": false }, "KHR_lights_punctual": { "light": 0 } } },
+        { "extensions": { "KHR_lights_punctual": { "light": 0 } } }
+    ]));
+    document["cameras"] = json!([{ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }]);
+    document["extensions"] = json!({ "KHR_lights_punctual": { "lights": [{ "type": "point" }] } });
+    document["extensionsRequired"] = json!(["KHR_node_visibility"]);
+    let shown = model((document.clone(), data.clone()));
+    assert_eq!((names(&shown), shown.lights.len(), shown.camera.is_some()), (vec!["shown"], 1, true));
+    assert!(found(shown).iter().all(|(kind, ..)| *kind != FindingKind::UnknownExtension));
+    for fault in [json!({ "mesh": 9 }), json!({ "extensions": { "KHR_lights_punctual": { "light": 9 } } })] {
+        let mut broken = document.clone();
+        broken["nodes"][0].as_object_mut().expect("a node").remove("mesh");
+        broken["nodes"][1].as_object_mut().expect("a node").extend(fault.as_object().expect("members").clone());
+        assert!(parse((broken, data.clone())).is_err(), "{fault}");
+    }
+}
+
+#[test]
 fn broken_hierarchies_are_refused() {
     let message = |nodes: Value| refused(triangle(&nodes));
     assert!(message(json!([{ "children": [1] }, { "name": "x", "children": [0] }])).contains("cycle"));

@@ -65,12 +65,17 @@ fn halves_of(string: &[u8]) -> Vec<usize> {
     halves
 }
 
-/// The integer that a float stands for, if it is one.
+/// The integer that a float stands for, if it is one by its digits: `3.0`, `1e1`; not what is only rounded to one.
 fn whole_number(token: &[u8]) -> Option<i64> {
-    let is_float = token.iter().any(|byte| matches!(byte, b'.' | b'e' | b'E'));
-    let float: f64 = str::from_utf8(token).ok().filter(|_| is_float)?.parse().ok()?;
+    let text = str::from_utf8(token).ok()?;
+    let (digits, power) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let (_, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let is_whole = fraction.bytes().all(|digit| digit == b'0') && !power.starts_with('-');
+    let is_float = text.contains(['.', 'e', 'E']);
+    // JSON wants a digit after the point.
+    let float: f64 = serde_json::from_str(text).ok().filter(|_| is_float && is_whole)?;
     // Floats hold all whole numbers up to 2^53.
-    (float.fract() == 0.0 && float.abs() <= 9_007_199_254_740_992.0).then_some(float as i64)
+    (float.abs() <= 9_007_199_254_740_992.0).then_some(float as i64)
 }
 
 /// The length of the string that a text begins with, its quotes included.
@@ -94,6 +99,10 @@ mod tests {
     fn whole_numbers_and_halves_keep_their_places() {
         let plain = |text: &str| String::from_utf8(plain(text.as_bytes())).expect("UTF-8");
         assert_eq!(plain(r#"{"3.0":[3.0,2.5,1e1,-0.0]}"#), r#"{"3.0":[3  ,2.5,10 ,0   ]}"#);
+        assert_eq!(
+            plain("[1.,1e-400,3.00000000000000000001,40e-1,-2.00e0]"),
+            "[1.,1e-400,3.00000000000000000001,40e-1,-2     ]"
+        );
         assert_eq!(plain(r#""\ud83c\udfe0\\ud800""#), r#""\ud83c\udfe0\\ud800""#);
         assert_eq!(plain(r#""a\ud800b\udc00\ud801\ud802\udc02""#), r#""a\ufffdb\ufffd\ufffd\ud802\udc02""#);
         assert_eq!(halves(br#"["\ud800", "\\ud800", "\uDFFF\uD800", "\ud8"#), 3);

@@ -50,6 +50,12 @@ pub(crate) struct Patch<'a> {
 /// How often a cell is divided before it is asked whether that tells anything.
 const LEVELS_BEFORE_LOOKING: u8 = 4;
 
+/// A cell is looked at by its finest parts as often as this many levels are divided.
+const LEVELS_BETWEEN_LOOKS: u8 = 2;
+
+/// So many levels below a cell its finest parts are few beside those that are looked at.
+const LEVELS_BELOW_LOOKING: u8 = 3;
+
 /// So many bodies in question are a crowd.
 const CROWD: usize = 512;
 
@@ -106,6 +112,23 @@ impl Patch<'_> {
         place.level() > 0 && place.level() >= LEVELS_BEFORE_LOOKING && parts.all(|part| !self.is_told(part, occupied))
     }
 
+    /// Whether an undecided cell, surface all over, is not divided any more, since of its finest parts at 16 points all over it none is decided: a border runs through some
+    /// parts only, but where another surface is closer than the finest cells are curved, hardly any part is ever told. What is undecided at a finer level is so at a coarser
+    /// one: a finer level gives up no cell that a coarser one divides.
+    fn is_unclear_to_the_end(&self, place: Quadrant, candidates: &Candidates) -> bool {
+        let (level, finest) = (place.level(), self.levels.finest);
+        if level < LEVELS_BEFORE_LOOKING || level % LEVELS_BETWEEN_LOOKS != 0 || level + LEVELS_BELOW_LOOKING > finest {
+            return false;
+        }
+        let ([u, v], edge) = (place.low_corner(), place.edge());
+        let number = |parameter: f64| (parameter * 2f64.powi(i32::from(finest))) as u32;
+        let mut parts = pattern::points(place).filter_map(|[s, t]| {
+            let at = [number(u + s * edge), number(v + t * edge)];
+            Quadrant::at(finest, at)
+        });
+        parts.all(|part| self.judge(part, candidates, false).0 == Verdict::Undecided)
+    }
+
     /// Whether it is known of a part of a cell that it is no surface, or that it is, and what the body does to the light on it.
     fn is_told(&self, part: Quadrant, within: Occupied) -> bool {
         match self.occupied(part, within) {
@@ -139,7 +162,11 @@ impl Patch<'_> {
         };
         let is_open = occupied == Occupied::Partly || verdict == Verdict::Undecided;
         let is_crowded = || is_hopeless(place, candidates.bodies.len(), left.bodies.len());
-        let is_given_up = is_divisible && (is_crowded() || is_open && self.is_blurred(place, occupied));
+        let is_unclear = || {
+            let is_asked = occupied == Occupied::Whole && verdict == Verdict::Undecided;
+            is_asked && self.is_unclear_to_the_end(place, &left)
+        };
+        let is_given_up = is_divisible && (is_crowded() || is_open && self.is_blurred(place, occupied) || is_unclear());
         if is_given_up && known.is_none() {
             // As if it were the finest level, so that a finer one tells no less.
             (verdict, left) = self.judge(place, candidates, false);
