@@ -27,6 +27,8 @@ use header::{Element, Header};
 
 /// Reads a PLY file; `stem` names its object.
 pub(crate) fn read(bytes: &[u8], stem: &str, reading: &Reading) -> Result<Model, LoadProblem> {
+    // Editors put a byte order mark before text.
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let header = Header::read(bytes)?;
     let mut model = Model::default();
     let mut surface = Surface::default();

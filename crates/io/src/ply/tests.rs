@@ -189,6 +189,14 @@ fn rows_that_are_no_lines_are_told() {
 }
 
 #[test]
+fn a_byte_order_mark_is_no_part_of_the_text() {
+    let vertices = "0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n";
+    let mut bytes = b"\xef\xbb\xbf".to_vec();
+    bytes.extend(text(SQUARE, &format!("{vertices}0 3 0 1 2\n")));
+    assert_eq!(mesh(&parse(&bytes).expect("loads")).triangles(), [[0, 1, 2]]);
+}
+
+#[test]
 fn faults_name_their_place() {
     let vertices = "0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n";
     let huge = |format: &str| header(format, &SQUARE.replace("vertex 4", "vertex 4000000000")).into_bytes();
