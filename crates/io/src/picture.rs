@@ -70,7 +70,11 @@ fn png_alpha(bytes: &[u8], ledger: &Ledger) -> Result<Option<AlphaMap>, String> 
     }
     let mut content = vec![0; reader.output_buffer_size().ok_or("it is too large")?];
     reader.next_frame(&mut content).map_err(unread)?;
-    let texels = if is_indexed { of_palette(reader.info(), &content)? } else { of_pixels(kind, &content) };
+    let texels = match (is_indexed, has_alpha) {
+        (true, _) => of_palette(reader.info(), &content)?,
+        (false, true) => of_pixels(kind, &content),
+        (false, false) => return Ok(None),
+    };
     if has_alpha { AlphaMap::new(size, texels).map(Some).map_err(|defect| defect.to_string()) } else { Ok(None) }
 }
 

@@ -245,10 +245,7 @@ impl Object {
 
     /// The placed body, if it is given by formulas.
     pub fn analytic(&self) -> Option<PlacedAnalytic> {
-        match &self.shape {
-            Shape::Analytic(body) => PlacedAnalytic::new(**body, self.placement).ok(),
-            _ => None,
-        }
+        self.shape.analytic().and_then(|body| PlacedAnalytic::new(*body, self.placement).ok())
     }
 
     /// The world box, rounded outward; empty for a mesh without triangles. Found once.

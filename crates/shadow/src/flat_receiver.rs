@@ -101,7 +101,7 @@ impl<'a> FlatReceiver<'a> {
             return FlatFace::decided(self.shape, Verdict::Shadowed, self.levels, self.lattice);
         }
         // Samples of it are decided one by one all the same.
-        if self.is_needle() && self.lattice.is_none() {
+        if self.lattice.is_none() && self.is_needle() {
             return self.told(Verdict::Undecided, 0);
         }
         let crowded = self.effort_in_crowd();

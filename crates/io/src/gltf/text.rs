@@ -71,9 +71,11 @@ fn whole_number(token: &[u8]) -> Option<i64> {
     let (digits, power) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
     let (_, fraction) = digits.split_once('.').unwrap_or((digits, ""));
     let is_whole = fraction.bytes().all(|digit| digit == b'0') && !power.starts_with('-');
-    let is_float = text.contains(['.', 'e', 'E']);
+    if !is_whole || !text.contains(['.', 'e', 'E']) {
+        return None;
+    }
     // JSON wants a digit after the point.
-    let float: f64 = serde_json::from_str(text).ok().filter(|_| is_float && is_whole)?;
+    let float: f64 = serde_json::from_str(text).ok()?;
     // Floats hold all whole numbers up to 2^53.
     (float.abs() <= 9_007_199_254_740_992.0).then_some(float as i64)
 }

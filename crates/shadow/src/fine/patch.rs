@@ -50,10 +50,10 @@ pub(crate) struct Patch<'a> {
 /// How often a cell is divided before it is asked whether that tells anything.
 const LEVELS_BEFORE_LOOKING: u8 = 4;
 
-/// A cell is looked at by its finest parts as often as this many levels are divided.
+/// Cells of every second level are looked at by their finest parts.
 const LEVELS_BETWEEN_LOOKS: u8 = 2;
 
-/// So many levels below a cell its finest parts are few beside those that are looked at.
+/// Fewer levels above the finest one a cell has hardly more finest parts than would be looked at.
 const LEVELS_BELOW_LOOKING: u8 = 3;
 
 /// So many bodies in question are a crowd.
