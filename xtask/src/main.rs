@@ -8,6 +8,7 @@ mod ci;
 mod downstream;
 mod fixtures;
 mod fuzz;
+mod instances;
 mod layers;
 mod pictures;
 mod portals;
@@ -62,6 +63,8 @@ enum Task {
     Tradeoff(tradeoff::Options),
     /// Hold the source's claims about shadow volumes against measurements, for docs/source
     Source(source::Options),
+    /// Measure what instances of a mesh take beside a single one: peak memory
+    Instances(instances::Options),
     /// Let the judges look at millions of adversarial cases; hours, unless --minutes says otherwise
     Soak(soak::Options),
     /// Let libFuzzer look for bytes that break a parser, a small scene or an octree
@@ -92,6 +95,7 @@ fn main() -> ExitCode {
         Task::Soft(options) => soft::run(&options),
         Task::Tradeoff(options) => tradeoff::run(&options),
         Task::Source(options) => source::run(&options),
+        Task::Instances(options) => instances::run(&options),
         Task::Soak(options) => soak::run(&options),
         Task::Fuzz(options) => fuzz::run(&options),
         Task::Offsets => bench::offsets(),

@@ -7,7 +7,6 @@ use std::{
     fmt::Write,
     fs,
     path::{Path, PathBuf},
-    process::Command,
 };
 
 use anyhow::{Context, Result};
@@ -15,7 +14,7 @@ use serde_json::Value;
 
 use crate::{
     tradeoff::polygon_scenes,
-    workspace::{cargo, output_of, root},
+    workspace::{output_of, root, umbriel},
 };
 
 /// The source's smallest cells, and the edge of the scene that they are parts of: it gives no units.
@@ -100,10 +99,7 @@ fn best(options: &Options, scene: &Path, more: &[&str], picture: Option<&Path>) 
 }
 
 fn once(options: &Options, scene: &Path, more: &[&str], picture: Option<&Path>) -> Result<Vec<Row>> {
-    let mut command = match &options.umbriel {
-        Some(program) => Command::new(program),
-        None => cargo(&["run", "--quiet", "--release", "--package", "umbriel", "--"]),
-    };
+    let mut command = umbriel(options.umbriel.as_deref());
     command
         .arg("compare")
         .arg(scene)

@@ -6,14 +6,13 @@ use std::{
     fmt::Write,
     fs,
     path::{Path, PathBuf},
-    process::Command,
 };
 
 use anyhow::{Context, Result, ensure};
 
 use crate::{
     fixtures::SplitMix64,
-    workspace::{cargo, output_of, root},
+    workspace::{output_of, root, umbriel},
 };
 
 /// What is measured.
@@ -85,10 +84,7 @@ fn measure(course: &Course, options: &Options, folder: &Path) -> Result<String> 
     let mut arguments = vec!["tradeoff", &file, "--quiet", "--allow-outside", "--points", &points, "--runs", &runs];
     arguments.extend(course.more);
     arguments.extend(["-o", &svg, "-o", &png, "-o", &csv]);
-    let mut command = match &options.umbriel {
-        Some(program) => Command::new(program),
-        None => cargo(&["run", "--quiet", "--release", "--package", "umbriel", "--"]),
-    };
+    let mut command = umbriel(options.umbriel.as_deref());
     output_of(command.args(arguments))
 }
 

@@ -20,6 +20,14 @@ pub(crate) fn cargo(arguments: &[&str]) -> Command {
     command
 }
 
+/// The program that users run: this one, or else the workspace's own, built if need be.
+pub(crate) fn umbriel(program: Option<&Path>) -> Command {
+    match program {
+        Some(program) => Command::new(program),
+        None => cargo(&["run", "--quiet", "--release", "--package", "umbriel", "--"]),
+    }
+}
+
 /// Runs a program that must succeed; what it prints is shown.
 pub(crate) fn succeed(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("cannot start {command:?}"))?;

@@ -238,7 +238,7 @@ impl Model {
         self.check_placed(ledger)?;
         let mut names = Names::default();
         let mut objects = Vec::with_capacity(self.objects.len());
-        for object in self.objects {
+        for object in given_back(self.objects) {
             let name = names.unique(&object.name);
             let refused = |defect: &dyn std::fmt::Display| LoadProblem::element(format!("object \"{name}\""), defect);
             let (shape, placement) = placed(object.shape, turn * object.map).map_err(|defect| refused(&*defect))?;
@@ -269,6 +269,17 @@ impl Model {
         }
         Ok(Scene { objects, families, lights, camera, cells, findings })
     }
+}
+
+/// The items of a list from the first on. Its room is given back as they go: what is made of them takes as much.
+fn given_back<T>(mut list: Vec<T>) -> impl Iterator<Item = T> {
+    list.reverse();
+    std::iter::from_fn(move || {
+        if list.len() <= list.capacity() / 2 {
+            list.shrink_to_fit();
+        }
+        list.pop()
+    })
 }
 
 /// A shape and its placement. A mesh that its map flattens becomes one of its own, as flat: a placement has to be regular.

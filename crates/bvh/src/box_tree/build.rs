@@ -25,8 +25,16 @@ const _: () = assert!(HALVING_DEPTH + 1 + 32 < MAX_DEPTH);
 #[derive(Clone, Copy)]
 struct Entry {
     bounds: Aabb,
-    center: DVec3,
     id: u32,
+}
+
+impl Entry {
+    /// Its middle along an axis. Finite: boxes may reach to infinity, and only the shape of the tree depends on this.
+    #[inline]
+    fn center(&self, axis: usize) -> f64 {
+        let center = self.bounds.min[axis] * 0.5 + self.bounds.max[axis] * 0.5;
+        if center.is_nan() { 0.0 } else { center.clamp(-f64::MAX, f64::MAX) }
+    }
 }
 
 /// A node that waits for its children: its index, its items, its depth (the root's is 1).
@@ -46,7 +54,7 @@ pub(super) fn build(boxes: &[Aabb], goes_on: &dyn Fn() -> bool) -> Option<BoxTre
     let mut entries: Vec<Entry> = (0u32..)
         .zip(boxes)
         .filter(|(_, bounds)| !bounds.is_empty())
-        .map(|(id, &bounds)| Entry { bounds, center: finite(bounds.center()), id })
+        .map(|(id, &bounds)| Entry { bounds, id })
         .collect();
     let mut nodes = Vec::new();
     if !entries.is_empty() {
@@ -92,14 +100,9 @@ fn leaf(entries: &[Entry], first: usize) -> Node {
     Node { bounds, first: first as u32, count: entries.len() as u32 }
 }
 
-/// A centre with finite coordinates: boxes may reach to infinity, and only the shape of the tree depends on this.
-fn finite(center: DVec3) -> DVec3 {
-    DVec3::from_array(center.to_array().map(|x| if x.is_nan() { 0.0 } else { x.clamp(-f64::MAX, f64::MAX) }))
-}
-
 /// Orders the items so that those before the returned index go left, the others right; neither side is empty.
 fn split(items: &mut [Entry], bounds: &Aabb, depth: usize) -> usize {
-    let centers = Aabb::of(items.iter().map(|entry| entry.center));
+    let centers = Aabb::of(items.iter().map(|entry| DVec3::from_array([0, 1, 2].map(|axis| entry.center(axis)))));
     if depth < HALVING_DEPTH
         && let Some(plane) = cheapest_plane(items, &centers)
     {
@@ -126,7 +129,7 @@ impl Plane {
     /// The bin of an item. The cast takes NaN to 0 and clips, so every item has one.
     #[inline]
     fn bin_of(&self, entry: &Entry) -> usize {
-        (((entry.center[self.axis] - self.least) * self.bins_per_length) as usize).min(BINS - 1)
+        (((entry.center(self.axis) - self.least) * self.bins_per_length) as usize).min(BINS - 1)
     }
 }
 
@@ -206,7 +209,7 @@ fn in_order(a: &Entry, b: &Entry, axis: usize) -> Ordering {
     let boxes =
         || key(a).iter().flatten().zip(key(b).iter().flatten()).map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne());
     let by_box = || boxes().unwrap_or(Ordering::Equal);
-    a.center[axis].total_cmp(&b.center[axis]).then_with(by_box).then_with(|| a.id.cmp(&b.id))
+    a.center(axis).total_cmp(&b.center(axis)).then_with(by_box).then_with(|| a.id.cmp(&b.id))
 }
 
 /// The axis on which the box is longest; the first of equals.

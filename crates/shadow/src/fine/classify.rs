@@ -97,6 +97,11 @@ impl<'a, const N: usize> Blockers<'a, N> {
 
     /// Adds those of other components.
     pub(crate) fn append(&mut self, mut others: Self) {
+        // Mostly there is one component: its polygons, 640 bytes each, stay where they are.
+        if self.polygons.is_empty() && self.bodies.is_empty() {
+            *self = others;
+            return;
+        }
         let (first, first_hole) = (self.polygons.len() as u32, self.holes.len() as u32);
         for polygon in &mut others.polygons {
             polygon.sheet += first;

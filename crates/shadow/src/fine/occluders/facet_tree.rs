@@ -23,16 +23,23 @@ pub(super) struct FacetTree {
     items: Vec<u32>,
 }
 
+/// A facet on its way into a tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entry {
+    facet: u32,
+    rect: Rect,
+    nearest: f32,
+}
+
 impl FacetTree {
-    /// Of facets with their boxes, as long as `goes_on`.
-    pub(super) fn build_while(facets: &[(u32, Aabb)], goes_on: &dyn Fn() -> bool) -> Option<Self> {
-        let grid = Grid::over(facets.iter().fold(Aabb::EMPTY, |whole, (_, bounds)| whole.union(*bounds)));
-        let mut order = Vec::with_capacity(facets.len());
-        for (place, (_, bounds)) in (0u32..).zip(facets) {
+    /// Of facets as a grid has them, as long as `goes_on`.
+    pub(super) fn build_while(grid: Grid, entries: Vec<Entry>, goes_on: &dyn Fn() -> bool) -> Option<Self> {
+        let mut order = Vec::with_capacity(entries.len());
+        for (place, entry) in (0u32..).zip(&entries) {
             if place.is_multiple_of(LOOKS) && !goes_on() {
                 return None;
             }
-            order.push((key(&grid.rect(bounds), false, 0), place));
+            order.push((key(&entry.rect, false, 0), place));
         }
         sort_while(&mut order, goes_on)?;
         let (mut boxes, mut items) = (Vec::with_capacity(order.len()), Vec::with_capacity(order.len()));
@@ -40,10 +47,12 @@ impl FacetTree {
             if number.is_multiple_of(LOOKS) && !goes_on() {
                 return None;
             }
-            let (facet, bounds) = &facets[place as usize];
-            boxes.push((grid.rect(bounds), grid.depth(bounds.min.z)));
-            items.push(*facet);
+            let Entry { facet, rect, nearest } = entries[place as usize];
+            boxes.push((rect, nearest));
+            items.push(facet);
         }
+        // Many trees are built side by side: what is not needed any more goes before more comes.
+        drop((entries, order));
         Some(Self { tree: Tree::of_boxes(&boxes), items, grid })
     }
 
@@ -98,7 +107,7 @@ impl<V: FnMut(u32) -> ControlFlow<()>> Kernel for Look<'_, V> {
 
 /// Where whole numbers lie across the light.
 #[derive(Clone, Copy, Debug)]
-struct Grid {
+pub(super) struct Grid {
     center: DVec3,
     /// Steps a metre along each axis, or whatever the frame counts in; powers of two.
     steps: DVec3,
@@ -106,13 +115,18 @@ struct Grid {
 
 impl Grid {
     /// So fine that a box takes 2^28 to 2^29 steps.
-    fn over(whole: Aabb) -> Self {
+    pub(super) fn over(whole: Aabb) -> Self {
         let finite = |x: f64| if x.is_nan() { 0.0 } else { x.clamp(-f64::MAX, f64::MAX) };
         // Finite: what is nothing stays nothing. The size of what lies at infinity as a whole is no number.
         let exponent = |extent: f64| (28 - libm::ilogb(finite(extent).max(f64::MIN_POSITIVE))).min(1000);
         let steps = |extent: f64| libm::scalbn(1.0, exponent(extent));
         let center = DVec3::from_array(whole.center().to_array().map(finite));
         Self { center, steps: DVec3::from_array(whole.size().to_array().map(steps)) }
+    }
+
+    /// A facet with its box, which had better lie in what the grid is over.
+    pub(super) fn entry(&self, facet: u32, bounds: &Aabb) -> Entry {
+        Entry { facet, rect: self.rect(bounds), nearest: self.depth(bounds.min.z) }
     }
 
     fn rect(&self, bounds: &Aabb) -> Rect {
@@ -136,6 +150,12 @@ mod tests {
 
     use super::*;
 
+    fn tree_of(facets: &[(u32, Aabb)], goes_on: bool) -> Option<FacetTree> {
+        let grid = Grid::over(facets.iter().fold(Aabb::EMPTY, |whole, (_, bounds)| whole.union(*bounds)));
+        let entries = facets.iter().map(|(facet, bounds)| grid.entry(*facet, bounds)).collect();
+        FacetTree::build_while(grid, entries, &|| goes_on)
+    }
+
     fn number() -> impl Strategy<Value = f64> {
         let magnitude = prop_oneof![Just(0.0), Just(1.0), Just(1e-300), Just(4e61), Just(f64::INFINITY), 0.0..2.0];
         (magnitude, any::<bool>(), 0..4_u32).prop_map(|(magnitude, is_below, ulps)| {
@@ -156,7 +176,7 @@ mod tests {
         fn what_meets_is_visited_once(boxes in prop::collection::vec(bounds(), 0..90), query in bounds()) {
             let facets: Vec<(u32, Aabb)> = (100..).zip(boxes).collect();
             let query = Aabb { min: query.min.with_z(f64::NEG_INFINITY), ..query };
-            let tree = FacetTree::build_while(&facets, &|| true).expect("it goes on");
+            let tree = tree_of(&facets, true).expect("it goes on");
             let mut visited = Vec::new();
             let _ = tree.for_each_meeting(&query, |facet| {
                 visited.push(facet);
@@ -174,7 +194,7 @@ mod tests {
     fn what_lies_at_infinity_is_found() {
         let at = |x: f64| Aabb { min: DVec3::splat(x), max: DVec3::splat(x) };
         for x in [f64::INFINITY, f64::NEG_INFINITY] {
-            let tree = FacetTree::build_while(&[(7, at(x)), (8, at(x))], &|| true).expect("it goes on");
+            let tree = tree_of(&[(7, at(x)), (8, at(x))], true).expect("it goes on");
             let mut found = Vec::new();
             let query = Aabb { min: DVec3::NEG_INFINITY, max: at(x).max };
             let _ = tree.for_each_meeting(&query, |facet| {
@@ -193,7 +213,7 @@ mod tests {
             max: DVec3::new(at(k % 30) + 1.0, at(k / 30) + 1.0, 2.0),
         };
         let facets: Vec<(u32, Aabb)> = (0..900).map(|k| (k, square(k))).collect();
-        let tree = FacetTree::build_while(&facets, &|| true).expect("it goes on");
+        let tree = tree_of(&facets, true).expect("it goes on");
         let found = |query: Aabb| {
             let mut found = Vec::new();
             let _ = tree.for_each_meeting(&query, |facet| {
@@ -206,6 +226,6 @@ mod tests {
         assert_eq!((found(deep(1.0)), found(deep(0.999))), (vec![20 * 30 + 10], vec![]));
         let first = tree.for_each_meeting(&deep(5.0), |_| ControlFlow::Break(()));
         assert!(first.is_break());
-        assert!(FacetTree::build_while(&facets, &|| false).is_none(), "the clock comes first");
+        assert!(tree_of(&facets, false).is_none(), "the clock comes first");
     }
 }

@@ -9,7 +9,10 @@ use rayon::prelude::*;
 use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, Mesh, cut_out::Opacity};
 
-use super::{LOOKS, LightFrame, Occluders, box_corners, corners_of, facet_tree::FacetTree};
+use super::{
+    LOOKS, LightFrame, Occluders, corners_of,
+    facet_tree::{Entry, FacetTree, Grid},
+};
 use crate::{bodies::Body, fine::instance_tree::LocalFrame};
 
 /// For each frame, a tree and the facets that its items stand for.
@@ -37,10 +40,17 @@ impl Occluders<'_> {
                     self.frames.iter().map(local).collect(),
                 );
             }
-            match self.bodies.get(object as usize) {
-                Body::Flat(facets) => self.facet_trees(facets).map_or(ObjectIndex::Unbuilt, ObjectIndex::Own),
-                Body::Analytic(_) => self.index_analytic(&self.bodies.bounds(object as usize)),
-            }
+            let tree = |frame| {
+                let grid = self.grid(object, frame);
+                let entries = match self.bodies.get(object as usize) {
+                    Body::Flat(facets) => self.entries(&grid, frame, facets, 0..facets.len())?,
+                    Body::Analytic(_) => {
+                        self.view_of_body(object, frame).map(|view| grid.entry(0, view)).into_iter().collect()
+                    }
+                };
+                self.tree_of(grid, entries)
+            };
+            own((0..self.frames.len()).map(tree).collect())
         })
     }
 
@@ -49,68 +59,80 @@ impl Occluders<'_> {
     pub(crate) fn prepare(&self, objects: Vec<u32>) {
         objects.into_par_iter().for_each(|object| {
             let Body::Flat(facets) = self.bodies.get(object as usize) else { return };
-            let tree = |frame| self.tree_of(self.boxes_side_by_side(frame, facets)?);
-            let trees = || self.frames.par_iter().map(tree).collect::<Option<_>>();
-            self.seen(object).index.get_or_init(|| trees().map_or(ObjectIndex::Unbuilt, ObjectIndex::Own));
+            let tree = |frame| {
+                let grid = self.grid(object, frame);
+                self.tree_of(grid, self.entries_side_by_side(&grid, frame, facets)?)
+            };
+            self.seen(object).index.get_or_init(|| own((0..self.frames.len()).into_par_iter().map(tree).collect()));
         });
     }
 
-    /// Of all facets that may block; `None` if the clock came first.
-    fn facet_trees(&self, facets: &Facets) -> Option<Vec<FacetTree>> {
-        let tree = |frame| self.tree_of(self.boxes(frame, facets, 0..facets.len(), |_| true)?);
-        self.frames.iter().map(tree).collect()
+    /// What a tree over an object's facets counts in.
+    fn grid(&self, object: u32, frame: usize) -> Grid {
+        Grid::over(self.view_of_body(object, frame).copied().unwrap_or(Aabb::EMPTY))
     }
 
-    fn tree_of(&self, boxes: Vec<(u32, Aabb)>) -> Option<FacetTree> {
-        FacetTree::build_while(&boxes, &|| !self.is_over())
+    fn tree_of(&self, grid: Grid, entries: Vec<Entry>) -> Option<FacetTree> {
+        FacetTree::build_while(grid, entries, &|| !self.is_over())
     }
 
     /// Of the facets that are wanted; `None` if the clock came first.
     pub(super) fn trees_of(&self, facets: &Facets, is_wanted: impl Fn(usize) -> bool) -> Option<Trees> {
         let trees = self.frames.iter().map(|frame| {
-            let boxes = self.boxes(frame, facets, 0..facets.len(), &is_wanted)?;
-            let (items, boxes): (Vec<u32>, Vec<Aabb>) = boxes.into_iter().unzip();
+            let (mut items, mut boxes) = (Vec::new(), Vec::new());
+            self.for_each_box(frame, facets, (0..facets.len(), &is_wanted), |facet, bounds| {
+                items.push(facet);
+                boxes.push(bounds);
+            })?;
             Some((BoxTree::build_while(&boxes, &|| !self.is_over())?, items))
         });
         trees.collect()
     }
 
-    /// As [`Occluders::boxes`] of all facets, on all threads.
-    fn boxes_side_by_side(&self, frame: &LightFrame, facets: &Facets) -> Option<Vec<(u32, Aabb)>> {
+    /// As [`Occluders::entries`] of all facets, on all threads.
+    fn entries_side_by_side(&self, grid: &Grid, frame: usize, facets: &Facets) -> Option<Vec<Entry>> {
         let runs = (0..facets.len()).into_par_iter().step_by(LOOKS).map(|first| {
             let run = first..facets.len().min(first + LOOKS);
-            self.boxes(frame, facets, run, |_| true)
+            self.entries(grid, frame, facets, run)
         });
-        Some(runs.collect::<Option<Vec<_>>>()?.concat())
+        let mut runs = runs.collect::<Option<Vec<_>>>()?;
+        if runs.len() == 1 { runs.pop() } else { Some(runs.concat()) }
     }
 
-    /// Those of the wanted facets in a range that a frame sees and that may block, with their boxes; `None` if the clock came first.
-    fn boxes(
+    /// Those of a range of facets that a frame sees and that may block, for a tree; `None` if the clock came first.
+    fn entries(&self, grid: &Grid, frame: usize, facets: &Facets, range: Range<usize>) -> Option<Vec<Entry>> {
+        let mut entries = Vec::with_capacity(range.len());
+        let add = |facet, bounds| entries.push(grid.entry(facet, &bounds));
+        self.for_each_box(&self.frames[frame], facets, (range, &|_| true), add)?;
+        Some(entries)
+    }
+
+    /// Visits those of the wanted facets in a range that a frame sees and that may block, with their boxes; `None` if the clock came first.
+    fn for_each_box(
         &self,
         frame: &LightFrame,
         facets: &Facets,
-        range: Range<usize>,
-        is_wanted: impl Fn(usize) -> bool,
-    ) -> Option<Vec<(u32, Aabb)>> {
-        let mut boxes = Vec::with_capacity(range.len());
+        (range, is_wanted): (Range<usize>, &impl Fn(usize) -> bool),
+        mut visit: impl FnMut(u32, Aabb),
+    ) -> Option<()> {
         for facet in range {
             if facet % LOOKS == 0 && self.is_over() {
                 return None;
             }
             if is_wanted(facet) && blocks(facets, facet) {
                 let (points, count) = corners_of(facets, facet);
-                boxes.extend(frame.bounds(&points[..count]).map(|bounds| (facet as u32, bounds)));
+                if let Some(bounds) = frame.bounds(&points[..count]) {
+                    visit(facet as u32, bounds);
+                }
             }
         }
-        Some(boxes)
+        Some(())
     }
+}
 
-    fn index_analytic(&self, world: &Aabb) -> ObjectIndex {
-        let corners = box_corners(world);
-        let tree =
-            |frame: &LightFrame| self.tree_of(frame.bounds(&corners).map(|bounds| (0, bounds)).into_iter().collect());
-        self.frames.iter().map(tree).collect::<Option<_>>().map_or(ObjectIndex::Unbuilt, ObjectIndex::Own)
-    }
+/// The trees, if the clock did not come first.
+fn own(trees: Option<Vec<FacetTree>>) -> ObjectIndex {
+    trees.map_or(ObjectIndex::Unbuilt, ObjectIndex::Own)
 }
 
 /// Whether a facet may block and blocks more than those before it; repeats may have other holes.

@@ -12,21 +12,22 @@ pub(crate) struct Bins {
 impl Bins {
     /// Sorts items `0..` into `count` bins; `ranges` gives the bins of each item. Items keep their order.
     pub(crate) fn new(count: usize, ranges: impl Iterator<Item = Range<usize>>) -> Self {
-        let ranges: Vec<Range<usize>> = ranges.collect();
+        let ranges: Vec<[u32; 2]> = ranges.map(|range| [range.start, range.end].map(|bin| bin as u32)).collect();
         let mut starts = vec![0u32; count + 2];
-        for range in &ranges {
-            for bin in range.clone() {
-                starts[bin + 2] += 1;
+        for [first, end] in &ranges {
+            for bin in *first..*end {
+                starts[bin as usize + 2] += 1;
             }
         }
         for bin in 2..starts.len() {
             starts[bin] += starts[bin - 1];
         }
         let mut items = vec![0; starts[count + 1] as usize];
-        for (item, range) in ranges.into_iter().enumerate() {
-            for bin in range {
-                items[starts[bin + 1] as usize] = item as u32;
-                starts[bin + 1] += 1;
+        for (item, [first, end]) in (0..).zip(ranges) {
+            for bin in first..end {
+                let next = &mut starts[bin as usize + 1];
+                items[*next as usize] = item;
+                *next += 1;
             }
         }
         Self { starts, items }

@@ -349,13 +349,12 @@ mod tests {
                 for triangle in triangles(count, raster.cells() as f64) {
                     match triangle {
                         Ok(sides) => {
-                            drawing.chain.segments.extend(sides);
-                            drawing.chain.ends.extend([[None; 2]; 3]);
+                            sides.into_iter().for_each(|side| drawing.chain.push(side, [None; 2]));
                         }
                         Err(veil) => drawing.chain.veils.push(veil),
                     }
                     drawing.relieve();
-                    parts += usize::from(drawing.chain.segments.is_empty());
+                    parts += usize::from(drawing.chain.segments.len() == 0);
                 }
                 if as_part && drawing.kept.is_empty() {
                     drawing.kept.push(Row::new());

@@ -7,6 +7,7 @@ use umbriel_octree::Quadrant;
 
 use super::{
     Raster,
+    blocks::Blocks,
     segments::Segment,
     tile::{TILE, Tile, TilePlace, columns},
 };
@@ -40,38 +41,12 @@ pub(crate) struct Crossings {
 /// Changes from the winding of the middle, cell by cell. Points are found anew for each segment: they would take eight times as much memory.
 enum Changes {
     /// As long as a byte holds each: so it is but where very much is crowded over a cell.
-    Narrow(Blocks<[i8; POINTS]>),
-    Wide(Blocks<Windings>),
+    Narrow(Blocks<[i8; POINTS], BLOCK>),
+    Wide(Blocks<Windings, BLOCK>),
 }
 
 /// Cells of a block.
 const BLOCK: usize = 64;
-
-/// A list in blocks: a list that moves as it grows leaves half of its room and all that it had before behind, in each of a face's tiles.
-#[derive(Default)]
-struct Blocks<T> {
-    blocks: Vec<Box<[T; BLOCK]>>,
-    len: usize,
-}
-
-impl<T: Copy + Default> Blocks<T> {
-    /// Adds the default; answers its place.
-    fn push(&mut self) -> usize {
-        if self.len.is_multiple_of(BLOCK) {
-            self.blocks.push(Box::new([T::default(); BLOCK]));
-        }
-        self.len += 1;
-        self.len - 1
-    }
-
-    fn get_mut(&mut self, place: usize) -> &mut T {
-        &mut self.blocks[place / BLOCK][place % BLOCK]
-    }
-
-    fn get(&self, place: usize) -> &T {
-        &self.blocks[place / BLOCK][place % BLOCK]
-    }
-}
 
 /// No cell of a tile has this number.
 const NONE: u16 = u16::MAX;
@@ -129,16 +104,16 @@ impl Changes {
     /// One more cell; answers its place.
     fn push(&mut self) -> u16 {
         let place = match self {
-            Self::Narrow(cells) => cells.push(),
-            Self::Wide(cells) => cells.push(),
+            Self::Narrow(cells) => cells.push([0; POINTS]),
+            Self::Wide(cells) => cells.push([0; POINTS]),
         };
         place as u16
     }
 
     fn get(&self, place: u16) -> Windings {
         match self {
-            Self::Narrow(cells) => cells.get(usize::from(place)).map(i32::from),
-            Self::Wide(cells) => *cells.get(usize::from(place)),
+            Self::Narrow(cells) => cells[usize::from(place)].map(i32::from),
+            Self::Wide(cells) => cells[usize::from(place)],
         }
     }
 
@@ -147,14 +122,13 @@ impl Changes {
         sums.iter_mut().zip(changes).for_each(|(sum, change)| *sum += change);
         if let Self::Narrow(cells) = self {
             if sums.iter().all(|&sum| i8::try_from(sum).is_ok()) {
-                *cells.get_mut(usize::from(place)) = sums.map(|sum| sum as i8);
+                cells[usize::from(place)] = sums.map(|sum| sum as i8);
                 return;
             }
-            let widened = cells.blocks.iter().map(|block| Box::new(block.map(|cell| cell.map(i32::from)))).collect();
-            *self = Self::Wide(Blocks { blocks: widened, len: cells.len });
+            *self = Self::Wide(cells.map(|cell| cell.map(i32::from)));
         }
         if let Self::Wide(cells) = self {
-            *cells.get_mut(usize::from(place)) = sums;
+            cells[usize::from(place)] = sums;
         }
     }
 }

@@ -13,6 +13,7 @@
 
 mod beside;
 mod bins;
+mod blocks;
 mod chain;
 mod drawing;
 pub(crate) mod edge_table;

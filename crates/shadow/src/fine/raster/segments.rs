@@ -5,6 +5,8 @@ use std::{collections::HashMap, num::NonZeroU64};
 use glam::DVec3;
 use umbriel_geometry::Point;
 
+use super::blocks::Blocks;
+
 /// A directed segment; more facets cover what is on its left.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment {
@@ -26,29 +28,23 @@ pub(crate) struct Veil {
     pub(crate) margin: f32,
 }
 
+/// Segments of a block.
+const BLOCK: usize = 1 << 10;
+
 /// Everything that may change verdicts on a face.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chain {
-    pub(crate) segments: Vec<Segment>,
+    pub(crate) segments: Blocks<Segment, BLOCK>,
     /// The ends of each segment that are corners of a body clear of the plane. Apart from the rest: hardly any is asked for.
-    pub(crate) ends: Vec<[Option<CornerKey>; 2]>,
+    pub(crate) ends: Blocks<[Option<CornerKey>; 2], BLOCK>,
     pub(crate) veils: Vec<Veil>,
     /// How many bodies there have been.
     pub(super) bodies: u64,
 }
 
-/// A list of so many segments makes room for three times as many more. Room that is not used takes no memory, and what a list leaves behind when it moves is seldom
-/// just what others need.
-const LONG: usize = 1 << 10;
-
 impl Chain {
     /// Adds a segment with its ends.
     pub(super) fn push(&mut self, segment: Segment, ends: [Option<CornerKey>; 2]) {
-        let count = self.segments.len();
-        if count >= LONG && count == self.segments.capacity() {
-            self.segments.reserve_exact(3 * count);
-            self.ends.reserve_exact(3 * count);
-        }
         self.segments.push(segment);
         self.ends.push(ends);
     }
@@ -82,7 +78,8 @@ impl Chain {
 
     /// Leaves out segments that nothing is on either side of, and turns those that have their facets on the right.
     fn tidy(&mut self) {
-        for (segment, ends) in self.segments.iter_mut().zip(&mut self.ends).filter(|(segment, _)| segment.net < 0) {
+        for (segment, ends) in self.segments.iter_mut().zip(self.ends.iter_mut()).filter(|(segment, _)| segment.net < 0)
+        {
             (segment.from, segment.to, segment.net) = (segment.to, segment.from, -segment.net);
             ends.reverse();
         }
