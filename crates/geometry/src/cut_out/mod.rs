@@ -14,6 +14,7 @@
 
 mod alpha_map;
 mod bilinear;
+mod likely;
 mod placed;
 
 use std::{ops::Range, sync::Arc};
@@ -224,15 +225,15 @@ impl FaceCutOut<'_> {
 
     /// Whether the triangle has holes in what the ways meet whose weights, as in [`FaceCutOut::is_opaque_on`], lie in the hull of these.
     /// Weights must be positive where a way meets the triangle.
-    pub fn opacity_over(&self, ways: &[[Approx; 3]]) -> Opacity {
+    pub fn opacity_over(&self, ways: impl IntoIterator<Item = [Approx; 3]>) -> Opacity {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for &weights in ways {
+        for weights in ways {
             let sum = Approx::sum_of_three(weights);
             // The map from ways to points is projective: it maps hulls to hulls where its denominator keeps its sign.
             if sum.lower().is_nan() || sum.lower() <= 0.0 {
                 return Opacity::Mixed;
             }
-            let place = self.met(weights.map(|weight| weight.divided_by(sum)), Approx::exact(1.0)).place;
+            let place = self.place(&weights.map(|weight| weight.divided_by(sum)));
             for axis in 0..2 {
                 low[axis] = low[axis].min(place[axis].lower());
                 high[axis] = high[axis].max(place[axis].upper());
@@ -289,13 +290,13 @@ impl FaceCutOut<'_> {
     }
 
     fn met<T: Decide>(&self, weights: [T; 3], sum: T) -> Met<T> {
-        let mean = |values: [f64; 3]| {
-            let [a, b, c] = weights.clone();
-            let [p, q, r] = values.map(T::number);
-            T::sum_of_three([a * p, b * q, c * r])
-        };
-        let place = [0, 1].map(|axis| mean(self.corners.map(|corner| corner.place[axis])));
-        Met { place, alpha: mean(self.corners.map(|corner| corner.alpha)), weight: sum }
+        let alpha = mean(&weights, self.corners.map(|corner| corner.alpha));
+        Met { place: self.place(&weights), alpha, weight: sum }
+    }
+
+    /// The texture coordinates, times the sum of the weights.
+    fn place<T: Decide>(&self, weights: &[T; 3]) -> [T; 2] {
+        [0, 1].map(|axis| mean(weights, self.corners.map(|corner| corner.place[axis])))
     }
 
     /// Whether alpha reaches the cutoff at a point of the triangle; `None` where bounds cannot tell.
@@ -399,6 +400,13 @@ fn weights<T: Decide>(corners: &[[T; 3]; 3], (x, w): (&[T; 3], &T), (light, ligh
     let away = [0, 1, 2].map(|k| from_x(&corners[k], &one));
     let towards = from_x(light, light_w);
     [0, 1, 2].map(|k| determinant(&[away[(k + 1) % 3].clone(), away[(k + 2) % 3].clone(), towards.clone()]))
+}
+
+/// The mean of values, times the sum of the weights.
+fn mean<T: Decide>(weights: &[T; 3], values: [f64; 3]) -> T {
+    let [a, b, c] = weights.clone();
+    let [p, q, r] = values.map(T::number);
+    T::sum_of_three([a * p, b * q, c * r])
 }
 
 fn least(values: [f64; 3]) -> f64 {

@@ -241,7 +241,13 @@ proptest! {
         // The mean is rounded: a hair's breadth from a border either answer may come out.
         let error = |value: f64| Approx { value, error: value * 1e-12 };
         if let Some(is_opaque) = face.is_opaque_on(mean.map(error)) {
-            let told = face.opacity_over(&exact);
+            // Whatever the corner that is counted first.
+            for corner in 0..3 {
+                let way = [0, 1, 2].map(|k| mean[(k + usize::from(corner)) % 3]);
+                prop_assert_eq!(face.counted_from(corner).probably_opaque_on(way), is_opaque);
+                prop_assert_eq!(face.counted_from(corner).probably_opaque_on(way.map(|weight| -weight)), is_opaque);
+            }
+            let told = face.opacity_over(exact);
             prop_assert!(told == Opacity::Mixed || (told == Opacity::Opaque) == is_opaque, "{told:?}");
         }
     }

@@ -108,19 +108,30 @@ pub(super) struct Shapes {
 pub(super) struct ImplicitShape {
     #[serde(rename = "type")]
     pub(super) kind: String,
-    #[serde(default)]
-    pub(super) sphere: SphereShape,
-    #[serde(default, rename = "box")]
-    pub(super) cuboid: BoxShape,
-    #[serde(default)]
-    pub(super) cylinder: TurnedShape,
-    #[serde(default)]
-    pub(super) capsule: TurnedShape,
-    #[serde(default)]
-    pub(super) plane: PlaneShape,
+    pub(super) sphere: Option<SphereShape>,
+    #[serde(rename = "box")]
+    pub(super) cuboid: Option<BoxShape>,
+    pub(super) cylinder: Option<TurnedShape>,
+    pub(super) capsule: Option<TurnedShape>,
+    pub(super) plane: Option<PlaneShape>,
 }
 
-#[derive(Debug, Deserialize)]
+impl ImplicitShape {
+    /// Whether it has no member of its type, all of whose numbers have defaults, but one of another.
+    pub(super) fn is_of_another_type(&self) -> bool {
+        let members = [
+            ("sphere", self.sphere.is_some()),
+            ("box", self.cuboid.is_some()),
+            ("cylinder", self.cylinder.is_some()),
+            ("capsule", self.capsule.is_some()),
+            ("plane", self.plane.is_some()),
+        ];
+        let has = |is_own: bool| members.iter().any(|&(name, is_there)| is_there && (name == self.kind) == is_own);
+        !has(true) && has(false)
+    }
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default)]
 pub(super) struct SphereShape {
     pub(super) radius: f64,
@@ -132,7 +143,7 @@ impl Default for SphereShape {
     }
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default)]
 pub(super) struct BoxShape {
     pub(super) size: [f64; 3],
@@ -145,7 +156,7 @@ impl Default for BoxShape {
 }
 
 /// A cylinder or capsule; early drafts have one `radius` for both ends.
-#[derive(Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct TurnedShape {
     pub(super) height: f64,
@@ -160,7 +171,7 @@ impl Default for TurnedShape {
     }
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct PlaneShape {
     pub(super) size_x: Option<f64>,

@@ -25,18 +25,29 @@ impl Body {
 
     /// Whether a size of it is zero, and none is wrong.
     pub(super) fn is_flat(&self) -> bool {
-        let sizes = match &self.shape {
+        let sizes = self.sizes();
+        sizes.contains(&0.0) && sizes.iter().all(|&size| size >= 0.0)
+    }
+
+    /// Whether a size of it is negative.
+    pub(super) fn is_wrong(&self) -> bool {
+        self.sizes().iter().any(|&size| size < 0.0)
+    }
+
+    fn sizes(&self) -> Vec<f64> {
+        match &self.shape {
             Shape::Cuboid(Cuboid { size }) => size.to_vec(),
             Shape::Rectangle(Rectangle { size }) => size.to_vec(),
             Shape::Analytic(body) => match **body {
-                Analytic::Sphere { radius } | Analytic::Capsule { radius, .. } => vec![radius],
-                Analytic::Cylinder { radius, height } | Analytic::Cone { radius, height } => vec![radius, height],
-                Analytic::Frustum { height, .. } => vec![height],
+                Analytic::Sphere { radius } => vec![radius],
+                Analytic::Capsule { radius, height }
+                | Analytic::Cylinder { radius, height }
+                | Analytic::Cone { radius, height } => vec![radius, height],
+                Analytic::Frustum { bottom_radius, top_radius, height } => vec![bottom_radius, top_radius, height],
                 _ => Vec::new(),
             },
             _ => Vec::new(),
-        };
-        sizes.contains(&0.0) && sizes.iter().all(|&size| size >= 0.0)
+        }
     }
 }
 
@@ -59,20 +70,25 @@ pub(super) fn declared<'a>(document: &'a Document, node: &Node) -> Result<Option
 /// The body of a shape; `None` for one that is not read.
 pub(super) fn body(shape: &ImplicitShape) -> Option<Body> {
     match shape.kind.as_str() {
-        "sphere" => Some(Body::of(Shape::from(Analytic::Sphere { radius: size(shape.sphere.radius) }))),
-        "box" => Some(Body::of(Shape::Cuboid(Cuboid { size: shape.cuboid.size.map(size) }))),
-        "cylinder" => Some(cylinder(&shape.cylinder)),
+        "sphere" => {
+            let radius = size(shape.sphere.unwrap_or_default().radius);
+            Some(Body::of(Shape::from(Analytic::Sphere { radius })))
+        }
+        "box" => Some(Body::of(Shape::Cuboid(Cuboid { size: shape.cuboid.unwrap_or_default().size.map(size) }))),
+        "cylinder" => Some(cylinder(&shape.cylinder.unwrap_or_default())),
         "capsule" => {
-            let [bottom, top] = radii(&shape.capsule);
-            let height = size(shape.capsule.height);
+            let capsule = shape.capsule.unwrap_or_default();
+            let [bottom, top] = radii(&capsule);
+            let height = size(capsule.height);
             let is_ball = height == 0.0;
             let body =
                 if is_ball { Analytic::Sphere { radius: top } } else { Analytic::Capsule { radius: top, height } };
             (bottom == top).then(|| Body::of(Shape::from(body)))
         }
         "plane" => {
-            let size = [shape.plane.size_x?, shape.plane.size_z?].map(size);
-            let sides = Some(if shape.plane.double_sided { Sides::Two } else { Sides::One });
+            let plane = shape.plane.unwrap_or_default();
+            let size = [plane.size_x?, plane.size_z?].map(size);
+            let sides = Some(if plane.double_sided { Sides::Two } else { Sides::One });
             Some(Body { sides, ..Body::of(Shape::Rectangle(Rectangle { size })) })
         }
         _ => None,

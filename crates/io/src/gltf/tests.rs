@@ -471,6 +471,7 @@ fn the_first_camera_of_the_scene_is_taken() {
     for (camera, fault) in [(perspective(4.0), "field of view"), (json!({}), "perspective or orthographic")] {
         let mut input = with(camera);
         input.0["nodes"][2] = json!({});
+        input.0["cameras"][0] = perspective(1.0);
         let model = model(input);
         assert_eq!(model.camera, None);
         let found = found(model);

@@ -171,28 +171,32 @@ impl<'a, const N: usize> Blockers<'a, N> {
         match entry.blocker() {
             Blocker::Polygon(index) => {
                 let polygon = &self.polygons[index];
-                let is_clear =
-                    |holes: u32| self.holes[holes as usize].is_opaque_on(polygon.way(weights)) == Some(false);
-                polygon.probably_blocks(weights) && !polygon.holes.is_some_and(is_clear)
+                let is_opaque = |holes: u32| self.holes[holes as usize].probably_opaque_on(polygon.likely_way(weights));
+                polygon.probably_blocks(weights) && polygon.holes.is_none_or(is_opaque)
             }
             Blocker::Body(index) => self.bodies[index].probably_blocks(weights),
         }
     }
 
-    /// The likely answers at some points of a flat face in a cell that an entry is known for, a bit each; `weights` are those of a point.
+    /// Those of some points of a flat face, in a cell that an entry is known for, that it likely blocks, a bit each; only `open` ones are looked at. `weights` are those
+    /// of a point.
     pub(crate) fn probably_blocked(
         &self,
         entry: Entry,
-        points: &[[f64; POINTS]; 2],
+        (points, open): (&[[f64; POINTS]; 2], u16),
         weights: impl Fn(usize) -> Weights<N>,
     ) -> u16 {
-        if let Blocker::Polygon(index) = entry.blocker()
-            && let polygon = &self.polygons[index]
-            && polygon.holes.is_none()
-        {
-            return polygon.probably_blocked(entry.known, points);
-        }
-        (0..POINTS).map(|k| u16::from(self.probably_blocks(entry, &weights(k))) << k).sum()
+        let those_of = |points: u16, is_blocked: &dyn Fn(usize) -> bool| -> u16 {
+            (0..POINTS).filter(|&k| points >> k & 1 == 1 && is_blocked(k)).map(|k| 1 << k).sum()
+        };
+        let Blocker::Polygon(index) = entry.blocker() else {
+            return those_of(open, &|k| self.probably_blocks(entry, &weights(k)));
+        };
+        let polygon = &self.polygons[index];
+        let outlined = polygon.probably_blocked(entry.known, points);
+        let Some(holes) = polygon.holes else { return outlined };
+        let holes = &self.holes[holes as usize];
+        those_of(outlined & open, &|k| holes.probably_opaque_on(polygon.likely_way(&weights(k))))
     }
 
     fn influence(&self, entry: Entry, hull: &Hull<N>) -> (Influence, Entry) {
@@ -223,8 +227,8 @@ impl<'a, const N: usize> Blockers<'a, N> {
             (None, true) => Influence::All,
             (None, false) => Influence::Unknown,
             (Some(holes), _) => {
-                let ways: Vec<_> = hull.corners().iter().map(|weights| polygon.way(weights)).collect();
-                match self.holes[holes as usize].opacity_over(&ways) {
+                let ways = hull.corners().iter().map(|weights| polygon.way(weights));
+                match self.holes[holes as usize].opacity_over(ways) {
                     Opacity::Clear => Influence::None,
                     Opacity::Opaque if covers => Influence::All,
                     Opacity::Opaque | Opacity::Mixed => Influence::Unknown,

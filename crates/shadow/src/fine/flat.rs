@@ -222,7 +222,7 @@ impl FlatFace<'_> {
         let weights = |k: usize| self.shape.weights(points[0][k], points[1][k]);
         let mut blocked = 0;
         for &entry in entries {
-            blocked |= self.blockers.probably_blocked(entry, &points, weights);
+            blocked |= self.blockers.probably_blocked(entry, (&points, !blocked), weights);
             if blocked == u16::MAX {
                 break;
             }

@@ -148,6 +148,11 @@ impl<const N: usize> PolygonBlocker<N> {
         [1, 2, 0].map(|opposite| self.functions[opposite].near(weights))
     }
 
+    /// The same as far as floats tell, for estimates.
+    pub(crate) fn likely_way(&self, weights: &Weights<N>) -> [f64; 3] {
+        [1, 2, 0].map(|opposite| self.functions[opposite].at(weights).value)
+    }
+
     /// Whether the polygon, without holes, blocks the point with these weights; `None` where the bounds cannot tell.
     pub(crate) fn blocks(&self, weights: &Weights<N>) -> Option<bool> {
         self.blocks_by(|function| function.near(weights))

@@ -328,9 +328,34 @@ fn broken_rules_of_looks_lights_and_cameras_are_told() {
             "light 0: it has no spot",
         ),
         (with("extensions", json!({ "KHR_materials_variants": { "variants": [{}] } })), "variant 0: it has no name"),
+        (
+            with("extensions", json!({ "KHR_lights_punctual": { "lights": [{ "type": "area" }] } })),
+            "light 0: its type is none of directional, point, spot",
+        ),
         (with("cameras", json!([{}])), "camera 0: it is not either"),
+        (
+            with("cameras", json!([{ "type": "perspective", "perspective": { "yfov": -1, "znear": 1 } }])),
+            "camera 0: its yfov is not between",
+        ),
     ] {
         assert!(found.contains(fault), "{found:?} should tell {fault:?}");
+    }
+}
+
+#[test]
+fn broken_rules_of_bodies_are_told() {
+    let shape = |shape: Value| with("extensions", json!({ "KHR_implicit_shapes": { "shapes": [shape] } }));
+    for (found, fault) in [
+        (shape(json!({ "type": "sphere", "sphere": { "radius": -1 } })), "shape 0: a size of it is negative"),
+        (shape(json!({ "type": "cylinder", "cylinder": { "radiusTop": -1 } })), "shape 0: a size of it is negative"),
+        (shape(json!({ "type": "box", "sphere": { "radius": 1 } })), "shape 0: it has no numbers of its type"),
+    ] {
+        assert!(found.contains(fault), "{found:?} should tell {fault:?}");
+    }
+    for sound in
+        [json!({ "type": "box" }), json!({ "type": "box", "box": {}, "sphere": {} }), json!({ "type": "convex" })]
+    {
+        assert!(!shape(sound.clone()).contains("shape 0"), "{sound}");
     }
 }
 

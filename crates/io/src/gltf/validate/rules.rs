@@ -2,14 +2,15 @@
 
 use std::{
     collections::HashSet,
-    f64::consts::{FRAC_PI_2, FRAC_PI_4},
+    f64::consts::{FRAC_PI_2, FRAC_PI_4, PI},
 };
 
 use super::Check;
 use crate::{
     gltf::{
         hierarchy,
-        json::{Eye, Image, Node, Orthographic, Perspective, PunctualLight, SpotCone},
+        json::{Eye, Image, ImplicitShape, Node, Orthographic, Perspective, PunctualLight, SpotCone},
+        shapes::body,
     },
     transform::{is_affine, is_skewed, is_unit},
 };
@@ -55,12 +56,16 @@ impl Check<'_> {
         }
     }
 
-    /// Lights, materials, images, cameras and variants that say too much or too little.
+    /// Lights, bodies, materials, images, cameras and variants that say too much or too little.
     pub(super) fn looks(&mut self) {
         let document = self.document;
         let lights = document.extensions.lights.iter().flat_map(|lights| &lights.lights);
         for (index, light) in lights.enumerate() {
             self.light(light, &format!("light {index}"));
+        }
+        let shapes = [&document.extensions.implicit_shapes, &document.extensions.collision_shapes];
+        for (index, shape) in shapes.into_iter().flatten().flat_map(|shapes| shapes.shapes.iter().enumerate()) {
+            self.shape(shape, &format!("shape {index}"));
         }
         for (index, material) in document.materials.iter().enumerate() {
             let place = format!("material {index}");
@@ -93,8 +98,20 @@ impl Check<'_> {
         if is_odd {
             self.tell(place, "its colour, intensity or range is none of glTF's");
         }
+        if !matches!(light.kind.as_str(), "directional" | "point" | "spot") {
+            self.tell(place, "its type is none of directional, point, spot");
+        }
         if light.kind == "spot" && !light.spot.as_ref().is_some_and(is_cone) {
             self.tell(place, "it has no spot, or the angles of that are out of order");
+        }
+    }
+
+    fn shape(&mut self, shape: &ImplicitShape, place: &str) {
+        if shape.is_of_another_type() {
+            self.tell(place, "it has no numbers of its type, but of another");
+        }
+        if body(shape).is_some_and(|body| body.is_wrong()) {
+            self.tell(place, "a size of it is negative");
         }
     }
 
@@ -118,6 +135,9 @@ impl Check<'_> {
     fn camera(&mut self, camera: &Eye, is_placed: bool, place: &str) {
         if !is_placed && camera.perspective.is_some() == camera.orthographic.is_some() {
             self.tell(place, "it is not either perspective or orthographic");
+        }
+        if !is_placed && camera.perspective.as_ref().is_some_and(|eye| eye.yfov <= 0.0 || eye.yfov >= PI) {
+            self.tell(place, "its yfov is not between 0 and half a turn");
         }
         if !has_sound_planes(camera) {
             self.tell(place, "its type is not its projection's, or its planes are out of order");

@@ -1,0 +1,59 @@
+//! What a cut-out most likely is at a point, in plain floats: for estimates, which prove nothing.
+//!
+//! As [`FaceCutOut::is_opaque_on`] without its bounds, which take ten times as long. Sums of three do not depend on the corner that is counted first. Cost: some 20 ns.
+
+use super::{AlphaMap, CutOut, FaceCutOut, Filter, greatest, least};
+use crate::approx::sorted;
+
+impl FaceCutOut<'_> {
+    /// Whether the point that a way meets is opaque, as far as floats tell: by the way's weights at the corners, all of one sign.
+    pub fn probably_opaque_on(&self, way: [f64; 3]) -> bool {
+        let weight = sum_of_three(way);
+        let mean = |values: [f64; 3]| {
+            let about = sum_of_three([0, 1, 2].map(|k| way[k] * values[k])) / weight;
+            about.clamp(least(values), greatest(values))
+        };
+        let cut_out = self.cut_out;
+        let texture = match &cut_out.map {
+            None => f64::from(AlphaMap::ONE),
+            Some(map) => {
+                cut_out.likely_alpha(map, [0, 1].map(|axis| mean(self.corners.map(|corner| corner.place[axis]))))
+            }
+        };
+        let alpha = cut_out.factor * mean(self.corners.map(|corner| corner.alpha)) * texture;
+        // Edge-on nothing is a number, and what is met counts as opaque.
+        let is_clear = alpha < cut_out.cutoff * f64::from(AlphaMap::ONE);
+        !is_clear
+    }
+}
+
+impl CutOut {
+    /// The map's alpha at a place, 0 to [`AlphaMap::ONE`].
+    fn likely_alpha(&self, map: &AlphaMap, place: [f64; 2]) -> f64 {
+        let size = map.size();
+        let shift = if self.filter == Filter::Linear { 0.5 } else { 0.0 };
+        let texels = [0, 1].map(|axis| place[axis] * f64::from(size[axis]) - shift);
+        let first = texels.map(floor);
+        let value = |right: i64, below: i64| {
+            let texel = [(first[0] + right, 0), (first[1] + below, 1)];
+            f64::from(map.texel(texel.map(|(index, axis)| self.wrap[axis].texel(index, size[axis]))))
+        };
+        if self.filter == Filter::Nearest {
+            return value(0, 0);
+        }
+        let [x, y] = [0, 1].map(|axis| texels[axis] - first[axis] as f64);
+        let line = |below: i64| value(0, below) * (1.0 - x) + value(1, below) * x;
+        line(0) * (1.0 - y) + line(1) * y
+    }
+}
+
+fn sum_of_three(terms: [f64; 3]) -> f64 {
+    let [least, middle, greatest] = sorted(terms);
+    least + greatest + middle
+}
+
+/// Without a call. Places are below 2^48 in size.
+fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole - i64::from(x < whole as f64)
+}
