@@ -34,16 +34,16 @@ impl CutOut {
         let shift = if self.filter == Filter::Linear { 0.5 } else { 0.0 };
         let texels = [0, 1].map(|axis| place[axis] * f64::from(size[axis]) - shift);
         let first = texels.map(floor);
-        let value = |right: i64, below: i64| {
-            let texel = [(first[0] + right, 0), (first[1] + below, 1)];
-            f64::from(map.texel(texel.map(|(index, axis)| self.wrap[axis].texel(index, size[axis]))))
-        };
+        let wrapped = |axis: usize, after: i64| self.wrap[axis].texel(first[axis] + after, size[axis]);
+        let value = |column: u32, row: u32| f64::from(map.texel([column, row]));
+        let [left, top] = [wrapped(0, 0), wrapped(1, 0)];
         if self.filter == Filter::Nearest {
-            return value(0, 0);
+            return value(left, top);
         }
+        let [right, bottom] = [wrapped(0, 1), wrapped(1, 1)];
         let [x, y] = [0, 1].map(|axis| texels[axis] - first[axis] as f64);
-        let line = |below: i64| value(0, below) * (1.0 - x) + value(1, below) * x;
-        line(0) * (1.0 - y) + line(1) * y
+        let line = |row: u32| value(left, row) * (1.0 - x) + value(right, row) * x;
+        line(top) * (1.0 - y) + line(bottom) * y
     }
 }
 
