@@ -1,7 +1,7 @@
 //! The facets of one object as a frame of the light sees them, in a packed tree.
 //!
 //! Boxes in light space are counted in whole numbers across the light and in single precision along it. Both ways of rounding are monotone, so boxes that
-//! meet still do: nothing that may block is left out, and what is handed out beside that lies no farther than 2^-27 of the object's extent away, 2^-22 along the light.
+//! meet still do: nothing that may block is left out, and what is handed out beside that lies no farther than 2^-27 of the extent of the object's box away, 2^-22 along the light.
 //! A tree of doubles took five times as long to build, three times the memory, and as long to look through. Cost: a look at each facet and a sort;
 //! 28 bytes a facet.
 
