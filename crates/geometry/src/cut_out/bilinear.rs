@@ -26,12 +26,7 @@ impl CutOut {
             let across = part(ranges[0], map.size()[0], column);
             for row in rows[0]..rows[1] {
                 let along = part(ranges[1], map.size()[1], row);
-                let texel = |right: i64, below: i64| {
-                    let index = [(column + right, 0), (row + below, 1)];
-                    let texel = index.map(|(index, axis)| self.wrap[axis].texel(index, map.size()[axis]));
-                    f64::from(map.texel(texel))
-                };
-                let texels = [[texel(0, 0), texel(1, 0)], [texel(0, 1), texel(1, 1)]];
+                let texels = self.square(map, [column, row]);
                 for [x, y] in [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[i, j]| [across[i], along[j]]) {
                     let alpha = between([between(texels[0], x), between(texels[1], x)], y);
                     range = [range[0].min(alpha), range[1].max(alpha)];

@@ -34,16 +34,12 @@ impl CutOut {
         let shift = if self.filter == Filter::Linear { 0.5 } else { 0.0 };
         let texels = [0, 1].map(|axis| place[axis] * f64::from(size[axis]) - shift);
         let first = texels.map(floor);
-        let wrapped = |axis: usize, after: i64| self.wrap[axis].texel(first[axis] + after, size[axis]);
-        let value = |column: u32, row: u32| f64::from(map.texel([column, row]));
-        let [left, top] = [wrapped(0, 0), wrapped(1, 0)];
         if self.filter == Filter::Nearest {
-            return value(left, top);
+            return self.texel(map, first);
         }
-        let [right, bottom] = [wrapped(0, 1), wrapped(1, 1)];
         let [x, y] = [0, 1].map(|axis| texels[axis] - first[axis] as f64);
-        let line = |row: u32| value(left, row) * (1.0 - x) + value(right, row) * x;
-        line(top) * (1.0 - y) + line(bottom) * y
+        let [above, below] = self.square(map, first).map(|[left, right]| left * (1.0 - x) + right * x);
+        above * (1.0 - y) + below * y
     }
 }
 

@@ -317,19 +317,16 @@ impl FaceCutOut<'_> {
 
     /// The texture's alpha times the weight (once: nearest, thrice: linear, less one for the vertex' alpha), and that power of the weight.
     fn sampled<T: Decide>(&self, map: &AlphaMap, [column, row]: [(i64, T); 2], weight: &T) -> (T, T) {
-        let &CutOut { filter, wrap, .. } = self.cut_out;
-        let value = |right: i64, below: i64| {
-            let texel = [(column.0 + right, 0), (row.0 + below, 1)];
-            T::number(f64::from(map.texel(texel.map(|(index, axis)| wrap[axis].texel(index, map.size()[axis])))))
-        };
-        if filter == Filter::Nearest {
-            return (value(0, 0), weight.clone());
+        let first = [column.0, row.0];
+        if self.cut_out.filter == Filter::Nearest {
+            return (T::number(self.cut_out.texel(map, first)), weight.clone());
         }
         let (x, y) = (column.1, row.1);
         let (from_x, from_y) = (weight.clone() - x.clone(), weight.clone() - y.clone());
-        let line = |below: i64| value(0, below) * from_x.clone() + value(1, below) * x.clone();
+        let line = |[left, right]: [f64; 2]| T::number(left) * from_x.clone() + T::number(right) * x.clone();
+        let [above, below] = self.cut_out.square(map, first).map(line);
         let square = weight.clone() * weight.clone();
-        (line(0) * from_y + line(1) * y, square * weight.clone())
+        (above * from_y + below * y, square * weight.clone())
     }
 
     /// The texel (with linear filtering: the one before) along an axis of `count` texels, and how far past its beginning (its
@@ -368,6 +365,20 @@ impl CutOut {
                 [before(low), before(high) + 1]
             }
         }
+    }
+
+    /// The value of a texel by its numbers along the axes, of any size.
+    fn texel(&self, map: &AlphaMap, index: [i64; 2]) -> f64 {
+        let wrapped = |axis: usize| self.wrap[axis].texel(index[axis], map.size()[axis]);
+        f64::from(map.texel([0, 1].map(wrapped)))
+    }
+
+    /// The values of a texel and of those after it: two rows of two.
+    fn square(&self, map: &AlphaMap, [column, row]: [i64; 2]) -> [[f64; 2]; 2] {
+        let wrapped =
+            |axis: usize, first: i64| [first, first + 1].map(|index| self.wrap[axis].texel(index, map.size()[axis]));
+        let columns = wrapped(0, column);
+        wrapped(1, row).map(|row| columns.map(|column| f64::from(map.texel([column, row]))))
     }
 
     /// Whether factor · alpha · texel is at least the cutoff. Exact.
