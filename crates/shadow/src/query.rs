@@ -134,14 +134,15 @@ impl<'a> Queries<'a> {
             Place::Free { position } => {
                 let position = accepted(position)?;
                 Ok(Answer {
-                    lit: !self.is_blocked::<Dyadic>(&Probe::at(position), Own::Nothing, light),
+                    lit: !self.is_blocked::<Dyadic>(&Probe::at(position), Own::Nothing, light, Among::All),
                     in_space: false,
                 })
             }
             Place::Oriented { position, normal, precision } => {
                 let position = accepted(position)?;
                 let normal = accepted_normal(normal)?;
-                Ok(self.oriented_is_lit(position, normal, precision, light))
+                let slack = SlackBox::new(position, precision);
+                Ok(self.oriented_is_lit(position, normal, &slack, light, Among::All))
             }
         }
     }
@@ -172,11 +173,11 @@ impl<'a> Queries<'a> {
         Ok(match self.bodies.get(object) {
             Body::Flat(facets) => {
                 let probe = flat_probe(&flat_corners(facets, face, 0), u, v);
-                self.flat_point_is_lit(object, face, &probe, light)
+                self.flat_point_is_lit((object, face), &probe, light, Among::All)
             }
             Body::Analytic(body) => {
                 let probe = patch_probe(body, face, u, v).ok_or(QueryDefect::OutsideFace)?;
-                self.curved_point_is_lit(object, body.charts()[face].surface, &probe, light)
+                self.curved_point_is_lit(object, body.charts()[face].surface, &probe, light, Among::All)
             }
         })
     }
@@ -195,18 +196,34 @@ impl<'a> Queries<'a> {
         if !is_in_square || is_triangle && is_beyond() { Err(QueryDefect::OutsideFace) } else { Ok(()) }
     }
 
-    fn flat_point_is_lit(&self, object: usize, face: usize, probe: &Probe, light: &LightSource) -> bool {
+    fn flat_point_is_lit(
+        &self,
+        (object, face): (usize, usize),
+        probe: &Probe,
+        light: &LightSource,
+        among: Among,
+    ) -> bool {
         flat_face_is_turned_to(&self.bodies, object, face, light)
-            && !self.is_blocked(probe, Own::Face { object, face }, light)
+            && !self.is_blocked(probe, Own::Face { object, face }, light, among)
     }
 
-    fn curved_point_is_lit(&self, object: usize, surface: Surface, probe: &Probe<Surd>, light: &LightSource) -> bool {
+    fn curved_point_is_lit(
+        &self,
+        object: usize,
+        surface: Surface,
+        probe: &Probe<Surd>,
+        light: &LightSource,
+        among: Among,
+    ) -> bool {
         let own = turned_to(&self.bodies, object, surface, probe, light);
-        own.is_some_and(|own| !self.is_blocked(probe, own, light))
+        own.is_some_and(|own| !self.is_blocked(probe, own, light, among))
     }
 
-    /// Whether any face meets the open segment from the point to the light.
-    fn is_blocked<R: Ring>(&self, probe: &Probe<R>, own: Own, light: &LightSource) -> bool {
+    /// Whether any of these faces meets the open segment from the point to the light.
+    fn is_blocked<R: Ring>(&self, probe: &Probe<R>, own: Own, light: &LightSource, among: Among) -> bool {
+        if let Among::Faces(faces) = among {
+            return faces.iter().any(|&face| face_blocks(&self.bodies, face, probe, own, light));
+        }
         if let Some(lookup) = self.lookup(light) {
             return self.is_blocked_by(lookup, probe, own);
         }
@@ -249,34 +266,31 @@ impl<'a> Queries<'a> {
 
     /// Any surface point of the slack box that is turned the right way has a right answer: if all agree it is theirs,
     /// and otherwise either answer is right.
-    fn oriented_is_lit(&self, position: DVec3, normal: DVec3, precision: Precision, light: &LightSource) -> Answer {
-        let slack = SlackBox::new(position, precision);
+    pub(crate) fn oriented_is_lit(
+        &self,
+        position: DVec3,
+        normal: DVec3,
+        slack: &SlackBox,
+        light: &LightSource,
+        among: Among,
+    ) -> Answer {
         let meaning = |object, face| {
             let is_one_sided = self.bodies.is_one_sided(object, face);
             Meaning { normal, is_one_sided, light }
         };
-        let mut objects = Vec::new();
-        self.objects.for_each_meeting(&slack.bounds, |object| objects.push(object as usize));
-        objects.sort_unstable();
         let mut is_on_surface = false;
-        for object in objects {
+        for (object, face) in self.faces_near(slack, among) {
             let found = match self.bodies.get(object) {
-                Body::Flat(facets) => {
-                    let mut faces = Vec::new();
-                    self.face_tree(object, facets).for_each_meeting(&slack.bounds, |face| faces.push(face as usize));
-                    faces.sort_unstable();
-                    faces.into_iter().find_map(|face| {
-                        let point = slack.point_on_face(facets, face)?;
-                        is_on_surface = true;
-                        let is_meant = meaning(object, face).is_of_face(facets, face);
-                        is_meant.then(|| self.flat_point_is_lit(object, face, &point, light))
-                    })
-                }
+                Body::Flat(facets) => slack.point_on_face(facets, face).and_then(|point| {
+                    is_on_surface = true;
+                    let is_meant = meaning(object, face).is_of_face(facets, face);
+                    is_meant.then(|| self.flat_point_is_lit((object, face), &point, light, among))
+                }),
                 Body::Analytic(body) => {
                     let found = slack.point_on_analytic(body, Some(&meaning(object, 0)));
                     found.and_then(|(found, is_meant)| {
                         is_on_surface = true;
-                        is_meant.then(|| self.curved_point_is_lit(object, found.surface, &found.probe, light))
+                        is_meant.then(|| self.curved_point_is_lit(object, found.surface, &found.probe, light, among))
                     })
                 }
             };
@@ -285,9 +299,38 @@ impl<'a> Queries<'a> {
             }
         }
         // On a surface whose lit side looks the other way, the side that is meant gets no light.
-        let lit = !is_on_surface && !self.is_blocked::<Dyadic>(&Probe::at(position), Own::Nothing, light);
+        let lit = !is_on_surface && !self.is_blocked::<Dyadic>(&Probe::at(position), Own::Nothing, light, among);
         Answer { lit, in_space: !is_on_surface }
     }
+
+    /// The faces whose boxes meet a slack box, in order; a curved body counts as one.
+    fn faces_near(&self, slack: &SlackBox, among: Among) -> Vec<(usize, usize)> {
+        let mut near = Vec::new();
+        match among {
+            Among::Faces(faces) => near.extend(faces),
+            Among::All => self.objects.for_each_meeting(&slack.bounds, |object| {
+                let object = object as usize;
+                match self.bodies.get(object) {
+                    Body::Analytic(_) => near.push((object, 0)),
+                    Body::Flat(facets) => self
+                        .face_tree(object, facets)
+                        .for_each_meeting(&slack.bounds, |face| near.push((object, face as usize))),
+                }
+            }),
+        }
+        near.sort_unstable();
+        near.dedup();
+        near
+    }
+}
+
+/// The faces that a point is held against, of each curved body one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Among<'a> {
+    /// All of the scene.
+    All,
+    /// None but these can stand in the way of the point or any other of its slack box, or have a point in there.
+    Faces(&'a [(usize, usize)]),
 }
 
 /// A point whose coordinates are accepted.

@@ -104,10 +104,12 @@ impl View {
 
     /// A rectangle that holds the image of the hull of `corners`, least u, v and greatest u, v; `None` when a lamp's view
     /// sees nothing of it. `error` bounds that of the corners.
+    #[inline(always)]
     pub(crate) fn bounds(&self, corners: &[DVec3], error: f64) -> Option<[f64; 4]> {
-        if self.is_sun {
-            return Some(self.sun_bounds(corners, error));
-        }
+        if self.is_sun { Some(self.sun_bounds(corners, error)) } else { self.lamp_bounds(corners, error) }
+    }
+
+    fn lamp_bounds(&self, corners: &[DVec3], error: f64) -> Option<[f64; 4]> {
         let mut least_w = f64::INFINITY;
         let mut beyond = [true; 5];
         let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
@@ -134,7 +136,7 @@ impl View {
         Some([low[0], low[1], high[0], high[1]])
     }
 
-    #[inline]
+    #[inline(always)]
     fn sun_bounds(&self, corners: &[DVec3], error: f64) -> [f64; 4] {
         let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
         for &corner in corners {

@@ -1,8 +1,7 @@
 //! The points that the filter leaves in doubt.
 //!
-//! What is named in doubt is all that may hide the point or meet its slack box. If none of it meets the box, which f64
-//! tells nearly always, the point lies in space, and only what is named is asked exactly. Otherwise it is a single query. A point of a
-//! flat face that is turned to the light has no box: what is named is asked.
+//! What is named in doubt is all that may hide the point or any other of its slack box, or meet the box: only that is asked exactly. If none of it meets the
+//! box, which f64 tells nearly always, the point lies in space. A point of a flat face that is turned to the light has no box.
 
 use glam::DVec3;
 use umbriel_geometry::{
@@ -16,7 +15,7 @@ use crate::{
     exact::{Own, face_blocks},
     fine::flat::flat_probe,
     loose::{filter::Doubtful, pieces::Pieces},
-    query::{Place, Queries},
+    query::{Among, Place, Queries},
     receivers::flat_corners,
     slack::SlackBox,
 };
@@ -24,27 +23,26 @@ use crate::{
 impl Queries<'_> {
     /// The answer for a doubtful point.
     pub(super) fn decide(&self, pieces: &Pieces, place: &Place, doubt: &Doubtful, light: &LightSource) -> bool {
-        let faces = doubt.pieces.iter().flatten().map(|&piece| pieces.face(piece));
-        let (position, slack) = match *place {
-            Place::Free { position } => (accepted(position), None),
-            Place::Oriented { position, precision, .. } => {
-                (accepted(position), Some(SlackBox::new(accepted(position), precision)))
+        let Some(doubts) = &doubt.pieces else { return self.ask(place, light) };
+        let faces: Vec<(usize, usize)> = doubts.iter().map(|&piece| pieces.face(piece)).collect();
+        let blocks = |probe: &Probe, own| faces.iter().any(|&face| face_blocks(&self.bodies, face, probe, own, light));
+        match *place {
+            Place::Free { position } => !blocks(&Probe::at(accepted(position)), Own::Nothing),
+            Place::Oriented { position, normal, precision } => {
+                let (position, normal) = (accepted(position), DVec3::from_array(normal));
+                let slack = SlackBox::new(position, precision);
+                if faces.iter().any(|&face| self.may_touch(face, &slack)) {
+                    return self.oriented_is_lit(position, normal, &slack, light, Among::Faces(&faces)).lit;
+                }
+                !blocks(&Probe::at(position), Own::Nothing)
             }
-            Place::Surface { object, face, u, v } => {
-                let (Body::Flat(facets), Some(_)) = (self.bodies.get(object), &doubt.pieces) else {
-                    return self.ask(place, light);
-                };
-                let probe = flat_probe(&flat_corners(facets, face, 0), u, v);
-                let own = Own::Face { object, face };
-                return !faces.clone().any(|face| face_blocks(&self.bodies, face, &probe, own, light));
-            }
-        };
-        let may_touch = |slack: &SlackBox| faces.clone().any(|face| self.may_touch(face, slack));
-        if doubt.pieces.is_none() || slack.as_ref().is_some_and(may_touch) {
-            return self.ask(place, light);
+            Place::Surface { object, face, u, v } => match self.bodies.get(object) {
+                Body::Flat(facets) => {
+                    !blocks(&flat_probe(&flat_corners(facets, face, 0), u, v), Own::Face { object, face })
+                }
+                Body::Analytic(_) => self.ask(place, light),
+            },
         }
-        let probe: Probe = Probe::at(position);
-        !faces.clone().any(|face| face_blocks(&self.bodies, face, &probe, Own::Nothing, light))
     }
 
     /// Whether a point with a normal has no surface in its slack box.

@@ -4,6 +4,7 @@
 
 use std::sync::OnceLock;
 
+use rayon::prelude::*;
 use umbriel_geometry::LightSource;
 
 use crate::{
@@ -85,6 +86,7 @@ pub(super) struct TilePlace {
 }
 
 /// A piece and its rectangle in the view: least u, v, greatest u, v.
+#[derive(Clone, Copy, Debug)]
 struct Placed {
     piece: u32,
     bounds: [f64; 4],
@@ -239,13 +241,13 @@ impl<'a> Grid<'a> {
 
 /// The rectangles of all pieces that the view sees.
 fn see_all(pieces: &Pieces, view: &View, error: f64) -> Vec<Placed> {
-    let mut hint = 0;
-    let rectangle = |piece: u32| {
-        let bounds = match pieces.get(piece, &mut hint) {
-            Piece::Triangle(corners) | Piece::CutOut(corners) => view.bounds(&corners, error),
-            Piece::Box(bounds) => view.bounds(&bounds.corners(), error),
-        };
-        Some(Placed { piece, bounds: bounds? })
+    let see = |run| {
+        let mut seen = Vec::new();
+        pieces.for_each(run, |piece, corners| {
+            seen.extend(view.bounds(corners, error).map(|bounds| Placed { piece, bounds }));
+        });
+        seen
     };
-    (0..pieces.len()).filter_map(rectangle).collect()
+    let seen: Vec<Vec<Placed>> = pieces.runs().into_par_iter().map(see).collect();
+    seen.concat()
 }

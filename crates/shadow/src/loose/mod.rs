@@ -72,7 +72,7 @@ const LARGEST_JOB: usize = 1 << 20;
 /// So many jobs keep threads busy. Not a matter of how many there are: counts of decisions depend on how points are parted.
 const LEAST_JOBS: usize = 16;
 /// Points that are looked at one by one are few to a job.
-const CHUNK: usize = 8192;
+const CHUNK: usize = 4096;
 
 impl Points<'_> {
     /// How many.

@@ -1,9 +1,14 @@
 //! What can stand in the way, numbered through: triangles, halves of parallelograms, analytic bodies as wholes.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use umbriel_geometry::{Aabb, Facet, Facets, cut_out::Opacity};
 
 use crate::bodies::{Bodies, Body};
+
+/// Pieces of a run at most.
+const RUN: u32 = 2048;
 
 /// All pieces of a scene.
 pub(super) struct Pieces<'a> {
@@ -60,6 +65,38 @@ impl<'a> Pieces<'a> {
             }
         }
         Some(pieces)
+    }
+
+    /// All pieces in runs of one object each; none is long.
+    pub(super) fn runs(&self) -> Vec<Range<u32>> {
+        let ends = self.objects.iter().skip(1).map(|numbered| numbered.first).chain([self.count]);
+        let runs = self.objects.iter().zip(ends).flat_map(|(numbered, end)| {
+            let starts = (numbered.first..end).step_by(RUN as usize);
+            starts.map(move |start| start..end.min(start.saturating_add(RUN)))
+        });
+        runs.collect()
+    }
+
+    /// The corners of each piece of a run; of a curved body those of its box.
+    #[inline(always)]
+    pub(super) fn for_each(&self, run: Range<u32>, mut visit: impl FnMut(u32, &[DVec3])) {
+        let numbered = &self.objects[self.place_of(run.start)];
+        let first = numbered.first;
+        match numbered.body {
+            Body::Analytic(_) => visit(run.start, &numbered.bounds.corners()),
+            Body::Flat(facets) => match facets.triangles() {
+                // One look for the whole run at what the faces are.
+                Some(triangles) => {
+                    let (positions, triangles) = (facets.positions(), &triangles[(run.start - first) as usize..]);
+                    for (piece, corners) in run.zip(triangles) {
+                        visit(piece, &corners.map(|corner| positions[corner as usize]));
+                    }
+                }
+                None => run.for_each(|piece| {
+                    visit(piece, &corners(facets, (piece - first) as usize, numbered.is_halved));
+                }),
+            },
+        }
     }
 
     pub(super) fn len(&self) -> u32 {
