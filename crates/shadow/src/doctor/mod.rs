@@ -24,10 +24,13 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{
+    collections::HashMap,
+    sync::atomic::{AtomicUsize, Ordering},
+};
 
 use rayon::prelude::*;
-use umbriel_scene::Scene;
+use umbriel_scene::{Scene, first_alike};
 
 use crate::{
     progress::{Cancelled, Progress},
@@ -53,11 +56,15 @@ pub fn examine(
     progress: &dyn Progress,
 ) -> Result<Diagnosis, Cancelled> {
     let lamps = lamps::Chosen::new(scene, lights);
+    let firsts = firsts(scene);
     let total = scene.objects.len();
     let done = AtomicUsize::new(0);
-    let examined = (0..total).into_par_iter().map(|object| {
+    let examined = firsts.par_iter().enumerate().map(|(object, &first)| {
         if progress.is_cancelled() {
             return Err(Cancelled);
+        }
+        if first != object {
+            return Ok(Examined::default());
         }
         let examined = Examined::new(scene, object, detail, &lamps);
         progress.advance("surfaces", done.fetch_add(1, Ordering::Relaxed) as u64 + 1, total as u64);
@@ -65,8 +72,18 @@ pub fn examine(
     });
     let mut examined = examined.collect::<Result<Vec<Examined>, Cancelled>>()?;
     let planes: Vec<_> = examined.iter_mut().map(|object| std::mem::take(&mut object.planes)).collect();
-    let overlaps = overlap::find(scene, &planes, progress)?;
+    let overlaps = overlap::find(scene, &planes, &firsts, progress)?;
+    for (object, &first) in firsts.iter().enumerate().filter(|&(object, &first)| first != object) {
+        examined[object] = examined[first].of_copy(Place::Object(object));
+    }
     Ok(gather(&lamps, examined, overlaps))
+}
+
+/// For each object the first one that repeats it with the same sides: what is found of one is found of the other.
+fn firsts(scene: &Scene) -> Vec<usize> {
+    let mut known = HashMap::new();
+    let alike = first_alike(&scene.objects).into_iter().zip(&scene.objects).enumerate();
+    alike.map(|(number, (first, object))| *known.entry((first, object.sides)).or_insert(number)).collect()
 }
 
 /// All defects of all objects and lights, with their shares.

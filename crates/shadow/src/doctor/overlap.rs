@@ -2,13 +2,18 @@
 //!
 //! Sorting by plane numbers ([`PlaneKey`]) leaves the faces that share a plane with another one; only these are placed
 //! again, an eighth of them at a time where they are many, so that their corners need not all be kept. Inside a plane a tree over boxes proposes pairs, and an exact test decides ([`Plate::meeting`]).
+//! Of objects that repeat another one the faces of the first stand for all, and of faces that an object repeats the first one does.
 //! A face that is covered by several others counts what they cover one by one, its own area at most. In a plane where very many boxes meet, each face is
 //! compared with some of the others only, and this is told ([`DefectKind::CrowdedPlane`]): all pairs would be the square of the input.
 
-use std::{collections::BTreeMap, ops::ControlFlow};
+use std::{
+    collections::{BTreeMap, HashMap},
+    ops::ControlFlow,
+};
 
 use rayon::prelude::*;
 use umbriel_bvh::BoxTree;
+use umbriel_geometry::Facets;
 use umbriel_scene::Scene;
 
 use crate::progress::{Cancelled, Progress};
@@ -38,8 +43,15 @@ struct Covered {
     not_compared: Option<f64>,
 }
 
-/// The overlaps of all objects, from the numbers of their faces' planes.
-pub(super) fn find(scene: &Scene, planes: &[Vec<PlaneKey>], progress: &dyn Progress) -> Result<Vec<Defect>, Cancelled> {
+/// The overlaps of all objects, from the numbers of their faces' planes; `firsts` says which objects repeat which, of these only the first has planes.
+pub(super) fn find(
+    scene: &Scene,
+    planes: &[Vec<PlaneKey>],
+    firsts: &[usize],
+    progress: &dyn Progress,
+) -> Result<Vec<Defect>, Cancelled> {
+    let mut copies = vec![0u32; firsts.len()];
+    firsts.iter().for_each(|&first| copies[first] += 1);
     let mut named: Vec<(PlaneKey, u32, u32)> = Vec::with_capacity(planes.iter().map(Vec::len).sum());
     for (object, keys) in planes.iter().enumerate() {
         let faces = keys.iter().enumerate().filter(|(_, key)| **key != PlaneKey::None);
@@ -50,8 +62,8 @@ pub(super) fn find(scene: &Scene, planes: &[Vec<PlaneKey>], progress: &dyn Progr
         named.iter_mut().for_each(|(key, ..)| *key = PlaneKey::Any);
     }
     named.par_sort_unstable();
-    let groups: Vec<&[(PlaneKey, u32, u32)]> =
-        named.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1).collect();
+    let may_meet = |group: &&[(PlaneKey, u32, u32)]| group.len() > 1 || copies[group[0].1 as usize] > 1;
+    let groups: Vec<&[(PlaneKey, u32, u32)]> = named.chunk_by(|a, b| a.0 == b.0).filter(may_meet).collect();
     let most = PLACED.max(groups.iter().map(|group| group.len()).sum::<usize>() / 8);
     let (mut placed, mut sums) = (0, Sums::new());
     let is_of_one_batch = |group: &&[_], _: &&[_]| {
@@ -59,7 +71,7 @@ pub(super) fn find(scene: &Scene, planes: &[Vec<PlaneKey>], progress: &dyn Progr
         placed < most
     };
     for groups in groups.chunk_by(is_of_one_batch) {
-        let plates = Plates::of(scene, groups, progress)?;
+        let plates = Plates::of(scene, groups, &copies, progress)?;
         let covered = groups
             .par_iter()
             .map(|group| if progress.is_cancelled() { Err(Cancelled) } else { Ok(covered(&plates.of_group(group))) });
@@ -69,15 +81,26 @@ pub(super) fn find(scene: &Scene, planes: &[Vec<PlaneKey>], progress: &dyn Progr
             .flatten()
             .for_each(|covered| add(&mut sums, covered));
     }
-    let defect = |((kind, object), (count, area))| Defect::new(kind, Place::Object(object as usize), count, area);
-    Ok(sums.into_iter().map(defect).collect())
+    let mut defects = Vec::new();
+    for (object, &first) in firsts.iter().enumerate() {
+        for kind in [DefectKind::CoplanarOverlap, DefectKind::Contact, DefectKind::CrowdedPlane] {
+            let sum = sums.get(&(kind, first as u32));
+            defects.extend(sum.map(|&(count, area)| Defect::new(kind, Place::Object(object), count, area)));
+        }
+    }
+    Ok(defects)
 }
 
 /// The faces that share a plane with another one, in the order of objects and faces.
 struct Plates(Vec<((u32, u32), Plate)>);
 
 impl Plates {
-    fn of(scene: &Scene, groups: &[&[(PlaneKey, u32, u32)]], progress: &dyn Progress) -> Result<Self, Cancelled> {
+    fn of(
+        scene: &Scene,
+        groups: &[&[(PlaneKey, u32, u32)]],
+        copies: &[u32],
+        progress: &dyn Progress,
+    ) -> Result<Self, Cancelled> {
         let mut faces: Vec<(u32, u32)> =
             groups.iter().flat_map(|group| group.iter().map(|&(_, object, face)| (object, face))).collect();
         faces.par_sort_unstable();
@@ -86,13 +109,21 @@ impl Plates {
             if progress.is_cancelled() {
                 return Err(Cancelled);
             }
-            let object = &scene.objects[faces[0].0 as usize];
+            let (object, copies) = (&scene.objects[faces[0].0 as usize], copies[faces[0].0 as usize]);
             let facets = object.facets().unwrap_or_default();
-            let plate = |&(number, face): &(u32, u32)| {
+            let mut plates: Vec<((u32, u32), Plate)> = Vec::new();
+            let mut known: HashMap<(Vec<u32>, bool), usize> = HashMap::new();
+            for &(number, face) in *faces {
                 let is_one_sided = object.is_one_sided(|| facets.is_closed(face as usize));
-                Plate::new(number, &facets, face as usize, is_one_sided).map(|plate| ((number, face), plate))
-            };
-            Ok(faces.iter().filter_map(plate).collect::<Vec<_>>())
+                let corners = (loop_of(&facets, face as usize), is_one_sided);
+                if let Some(&first) = known.get(&corners) {
+                    plates[first].1.repeats += 1;
+                } else if let Some(plate) = Plate::new((number, copies), &facets, face as usize, is_one_sided) {
+                    known.insert(corners, plates.len());
+                    plates.push(((number, face), plate));
+                }
+            }
+            Ok(plates)
         });
         let plates = plates.collect::<Result<Vec<_>, Cancelled>>()?;
         Ok(Self(plates.into_iter().flatten().collect()))
@@ -105,23 +136,34 @@ impl Plates {
     }
 }
 
-/// What is covered of the faces of one plane, with their objects.
-fn covered(plates: &[&Plate]) -> Vec<(u32, Covered)> {
-    let mut covered = vec![Covered::default(); plates.len()];
+/// The places of a facet's corners, from the lowest on; the same of facets that repeat each other, not of those turned round.
+fn loop_of(facets: &Facets, face: usize) -> Vec<u32> {
+    let mut corners = facets.welded(face).corners().to_vec();
+    let lowest = (0..corners.len()).min_by_key(|&k| corners[k]).unwrap_or(0);
+    corners.rotate_left(lowest);
+    corners
+}
+
+/// What is covered of the faces of one plane, with their objects and how often these have them.
+fn covered(plates: &[&Plate]) -> Vec<((u32, u32), Covered)> {
+    // Other copies of its object cover a face as it is.
+    let by_copies = |plate: &&Plate| Covered { alike: (plate.copies > 1).then_some(plate.area), ..Covered::default() };
+    let mut covered: Vec<Covered> = plates.iter().map(by_copies).collect();
     let (all, is_crowded) = meetings(plates);
     for (face, meetings) in all.into_iter().enumerate() {
         covered[face].not_compared = meetings.is_cut_short.then_some(plates[face].area);
         for (other, meeting) in meetings.found {
             let is_contact = meeting.is_back_to_back && (plates[face].is_one_sided || plates[other].is_one_sided);
-            let concerned = [face, other];
-            for &face in &concerned[..if is_crowded { 1 } else { 2 }] {
+            let concerned = [(face, other), (other, face)];
+            for &(face, other) in &concerned[..if is_crowded { 1 } else { 2 }] {
                 let Covered { alike, back_to_back, .. } = &mut covered[face];
                 let sum = if is_contact { back_to_back } else { alike };
-                *sum = Some((sum.unwrap_or(0.0) + meeting.area).min(plates[face].area));
+                let area = meeting.area * f64::from(coverers(plates[face], plates[other]));
+                *sum = Some((sum.unwrap_or(0.0) + area).min(plates[face].area));
             }
         }
     }
-    plates.iter().zip(covered).map(|(plate, covered)| (plate.object, covered)).collect()
+    plates.iter().zip(covered).map(|(plate, covered)| ((plate.object, plate.repeats), covered)).collect()
 }
 
 /// The other faces of a plane that one shares an area with, in order.
@@ -164,13 +206,19 @@ fn meetings(plates: &[&Plate]) -> (Vec<Meetings>, bool) {
 
 fn meeting(plates: &[&Plate], i: usize, j: usize) -> Option<(usize, Meeting)> {
     let (a, b) = (plates[i], plates[j]);
-    // The same test from both sides. Repeated triangles of one object are a kind of their own.
-    let meeting = plates[i.min(j)].meeting(plates[i.max(j)]).filter(|_| a.object != b.object || !a.repeats(b))?;
+    // The same test from both sides.
+    let meeting = plates[i.min(j)].meeting(plates[i.max(j)]).filter(|_| coverers(a, b) > 0)?;
     Some((j, meeting))
 }
 
-/// Adds what covers a face of an object.
-fn add(sums: &mut Sums, (object, covered): (u32, Covered)) {
+/// How many faces that are as `other` is count as covering a face that it meets: repeated triangles of one object are a kind of their own.
+fn coverers(face: &Plate, other: &Plate) -> u32 {
+    let is_repeated = face.object == other.object && face.has_corners_of(other);
+    (other.copies - u32::from(is_repeated)) * other.repeats
+}
+
+/// Adds what covers a face of an object, each time that it has it.
+fn add(sums: &mut Sums, ((object, repeats), covered): ((u32, u32), Covered)) {
     let Covered { alike, back_to_back, not_compared } = covered;
     let kinds = [
         (DefectKind::CoplanarOverlap, alike),
@@ -180,6 +228,6 @@ fn add(sums: &mut Sums, (object, covered): (u32, Covered)) {
     for (kind, area) in kinds {
         let Some(area) = area else { continue };
         let sum = sums.entry((kind, object)).or_default();
-        *sum = (sum.0 + 1, sum.1 + area);
+        *sum = (sum.0 + repeats as usize, sum.1 + area * f64::from(repeats));
     }
 }

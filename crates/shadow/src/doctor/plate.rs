@@ -55,6 +55,10 @@ impl Corner {
 #[derive(Clone, Debug)]
 pub(super) struct Plate {
     pub(super) object: u32,
+    /// How many objects have this face: the object and those that repeat it.
+    pub(super) copies: u32,
+    /// How often each of them has it.
+    pub(super) repeats: u32,
     pub(super) is_one_sided: bool,
     is_mirrored: bool,
     /// Rounded, square metres.
@@ -75,11 +79,13 @@ pub(super) struct Meeting {
 
 impl Plate {
     /// A facet with its corners; `None` for one without area.
-    pub(super) fn new(object: u32, facets: &Facets, facet: usize, is_one_sided: bool) -> Option<Self> {
+    pub(super) fn new((object, copies): (u32, u32), facets: &Facets, facet: usize, is_one_sided: bool) -> Option<Self> {
         let corners = facets.facet(facet).corners();
         let corners = corners.iter().map(|&corner| Corner::new(&facets.point(corner)));
         Some(Self {
             object,
+            copies,
+            repeats: 1,
             is_one_sided,
             is_mirrored: facets.is_mirrored(),
             area: facets.area(facet).value,
@@ -107,7 +113,7 @@ impl Plate {
     }
 
     /// Whether both have the same corners (those that no float hits never count as the same).
-    pub(super) fn repeats(&self, other: &Self) -> bool {
+    pub(super) fn has_corners_of(&self, other: &Self) -> bool {
         let is_there = |corner: &Corner| other.corners.iter().any(|there| there.position == corner.position);
         let is_exact = |plate: &Self| plate.corners.iter().all(|corner| corner.inexact.is_none());
         is_exact(self)

@@ -48,6 +48,14 @@ impl Examined {
     }
 }
 
+impl Examined {
+    /// The same of another object that repeats this one.
+    pub(super) fn of_copy(&self, place: Place) -> Self {
+        let defects = self.defects.iter().map(|&defect| Defect { place, ..defect }).collect();
+        Self { defects, planes: Vec::new(), seen: self.seen.clone(), ..*self }
+    }
+}
+
 fn defects(surface: &Surface, detail: Detail) -> Vec<Defect> {
     let mut defects = vec![no_surface(surface), flat_faces(surface)];
     if let Shape::Mesh(mesh) = &surface.object.shape {
