@@ -20,7 +20,7 @@ pub(super) const TINY: &str = "numbers of its matrix below 2^-200 are taken as 0
 pub(super) struct Placed {
     /// Its index in the document.
     pub(super) node: usize,
-    /// Its parent's place in [`Hierarchy::placed`].
+    /// Its parent's place among the nodes of the scene.
     pub(super) parent: Option<usize>,
     /// Node to scene coordinates.
     pub(super) map: DAffine3,
@@ -30,10 +30,22 @@ pub(super) struct Placed {
     pub(super) is_visible: bool,
 }
 
+/// What is kept of a node of the scene: files may have millions.
+#[derive(Clone, Copy, Debug)]
+struct Walked {
+    node: usize,
+    parent: Option<usize>,
+    /// Which of the turns is its.
+    turn: usize,
+    is_visible: bool,
+}
+
 /// The nodes of the scene, parents before their children.
 #[derive(Debug)]
 pub(super) struct Hierarchy {
-    pub(super) placed: Vec<Placed>,
+    walked: Vec<Walked>,
+    /// First that of the roots, then of each node that turns otherwise than the one above it.
+    turns: Vec<DMat3>,
     /// The map of every node of the document, in the scene or not.
     pub(super) maps: Vec<DAffine3>,
     /// The nodes whose maps had numbers below 2^-200.
@@ -65,16 +77,37 @@ impl Hierarchy {
         parents_first.iter().for_each(|&(node, parent)| has_parent[node] = parent.is_some());
         let roots = roots(document, &has_parent)?;
         let mut open: Vec<(usize, Option<usize>)> = roots.into_iter().rev().map(|root| (root, None)).collect();
-        let mut placed: Vec<Placed> = Vec::new();
+        let (mut walked, mut turns): (Vec<Walked>, _) = (Vec::new(), vec![DMat3::IDENTITY]);
         while let Some((node, parent)) = open.pop() {
-            open.extend(document.nodes[node].children.iter().rev().map(|&child| (child, Some(placed.len()))));
+            open.extend(document.nodes[node].children.iter().rev().map(|&child| (child, Some(walked.len()))));
             let declared = &document.nodes[node];
-            let above = parent.map(|parent| &placed[parent]);
-            let turn = above.map_or(DMat3::IDENTITY, |above| above.turn) * own_turn(declared);
+            let above = parent.map(|parent| walked[parent]);
+            let mut turn = above.map_or(0, |above| above.turn);
+            let own = own_turn(declared);
+            if own != DMat3::IDENTITY {
+                turns.push(turns[turn] * own);
+                turn = turns.len() - 1;
+            }
             let is_visible = above.is_none_or(|above| above.is_visible) && !declared.is_hidden();
-            placed.push(Placed { node, parent, map: maps[node], turn, is_visible });
+            walked.push(Walked { node, parent, turn, is_visible });
         }
-        Ok(Self { placed, maps, tiny })
+        Ok(Self { walked, turns, maps, tiny })
+    }
+
+    /// How many nodes the scene has.
+    pub(super) fn len(&self) -> usize {
+        self.walked.len()
+    }
+
+    /// A node of the scene.
+    pub(super) fn placed(&self, number: usize) -> Placed {
+        let Walked { node, parent, turn, is_visible } = self.walked[number];
+        Placed { node, parent, map: self.maps[node], turn: self.turns[turn], is_visible }
+    }
+
+    /// All nodes of the scene.
+    pub(super) fn iter(&self) -> impl Iterator<Item = Placed> {
+        (0..self.len()).map(|number| self.placed(number))
     }
 }
 
@@ -101,7 +134,7 @@ fn parents_first(document: &Document) -> Result<Vec<(usize, Option<usize>)>, Loa
     while let Some(node) = open.pop() {
         reached[node] = true;
         order.push((node, parent_of[node]));
-        open.extend(&document.nodes[node].children);
+        open.extend(document.nodes[node].children.iter());
     }
     match reached.iter().position(|&reached| !reached) {
         Some(node) => Err(LoadProblem::element(

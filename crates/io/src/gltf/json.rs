@@ -7,7 +7,7 @@ mod members;
 mod motion;
 mod shading;
 
-use serde::{Deserialize, de::IgnoredAny};
+use serde::{Deserialize, Deserializer, de::IgnoredAny};
 use serde_json::value::RawValue;
 
 use crate::error::LoadProblem;
@@ -211,9 +211,9 @@ pub(super) struct SceneNodes {
 
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct Node {
-    pub(super) name: Option<String>,
+    pub(super) name: Option<Box<str>>,
     #[serde(default)]
-    pub(super) children: Vec<usize>,
+    pub(super) children: Box<[usize]>,
     /// Boxed, as is all that not every node has: files may have millions of nodes.
     pub(super) matrix: Option<Box<[f64; 16]>>,
     pub(super) translation: Option<Box<[f64; 3]>>,
@@ -225,11 +225,11 @@ pub(super) struct Node {
     pub(super) weights: Option<Box<[f64]>>,
     /// As written: it may be anything, however deep.
     pub(super) extras: Option<Box<RawValue>>,
-    #[serde(default)]
-    pub(super) extensions: NodeExtensions,
+    #[serde(default, deserialize_with = "boxed")]
+    extensions: Option<Box<NodeExtensions>>,
 }
 
-const _: () = assert!(size_of::<Node>() <= 200, "three million empty nodes are a file of nine megabytes");
+const _: () = assert!(size_of::<Node>() <= 152, "three million empty nodes are a file of nine megabytes");
 
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct NodeExtensions {
@@ -243,10 +243,22 @@ pub(super) struct NodeExtensions {
     pub(super) visibility: Option<Visibility>,
 }
 
+/// What is there, boxed.
+fn boxed<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Box<NodeExtensions>>, D::Error> {
+    Ok(Some(Box::new(NodeExtensions::deserialize(value)?)))
+}
+
 impl Node {
+    /// Its extensions; none where it has none.
+    pub(super) fn extensions(&self) -> &NodeExtensions {
+        const NONE: &NodeExtensions =
+            &NodeExtensions { light: None, instancing: None, rigid_body: None, visibility: None };
+        self.extensions.as_deref().unwrap_or(NONE)
+    }
+
     /// Whether it and all below it are not shown.
     pub(super) fn is_hidden(&self) -> bool {
-        self.extensions.visibility.as_ref().and_then(|visibility| visibility.visible) == Some(false)
+        self.extensions().visibility.as_ref().and_then(|visibility| visibility.visible) == Some(false)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::{error::excerpt, model::Model, names::brief_name};
 /// The light of a node, if it has one.
 pub(super) fn add(model: &mut Model, document: &Document, placed: &Placed) -> Result<(), String> {
     let node = &document.nodes[placed.node];
-    let Some(reference) = &node.extensions.light else { return Ok(()) };
+    let Some(reference) = &node.extensions().light else { return Ok(()) };
     let declared = document.extensions.lights.as_ref().map_or(&[][..], |lights| &lights.lights);
     let declared = element(declared, reference.light, "light")?;
     match light(declared, placed, document)? {

@@ -43,12 +43,12 @@ pub(super) fn read<'a>(
     let rooms = rooms::of_nodes(document, hierarchy, &mut meshes, &mut model.findings, accessors.ledger())?;
     let skins = Skins::new(document, hierarchy, accessors);
     let mut walk = Walk { document, accessors, meshes, skins, colliders, model };
-    let mut objects_of = Vec::with_capacity(hierarchy.placed.len());
-    for (placed, room) in hierarchy.placed.iter().zip(rooms) {
+    let mut objects_of = Vec::with_capacity(hierarchy.len());
+    for (placed, room) in hierarchy.iter().zip(rooms) {
         let first = walk.model.objects.len();
-        walk.take(placed, room)?;
+        walk.take(&placed, room)?;
         objects_of.push(first..walk.model.objects.len());
-        walk.see(placed)?;
+        walk.see(&placed)?;
     }
     let Walk { mut model, meshes, skins, .. } = walk;
     model.findings.absorb(meshes.into_findings(), str::to_owned);
@@ -199,7 +199,7 @@ fn add_body(model: &mut Model, placed: &Placed, node: &Node, shape: &ImplicitSha
 
 /// The maps of a node's instances, if it has EXT_mesh_gpu_instancing.
 fn instances(node: &Node, accessors: &Accessors) -> Result<Option<Vec<DAffine3>>, LoadProblem> {
-    let Some(Instancing { attributes }) = node.extensions.instancing.as_deref() else { return Ok(None) };
+    let Some(Instancing { attributes }) = node.extensions().instancing.as_deref() else { return Ok(None) };
     let refused = |message: String| LoadProblem::element("EXT_mesh_gpu_instancing", message);
     let (mut translations, mut rotations, mut scales) = (None, None, None);
     for (name, &accessor) in attributes.iter() {
@@ -267,20 +267,19 @@ fn eye(declared: &Eye, map: &DAffine3) -> Result<Camera, String> {
 
 /// Nodes with children, and instanced nodes, become families; branches without objects are left out.
 fn add_families(model: &mut Model, document: &Document, hierarchy: &Hierarchy, objects_of: &[std::ops::Range<usize>]) {
-    let placed = &hierarchy.placed;
     // Children come after their parents, so the way back meets them first.
     let mut below: Vec<usize> = objects_of.iter().map(ExactSizeIterator::len).collect();
-    for i in (0..placed.len()).rev() {
-        if let Some(parent) = placed[i].parent {
+    for i in (0..hierarchy.len()).rev() {
+        if let Some(parent) = hierarchy.placed(i).parent {
             below[parent] += below[i];
         }
     }
-    let mut family_of = vec![None; placed.len()];
+    let mut family_of = vec![None; hierarchy.len()];
     let tree = &mut model.families;
-    for (i, node) in placed.iter().enumerate().filter(|&(i, _)| below[i] > 0) {
+    for (i, node) in hierarchy.iter().enumerate().filter(|&(i, _)| below[i] > 0) {
         let declared = &document.nodes[node.node];
         let parent: Option<usize> = node.parent.and_then(|parent| family_of[parent]);
-        let is_family = !declared.children.is_empty() || declared.extensions.instancing.is_some();
+        let is_family = !declared.children.is_empty() || declared.extensions().instancing.is_some();
         let family = if is_family {
             tree.families.push(Family { name: name_of(node.node, declared), members: Vec::new() });
             family_of[i] = Some(tree.families.len() - 1);

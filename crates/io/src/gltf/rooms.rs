@@ -53,30 +53,30 @@ pub(super) fn of_nodes(
     ledger: &Ledger,
 ) -> Result<Vec<Option<Box<Room>>>, LoadProblem> {
     let place_of = |placed: &Placed| place(placed.node, &document.nodes[placed.node]);
-    let mut rooms = Vec::with_capacity(hierarchy.placed.len());
+    let mut rooms = Vec::with_capacity(hierarchy.len());
     let mut named = Vec::new();
-    for (number, placed) in hierarchy.placed.iter().enumerate() {
+    for (number, placed) in hierarchy.iter().enumerate() {
         let node = &document.nodes[placed.node];
         let found = match role(node) {
             Ok(None) => Ok(None),
-            Ok(Some((role, is_stated))) => match room(role, placed, node, meshes)? {
+            Ok(Some((role, is_stated))) => match room(role, &placed, node, meshes)? {
                 Ok(room) => {
                     named.extend((!is_stated).then_some(number));
                     Ok(Some(Box::new(room)))
                 }
-                Err(fault) if is_stated => return Err(LoadProblem::element(place_of(placed), fault)),
+                Err(fault) if is_stated => return Err(LoadProblem::element(place_of(&placed), fault)),
                 Err(fault) => Err(fault),
             },
             Err(fault) => Err(fault),
         };
         rooms.push(found.unwrap_or_else(|fault| {
-            tell(findings, &place_of(placed), &fault);
+            tell(findings, &place_of(&placed), &fault);
             None
         }));
     }
     check_sizes(&rooms, ledger)?;
     for (number, fault) in drop_unsound(&mut rooms, &named) {
-        tell(findings, &place_of(&hierarchy.placed[number]), &fault);
+        tell(findings, &place_of(&hierarchy.placed(number)), &fault);
     }
     Ok(rooms)
 }

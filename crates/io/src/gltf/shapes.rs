@@ -58,7 +58,7 @@ fn size(written: f64) -> f64 {
 
 /// The shape of a node's collider, if it has one.
 pub(super) fn declared<'a>(document: &'a Document, node: &Node) -> Result<Option<&'a ImplicitShape>, String> {
-    let collider = node.extensions.rigid_body.as_ref().and_then(|body| body.collider.as_ref());
+    let collider = node.extensions().rigid_body.as_ref().and_then(|body| body.collider.as_ref());
     let Some(collider) = collider else { return Ok(None) };
     let named = collider.geometry.as_ref().and_then(|geometry| geometry.shape).or(collider.shape);
     let Some(index) = named else { return Ok(None) };

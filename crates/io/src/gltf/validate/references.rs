@@ -28,18 +28,18 @@ impl Check<'_> {
         let document = self.document;
         let place = hierarchy::place(index, node);
         let told = |problem| within(problem, &place);
-        if let Some(light) = &node.extensions.light {
+        if let Some(light) = &node.extensions().light {
             let lights = document.extensions.lights.as_ref().map_or(&[][..], |lights| &lights.lights);
             existing(lights, light.light, "light").map_err(told)?;
         }
         let mut instances = None;
-        for &accessor in node.extensions.instancing.iter().flat_map(|instancing| instancing.attributes.values()) {
+        for &accessor in node.extensions().instancing.iter().flat_map(|instancing| instancing.attributes.values()) {
             let count = existing(&document.accessors, accessor, "accessor").map_err(told)?.count;
             if *instances.get_or_insert(count) != count {
                 self.tell(&place, "the attributes of its instances differ in their number");
             }
         }
-        let Some(body) = &node.extensions.rigid_body else { return Ok(()) };
+        let Some(body) = &node.extensions().rigid_body else { return Ok(()) };
         for collider in [&body.collider, &body.trigger].into_iter().flatten() {
             self.collider(collider, &place);
         }
