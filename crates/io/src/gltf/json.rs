@@ -5,10 +5,10 @@ mod cameras;
 mod extensions;
 mod members;
 mod motion;
+mod node;
 mod shading;
 
-use serde::{Deserialize, Deserializer, de::IgnoredAny};
-use serde_json::value::RawValue;
+use serde::{Deserialize, de::IgnoredAny};
 
 use crate::error::LoadProblem;
 pub(super) use buffers::{Buffer, BufferView, MeshoptFilter, MeshoptMode, MeshoptView};
@@ -16,6 +16,7 @@ pub(super) use cameras::{Eye, Orthographic, Perspective};
 pub(super) use extensions::ExtensionNames;
 pub(super) use members::Members;
 pub(super) use motion::{Animation, AnimationChannel, AnimationSampler};
+pub(super) use node::{Collider, Instancing, Node};
 use shading::{MaterialTextures, References, TextureImage, VariantMappings, Variants};
 
 #[derive(Debug, Deserialize)]
@@ -207,105 +208,6 @@ pub(super) struct SpotCone {
 pub(super) struct SceneNodes {
     #[serde(default)]
     pub(super) nodes: Vec<usize>,
-}
-
-#[derive(Debug, Default, Deserialize)]
-pub(super) struct Node {
-    pub(super) name: Option<Box<str>>,
-    #[serde(default)]
-    pub(super) children: Box<[usize]>,
-    /// Boxed, as is all that not every node has: files may have millions of nodes.
-    pub(super) matrix: Option<Box<[f64; 16]>>,
-    pub(super) translation: Option<Box<[f64; 3]>>,
-    pub(super) rotation: Option<Box<[f64; 4]>>,
-    pub(super) scale: Option<Box<[f64; 3]>>,
-    pub(super) mesh: Option<usize>,
-    pub(super) camera: Option<usize>,
-    pub(super) skin: Option<usize>,
-    pub(super) weights: Option<Box<[f64]>>,
-    /// As written: it may be anything, however deep.
-    pub(super) extras: Option<Box<RawValue>>,
-    #[serde(default, deserialize_with = "boxed")]
-    extensions: Option<Box<NodeExtensions>>,
-}
-
-const _: () = assert!(size_of::<Node>() <= 152, "three million empty nodes are a file of nine megabytes");
-
-#[derive(Debug, Default, Deserialize)]
-pub(super) struct NodeExtensions {
-    #[serde(rename = "KHR_lights_punctual")]
-    pub(super) light: Option<LightReference>,
-    #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub(super) instancing: Option<Box<Instancing>>,
-    #[serde(rename = "KHR_physics_rigid_bodies")]
-    pub(super) rigid_body: Option<Box<RigidBody>>,
-    #[serde(rename = "KHR_node_visibility")]
-    pub(super) visibility: Option<Visibility>,
-}
-
-/// What is there, boxed.
-fn boxed<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Box<NodeExtensions>>, D::Error> {
-    Ok(Some(Box::new(NodeExtensions::deserialize(value)?)))
-}
-
-impl Node {
-    /// Its extensions; none where it has none.
-    pub(super) fn extensions(&self) -> &NodeExtensions {
-        const NONE: &NodeExtensions =
-            &NodeExtensions { light: None, instancing: None, rigid_body: None, visibility: None };
-        self.extensions.as_deref().unwrap_or(NONE)
-    }
-
-    /// Whether it and all below it are not shown.
-    pub(super) fn is_hidden(&self) -> bool {
-        self.extensions().visibility.as_ref().and_then(|visibility| visibility.visible) == Some(false)
-    }
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct Visibility {
-    pub(super) visible: Option<bool>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct RigidBody {
-    pub(super) collider: Option<Collider>,
-    pub(super) trigger: Option<Collider>,
-    pub(super) joint: Option<PhysicsJoint>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct PhysicsJoint {
-    pub(super) connected_node: Option<usize>,
-    pub(super) joint: Option<usize>,
-}
-
-/// What collides in place of a node: named by itself in the older drafts, within `geometry` in the newer ones.
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct Collider {
-    pub(super) shape: Option<usize>,
-    pub(super) geometry: Option<ColliderGeometry>,
-    pub(super) physics_material: Option<usize>,
-    pub(super) collision_filter: Option<usize>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct ColliderGeometry {
-    pub(super) shape: Option<usize>,
-    pub(super) mesh: Option<usize>,
-    pub(super) node: Option<usize>,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct LightReference {
-    pub(super) light: usize,
-}
-
-#[derive(Debug, Deserialize)]
-pub(super) struct Instancing {
-    pub(super) attributes: Members<usize>,
 }
 
 #[derive(Debug, Deserialize)]
