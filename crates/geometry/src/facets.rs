@@ -17,7 +17,6 @@ use crate::{
     aabb::Aabb,
     approx::{Approx, sorted},
     brep::{Brep, Convex, Cuboid, HullDefect, canonical_loop},
-    decisions::{Level, count},
     joints::Joints,
     light::LightSource,
     measures::TriangleMeasure,
@@ -29,7 +28,6 @@ use crate::{
     rectangle::Rectangle,
     ring::Sign,
     topology::Topology,
-    turns::float_turn,
 };
 
 /// A planar face by its corners, counter-clockwise seen from its front (unless [`Facets::is_mirrored`]).
@@ -336,16 +334,7 @@ impl Facets {
     /// If there is no such facet.
     pub fn turn(&self, facet: usize, light: &LightSource) -> Sign {
         let corners = self.facet(facet).corners();
-        let corners = [corners[0], corners[1], corners[corners.len() - 1]];
-        // What nearly always tells, without a look at what else a point may be.
-        if self.are_floats() {
-            let corners = corners.map(|corner| self.positions()[corner as usize]);
-            if let Some(sign) = float_turn(corners, light.xyz(), light.w()).sign().filter(|&sign| sign != Sign::Zero) {
-                count(Level::Double, 1);
-                return sign;
-            }
-        }
-        let [a, b, c] = corners.map(|corner| self.point(corner));
+        let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| self.point(corner));
         Sign::of(side_value(&a, &b, &c, Target::Light(light)).value)
     }
 

@@ -51,7 +51,7 @@ pub use analytic::{Analytic, AnalyticDefect, PlacedAnalytic};
 pub use approx::Approx;
 pub use brep::{
     Brep, BrepDefect, Convex, ConvexMeshDefect, Cuboid, Flatness, HalfEdge, HalfSpace, HalfSpaceDefect, HullDefect,
-    Silhouette,
+    Silhouette, canonical_loop,
 };
 pub use decide::Decide;
 pub use disjoint_sets::DisjointSets;

@@ -3,10 +3,7 @@
 //! The filter of [`side_value`](crate::predicates::side_value) over vectors of triangles; what it leaves open is asked one by one. Guarantee: the signs of
 //! [`Facets::turn`]. Cost: some ten nanoseconds a triangle, a quarter of what one by one takes.
 
-use glam::DVec3;
-
 use crate::{
-    approx::Approx,
     decisions::{Level, count},
     facets::Facets,
     gathered::{BLOCK, Gathered},
@@ -24,12 +21,6 @@ impl Facets {
             _ => (0..self.len()).map(|facet| self.turn(facet, light)).collect(),
         }
     }
-}
-
-/// Which way corners that are floats turn as seen from a light, by its coordinates and its weight; the bound may straddle zero.
-#[inline(always)]
-pub(crate) fn float_turn([a, b, c]: [DVec3; 3], toward: DVec3, weight: f64) -> Approx {
-    rows_filter(a - c, b - c, toward - c * weight)
 }
 
 /// Triangles with corners that are floats, and a light.
@@ -53,7 +44,7 @@ impl Kernel for Turns<'_> {
             let mut certain = 0;
             for (lane, sign) in signs[..triangles.len()].iter_mut().enumerate() {
                 let [a, b, c] = [corners.at(0, lane), corners.at(1, lane), corners.at(2, lane)];
-                let side = float_turn([a, b, c], toward, weight);
+                let side = rows_filter(a - c, b - c, toward - c * weight);
                 *sign = i64::from(side.value > side.error) - i64::from(side.value < -side.error);
                 certain += *sign * *sign;
             }

@@ -220,7 +220,7 @@ impl<'a> Queries<'a> {
     }
 
     /// Whether any of these faces meets the open segment from the point to the light.
-    fn is_blocked<R: Ring>(&self, probe: &Probe<R>, own: Own, light: &LightSource, among: Among) -> bool {
+    pub(crate) fn is_blocked<R: Ring>(&self, probe: &Probe<R>, own: Own, light: &LightSource, among: Among) -> bool {
         if let Among::Faces(faces) = among {
             return faces.iter().any(|&face| face_blocks(&self.bodies, face, probe, own, light));
         }

@@ -33,7 +33,7 @@ pub use half_spaces::{HalfSpace, HalfSpaceDefect};
 pub use hull::HullDefect;
 pub use seed::Flatness;
 pub use silhouette::Silhouette;
-pub(crate) use surface::canonical_loop;
+pub use surface::canonical_loop;
 pub use validation::BrepDefect;
 
 /// A half-edge: it starts at `start` and runs to the start of the next half-edge of its loop.

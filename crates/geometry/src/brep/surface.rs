@@ -161,8 +161,8 @@ pub(super) fn points<const N: usize>(positions: &[DVec3], vertices: [u32; N]) ->
     vertices.map(|vertex| Point::exact(positions[vertex as usize]))
 }
 
-/// The same loop, begun at its least vertex.
-pub(crate) fn canonical_loop(mut corners: Vec<u32>) -> Vec<u32> {
+/// The same loop of vertices, begun at its least one.
+pub fn canonical_loop(mut corners: Vec<u32>) -> Vec<u32> {
     if let Some(least) = (0..corners.len()).min_by_key(|&i| corners[i]) {
         corners.rotate_left(least);
     }

@@ -199,7 +199,7 @@ fn add_body(model: &mut Model, placed: &Placed, node: &Node, shape: &ImplicitSha
 
 /// The maps of a node's instances, if it has EXT_mesh_gpu_instancing.
 fn instances(node: &Node, accessors: &Accessors) -> Result<Option<Vec<DAffine3>>, LoadProblem> {
-    let Some(Instancing { attributes }) = node.extensions().instancing.as_deref() else { return Ok(None) };
+    let Some(Instancing { attributes }) = &node.extensions().instancing else { return Ok(None) };
     let refused = |message: String| LoadProblem::element("EXT_mesh_gpu_instancing", message);
     let (mut translations, mut rotations, mut scales) = (None, None, None);
     for (name, &accessor) in attributes.iter() {

@@ -63,10 +63,8 @@ pub fn examine(
         if progress.is_cancelled() {
             return Err(Cancelled);
         }
-        if first != object {
-            return Ok(Examined::default());
-        }
-        let examined = Examined::new(scene, object, detail, &lamps);
+        // A copy takes over what is found of the first.
+        let examined = if first == object { Examined::new(scene, object, detail, &lamps) } else { Examined::default() };
         progress.advance("surfaces", done.fetch_add(1, Ordering::Relaxed) as u64 + 1, total as u64);
         Ok(examined)
     });

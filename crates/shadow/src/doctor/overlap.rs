@@ -13,7 +13,7 @@ use std::{
 
 use rayon::prelude::*;
 use umbriel_bvh::BoxTree;
-use umbriel_geometry::Facets;
+use umbriel_geometry::canonical_loop;
 use umbriel_scene::Scene;
 
 use crate::progress::{Cancelled, Progress};
@@ -115,7 +115,8 @@ impl Plates {
             let mut known: HashMap<(Vec<u32>, bool), usize> = HashMap::new();
             for &(number, face) in *faces {
                 let is_one_sided = object.is_one_sided(|| facets.is_closed(face as usize));
-                let corners = (loop_of(&facets, face as usize), is_one_sided);
+                // The same of faces that repeat each other, not of those turned round.
+                let corners = (canonical_loop(facets.welded(face as usize).corners().to_vec()), is_one_sided);
                 if let Some(&first) = known.get(&corners) {
                     plates[first].1.repeats += 1;
                 } else if let Some(plate) = Plate::new((number, copies), &facets, face as usize, is_one_sided) {
@@ -134,14 +135,6 @@ impl Plates {
             |&(_, object, face): &(PlaneKey, u32, u32)| self.0.binary_search_by_key(&(object, face), |plate| plate.0);
         group.iter().filter_map(|face| place(face).ok()).map(|place| &self.0[place].1).collect()
     }
-}
-
-/// The places of a facet's corners, from the lowest on; the same of facets that repeat each other, not of those turned round.
-fn loop_of(facets: &Facets, face: usize) -> Vec<u32> {
-    let mut corners = facets.welded(face).corners().to_vec();
-    let lowest = (0..corners.len()).min_by_key(|&k| corners[k]).unwrap_or(0);
-    corners.rotate_left(lowest);
-    corners
 }
 
 /// What is covered of the faces of one plane, with their objects and how often these have them.

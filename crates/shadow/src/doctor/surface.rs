@@ -46,9 +46,7 @@ impl Examined {
             seen: lights.see(&surface),
         }
     }
-}
 
-impl Examined {
     /// The same of another object that repeats this one.
     pub(super) fn of_copy(&self, place: Place) -> Self {
         let defects = self.defects.iter().map(|&defect| Defect { place, ..defect }).collect();

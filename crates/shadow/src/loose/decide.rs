@@ -12,7 +12,7 @@ use umbriel_geometry::{
 
 use crate::{
     bodies::Body,
-    exact::{Own, face_blocks},
+    exact::Own,
     fine::flat::flat_probe,
     loose::{filter::Doubtful, pieces::Pieces},
     query::{Among, Place, Queries},
@@ -25,14 +25,15 @@ impl Queries<'_> {
     pub(super) fn decide(&self, pieces: &Pieces, place: &Place, doubt: &Doubtful, light: &LightSource) -> bool {
         let Some(doubts) = &doubt.pieces else { return self.ask(place, light) };
         let faces: Vec<(usize, usize)> = doubts.iter().map(|&piece| pieces.face(piece)).collect();
-        let blocks = |probe: &Probe, own| faces.iter().any(|&face| face_blocks(&self.bodies, face, probe, own, light));
+        let among = Among::Faces(&faces);
+        let blocks = |probe: &Probe, own| self.is_blocked(probe, own, light, among);
         match *place {
             Place::Free { position } => !blocks(&Probe::at(accepted(position)), Own::Nothing),
             Place::Oriented { position, normal, precision } => {
                 let (position, normal) = (accepted(position), DVec3::from_array(normal));
                 let slack = SlackBox::new(position, precision);
                 if faces.iter().any(|&face| self.may_touch(face, &slack)) {
-                    return self.oriented_is_lit(position, normal, &slack, light, Among::Faces(&faces)).lit;
+                    return self.oriented_is_lit(position, normal, &slack, light, among).lit;
                 }
                 !blocks(&Probe::at(position), Own::Nothing)
             }

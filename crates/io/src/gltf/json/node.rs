@@ -5,7 +5,7 @@ use serde_json::value::RawValue;
 
 use super::Members;
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct Node {
     pub(in crate::gltf) name: Option<Box<str>>,
     #[serde(default)]
@@ -26,21 +26,21 @@ pub(in crate::gltf) struct Node {
 
 const _: () = assert!(size_of::<Node>() <= 152, "three million empty nodes are a file of nine megabytes");
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Deserialize)]
 pub(in crate::gltf) struct NodeExtensions {
     #[serde(rename = "KHR_lights_punctual")]
     pub(in crate::gltf) light: Option<LightReference>,
     #[serde(rename = "EXT_mesh_gpu_instancing")]
-    pub(in crate::gltf) instancing: Option<Box<Instancing>>,
+    pub(in crate::gltf) instancing: Option<Instancing>,
     #[serde(rename = "KHR_physics_rigid_bodies")]
-    pub(in crate::gltf) rigid_body: Option<Box<RigidBody>>,
+    pub(in crate::gltf) rigid_body: Option<RigidBody>,
     #[serde(rename = "KHR_node_visibility")]
     pub(in crate::gltf) visibility: Option<Visibility>,
 }
 
 /// What is there, boxed.
 fn boxed<'de, D: Deserializer<'de>>(value: D) -> Result<Option<Box<NodeExtensions>>, D::Error> {
-    Ok(Some(Box::new(NodeExtensions::deserialize(value)?)))
+    Box::deserialize(value).map(Some)
 }
 
 impl Node {
