@@ -28,6 +28,7 @@ use umbriel_scene::{CellGraph, Object, Projection, Scene};
 use crate::view::View;
 use frustum::EyeSide;
 pub use frustum::Frustum;
+use opening::Opening;
 
 /// How often cells are entered before everything counts as reached.
 pub const MOST_VISITS: usize = 1 << 16;
@@ -141,13 +142,22 @@ struct Search<'a> {
     visits: Vec<Visit>,
     frusta: Vec<Frustum>,
     seen: BTreeMap<u32, Vec<usize>>,
+    /// How the eye lies to each portal that was asked about: a cell is entered once a chain, and asks for all of its portals each time.
+    openings: Vec<Option<Opening<'a>>>,
 }
 
 impl<'a> Search<'a> {
     /// `None` after too many visits.
     fn run(graph: &'a CellGraph, eye: LightSource, frustum: Frustum, cells: &[usize]) -> Option<Self> {
         let visits = cells.iter().map(|&cell| Visit { cell, from: None }).collect();
-        let mut search = Self { graph, eye, visits, frusta: vec![frustum; cells.len()], seen: BTreeMap::new() };
+        let mut search = Self {
+            graph,
+            eye,
+            visits,
+            frusta: vec![frustum; cells.len()],
+            seen: BTreeMap::new(),
+            openings: vec![None; graph.portals().len()],
+        };
         let mut next = 0;
         while next < search.visits.len() {
             if search.visits.len() > MOST_VISITS {
@@ -179,9 +189,10 @@ impl<'a> Search<'a> {
             }
             let portal = &graph.portals()[number as usize];
             let own = usize::from(portal.cells[0] != cell);
-            let (side, corners) = opening::seen(&self.eye, portal);
-            let frustum = match (side, own) {
-                (EyeSide::Front, 0) | (EyeSide::Behind, 1) => self.frusta[visit].through(&corners),
+            let opening = &mut self.openings[number as usize];
+            let (side, corners) = opening.get_or_insert_with(|| opening::seen(&self.eye, portal));
+            let frustum = match (*side, own) {
+                (EyeSide::Front, 0) | (EyeSide::Behind, 1) => self.frusta[visit].through(corners),
                 (EyeSide::Within, _) => Some(self.frusta[visit].clone()),
                 _ => None,
             };

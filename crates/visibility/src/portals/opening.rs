@@ -14,7 +14,10 @@ use umbriel_scene::Portal;
 use super::frustum::{EyeSide, side_of_eye};
 
 /// How an eye lies to a portal, and the corners of what it sees through it.
-pub(super) fn seen<'a>(eye: &LightSource, portal: &'a Portal) -> (EyeSide, Cow<'a, [DVec3]>) {
+pub(super) type Opening<'a> = (EyeSide, Cow<'a, [DVec3]>);
+
+/// As an eye takes a portal.
+pub(super) fn seen<'a>(eye: &LightSource, portal: &'a Portal) -> Opening<'a> {
     let corners = &portal.corners;
     if portal.slack == 0.0 {
         return (side_of_eye(eye, corners), Cow::Borrowed(corners));
