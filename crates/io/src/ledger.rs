@@ -40,7 +40,7 @@ impl Quantity {
             Self::PlacedTriangles => 1 << 23,
             Self::PlacedVertices => 3 << 23,
             Self::BoxedVertices => 1 << 30,
-            Self::Texels => 1 << 25,
+            Self::Texels => 1 << 26,
         }
     }
 

@@ -68,42 +68,77 @@ fn png_alpha(bytes: &[u8], ledger: &Ledger) -> Result<Option<AlphaMap>, String> 
     } else if !ledger.may_look_at(texels) {
         return Ok(None);
     }
-    let mut content = vec![0; reader.output_buffer_size().ok_or("it is too large")?];
-    reader.next_frame(&mut content).map_err(unread)?;
-    let texels = match (is_indexed, has_alpha) {
-        (true, _) => of_palette(reader.info(), &content)?,
-        (false, true) => of_pixels(kind, &content),
-        (false, false) => return Ok(None),
-    };
+    let rows = if is_indexed { Rows::of_palette(reader.info()) } else { Rows::of_pixels(kind, has_alpha) };
+    let mut texels = Vec::with_capacity(if has_alpha { texels as usize } else { 0 });
+    if reader.info().interlaced {
+        let mut content = vec![0; reader.output_buffer_size().ok_or("it is too large")?];
+        let line = reader.next_frame(&mut content).map_err(unread)?.line_size;
+        content.chunks_exact(line).try_for_each(|row| rows.read(row, &mut texels))?;
+    } else {
+        while let Some(row) = reader.next_row().map_err(unread)? {
+            rows.read(row.data(), &mut texels)?;
+        }
+    }
     if has_alpha { AlphaMap::new(size, texels).map(Some).map_err(|defect| defect.to_string()) } else { Ok(None) }
 }
 
-/// The alphas of pixels whose last channel is alpha.
-fn of_pixels((color, depth): (ColorType, BitDepth), content: &[u8]) -> Vec<u16> {
-    if depth == BitDepth::Sixteen {
-        let alpha = |pixel: &[u8]| pixel.last_chunk().map_or(u16::MAX, |&last| u16::from_be_bytes(last));
-        content.chunks_exact(2 * color.samples()).map(alpha).collect()
-    } else {
-        let alpha = |pixel: &[u8]| pixel.last().map_or(u16::MAX, |&last| u16::from(last) * WIDEN);
-        content.chunks_exact(color.samples()).map(alpha).collect()
-    }
+/// How a row of pixels has alphas.
+enum Rows {
+    /// As packed numbers of a palette's colours (PNG, 3rd edition, 7.2 and 11.3.1): bits of a number, pixels of a row, colours, and the alphas of the first ones, if
+    /// any has one; others are opaque.
+    Palette { bits: usize, width: usize, colors: usize, alphas: Option<Vec<u8>> },
+    /// In the last of so many channels.
+    Bytes { channels: usize },
+    /// The same with channels of two bytes.
+    Words { channels: usize },
+    /// Not at all.
+    Opaque,
 }
 
-/// The alphas of pixels that are packed numbers of a palette's colours (PNG, 3rd edition, 7.2 and 11.3.1); colours that have none of their own are opaque.
-fn of_palette(info: &Info, content: &[u8]) -> Result<Vec<u16>, String> {
-    let colors = info.palette.as_ref().map_or(0, |palette| palette.len() / 3);
-    let (bits, alphas) = (info.bit_depth as usize, info.trns.as_deref().unwrap_or_default());
-    let alpha = |color: usize| {
-        let of_color = alphas.get(color).map_or(u16::MAX, |&alpha| u16::from(alpha) * WIDEN);
-        if color < colors { Ok(of_color) } else { Err(format!("it has {colors} colours, and none of number {color}")) }
-    };
-    let number = |row: &[u8], column: usize| {
-        let byte = usize::from(row[column * bits / 8]);
-        byte >> (8 - bits - column * bits % 8) & ((1 << bits) - 1)
-    };
-    let width = info.width as usize;
-    let rows = content.chunks_exact((width * bits).div_ceil(8));
-    rows.flat_map(|row| (0..width).map(move |column| number(row, column))).map(alpha).collect()
+impl Rows {
+    fn of_palette(info: &Info) -> Self {
+        let colors = info.palette.as_ref().map_or(0, |palette| palette.len() / 3);
+        let alphas = info.trns.as_ref().map(|alphas| alphas.to_vec());
+        Self::Palette { bits: info.bit_depth as usize, width: info.width as usize, colors, alphas }
+    }
+
+    fn of_pixels((color, depth): (ColorType, BitDepth), has_alpha: bool) -> Self {
+        let channels = color.samples();
+        match depth {
+            _ if !has_alpha => Self::Opaque,
+            BitDepth::Sixteen => Self::Words { channels },
+            _ => Self::Bytes { channels },
+        }
+    }
+
+    /// Adds the alphas of a row.
+    fn read(&self, row: &[u8], texels: &mut Vec<u16>) -> Result<(), String> {
+        match self {
+            Self::Opaque => {}
+            Self::Bytes { channels } => {
+                texels.extend(row.chunks_exact(*channels).map(|pixel| u16::from(pixel[channels - 1]) * WIDEN));
+            }
+            Self::Words { channels } => {
+                let alpha = |pixel: &[u8]| pixel.last_chunk().map_or(u16::MAX, |&last| u16::from_be_bytes(last));
+                texels.extend(row.chunks_exact(2 * channels).map(alpha));
+            }
+            Self::Palette { bits, width, colors, alphas } => {
+                let number = |column: usize| {
+                    let byte = usize::from(row[column * bits / 8]);
+                    byte >> (8 - bits - column * bits % 8) & ((1 << bits) - 1)
+                };
+                for color in (0..*width).map(number) {
+                    if color >= *colors {
+                        return Err(format!("it has {colors} colours, and none of number {color}"));
+                    }
+                    let alpha =
+                        |alphas: &Vec<u8>| alphas.get(color).map_or(u16::MAX, |&alpha| u16::from(alpha) * WIDEN);
+                    texels.extend(alphas.as_ref().map(alpha));
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -226,11 +261,42 @@ mod tests {
     #[test]
     fn pictures_without_alpha_may_be_too_large_to_look_at() {
         let mut huge = png(&[7; 300], [10, 10], ExtendedColorType::Rgb8);
-        // 2^13 by 2^13 texels; the checksum of the header with them.
-        huge[16..24].copy_from_slice(&[0, 0, 32, 0, 0, 0, 32, 0]);
+        // 2^14 by 2^14 texels; the checksum of the header with them.
+        huge[16..24].copy_from_slice(&[0, 0, 64, 0, 0, 0, 64, 0]);
         let sum = checksum(&huge[12..29]);
         huge[29..33].copy_from_slice(&sum.to_be_bytes());
         assert_eq!(read(&huge), Ok(None));
+    }
+
+    /// Two by two pixels in the order of Adam7 (PNG, 3rd edition, 8.1), stored as they are: the first pass has the first, the sixth its neighbour, the last the second row.
+    #[test]
+    fn interlaced_pictures_are_put_together() {
+        let pixel = |alpha: u8| [9, 9, 9, alpha];
+        let mut lines = Vec::new();
+        for line in [vec![1], vec![2], vec![3, 4]] {
+            lines.push(0);
+            lines.extend(line.into_iter().flat_map(pixel));
+        }
+        let (mut low, mut high) = (1u32, 0u32);
+        for &byte in &lines {
+            low = (low + u32::from(byte)) % 65521;
+            high = (high + low) % 65521;
+        }
+        let length = lines.len() as u16;
+        let mut stored = vec![0x78, 0x01, 1];
+        stored.extend([length.to_le_bytes(), (!length).to_le_bytes()].concat());
+        stored.extend(lines);
+        stored.extend((high << 16 | low).to_be_bytes());
+        let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
+        let header = [0, 0, 0, 2, 0, 0, 0, 2, 8, 6, 0, 0, 1];
+        for (name, content) in [(b"IHDR", header.as_slice()), (b"IDAT", &stored), (b"IEND", &[])] {
+            let named = [name.as_slice(), content].concat();
+            bytes.extend((content.len() as u32).to_be_bytes());
+            bytes.extend(&named);
+            bytes.extend(checksum(&named).to_be_bytes());
+        }
+        let texels = [1, 2, 3, 4].map(|alpha| alpha * WIDEN);
+        assert_eq!(read(&bytes), Ok(AlphaMap::new([2, 2], texels.to_vec()).ok()));
     }
 
     /// That of PNG's chunks.

@@ -17,7 +17,7 @@ pub(super) use extensions::ExtensionNames;
 pub(super) use members::Members;
 pub(super) use motion::{Animation, AnimationChannel, AnimationSampler};
 pub(super) use node::{Collider, Instancing, Node};
-use shading::{MaterialTextures, References, TextureImage, VariantMappings, Variants};
+use shading::{MaterialExtension, References, TextureImage, VariantMappings, Variants};
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase", expecting = "a glTF document, which is an object")]
@@ -256,7 +256,14 @@ pub(super) struct Material {
     pub(super) occlusion_texture: Option<TextureIndex>,
     pub(super) emissive_texture: Option<TextureIndex>,
     #[serde(default)]
-    pub(super) extensions: References<MaterialTextures>,
+    pub(super) extensions: References<MaterialExtension>,
+}
+
+impl Material {
+    /// What its alpha comes from: an extension that takes the place of the base colour, as viewers do that know it.
+    pub(super) fn base_color(&self) -> &BaseColor {
+        self.extensions.iter().find_map(MaterialExtension::base_color).unwrap_or(&self.pbr_metallic_roughness)
+    }
 }
 
 /// A texture that changes nothing but shading.

@@ -56,7 +56,7 @@ use mesh::Meshes;
 use views::Views;
 
 /// Extensions that are read.
-const READ: [&str; 11] = [
+const READ: [&str; 12] = [
     "KHR_lights_punctual",
     "EXT_mesh_gpu_instancing",
     "KHR_mesh_quantization",
@@ -68,9 +68,10 @@ const READ: [&str; 11] = [
     "KHR_physics_rigid_bodies",
     "KHR_texture_transform",
     "KHR_node_visibility",
+    "KHR_materials_pbrSpecularGlossiness",
 ];
 /// Extensions that change nothing but shading, pictures, motions and remarks: they may be required.
-const WITHOUT_EFFECT: [&str; 28] = [
+const WITHOUT_EFFECT: [&str; 27] = [
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
     "KHR_materials_diffuse_transmission",
@@ -78,7 +79,6 @@ const WITHOUT_EFFECT: [&str; 28] = [
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_sheen",
     "KHR_materials_specular",
     "KHR_materials_transmission",

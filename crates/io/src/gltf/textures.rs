@@ -47,7 +47,7 @@ impl<'a> Textures<'a> {
 
     /// How a MASK material cuts. What is missing counts as an alpha of one.
     pub(super) fn mask(&mut self, material: &'a Material) -> Result<MaskMaterial<'a>, LoadProblem> {
-        let base = &material.pbr_metallic_roughness;
+        let base = material.base_color();
         let reference = base.base_color_texture.as_ref();
         let alpha = match reference {
             None => Err("it has no texture".to_owned()),

@@ -273,7 +273,8 @@ impl Check<'_> {
             for texture in others.into_iter().chain([&base.metallic_roughness_texture]).flatten() {
                 named(&document.textures, texture.index, "texture", &place)?;
             }
-            if base.base_color_factor.is_some_and(|factor| !factor.iter().all(|part| (0.0..=1.0).contains(part))) {
+            let factors = [base, material.base_color()].map(|base| base.base_color_factor);
+            if factors.iter().flatten().flatten().any(|part| !(0.0..=1.0).contains(part)) {
                 self.tell(&place, "its base colour is not between 0 and 1");
             }
             if material.alpha_cutoff.is_some_and(|cutoff| cutoff < 0.0) {

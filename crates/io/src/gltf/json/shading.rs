@@ -1,4 +1,4 @@
-//! What extensions that only shade refer to: nothing of it is read, but an index out of range is a fault of the file. Whatever they hold, the rest is good.
+//! What extensions that shade refer to: but for an older base colour nothing of it is read, yet an index out of range is a fault of the file. Whatever they hold, the rest is good.
 
 use std::{fmt, marker::PhantomData};
 
@@ -8,12 +8,17 @@ use serde::{
 };
 use serde_json::value::RawValue;
 
-use super::TextureIndex;
+use super::{BaseColor, TextureIndex, TextureReference};
 
 /// What is looked for in extensions.
 pub(in crate::gltf) trait Referring: DeserializeOwned {
     /// How the names of those extensions begin.
     const BEGINNINGS: &'static [&'static str];
+
+    /// Told the whole name.
+    fn of_name(self, _name: &str) -> Self {
+        self
+    }
 }
 
 /// The extensions of an element that refer to something; others may be anything.
@@ -60,8 +65,8 @@ impl<'de, R: Referring> Visitor<'de> for OfExtensions<R> {
         let mut references = References::default();
         while let Some(name) = map.next_key::<String>()? {
             if R::BEGINNINGS.iter().any(|beginning| name.starts_with(beginning)) {
-                match serde_json::from_str(map.next_value::<Box<RawValue>>()?.get()) {
-                    Ok(extension) => references.found.push(extension),
+                match serde_json::from_str::<R>(map.next_value::<Box<RawValue>>()?.get()) {
+                    Ok(extension) => references.found.push(extension.of_name(&name)),
                     Err(_) => references.malformed.push(name),
                 }
             } else {
@@ -72,15 +77,33 @@ impl<'de, R: Referring> Visitor<'de> for OfExtensions<R> {
     }
 }
 
-/// The textures of a material's extension: its members whose names end in "Texture". A member whose name ends in "Strength" is a number.
-#[derive(Debug)]
-pub(in crate::gltf) struct MaterialTextures(pub(in crate::gltf) Vec<TextureIndex>);
-
-impl Referring for MaterialTextures {
-    const BEGINNINGS: &'static [&'static str] = &["KHR_materials_"];
+/// A material's extension.
+#[derive(Debug, Default)]
+pub(in crate::gltf) struct MaterialExtension {
+    /// Its members whose names end in "Texture". A member whose name ends in "Strength" is a number.
+    pub(in crate::gltf) textures: Vec<TextureIndex>,
+    /// Its members `diffuseTexture` and `diffuseFactor`.
+    diffuse: BaseColor,
+    /// It is KHR_materials_pbrSpecularGlossiness.
+    is_specular_glossiness: bool,
 }
 
-impl<'de> Deserialize<'de> for MaterialTextures {
+impl MaterialExtension {
+    /// What takes the place of the material's base colour, if the extension is one of those.
+    pub(super) fn base_color(&self) -> Option<&BaseColor> {
+        self.is_specular_glossiness.then_some(&self.diffuse)
+    }
+}
+
+impl Referring for MaterialExtension {
+    const BEGINNINGS: &'static [&'static str] = &["KHR_materials_"];
+
+    fn of_name(self, name: &str) -> Self {
+        Self { is_specular_glossiness: name == "KHR_materials_pbrSpecularGlossiness", ..self }
+    }
+}
+
+impl<'de> Deserialize<'de> for MaterialExtension {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_map(OfMaterial)
     }
@@ -89,24 +112,30 @@ impl<'de> Deserialize<'de> for MaterialTextures {
 struct OfMaterial;
 
 impl<'de> Visitor<'de> for OfMaterial {
-    type Value = MaterialTextures;
+    type Value = MaterialExtension;
 
     fn expecting(&self, text: &mut fmt::Formatter) -> fmt::Result {
         text.write_str("an extension of a material, which is an object")
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-        let mut textures = Vec::new();
+        let mut found = MaterialExtension::default();
         while let Some(name) = map.next_key::<String>()? {
-            if name.ends_with("Texture") {
-                textures.push(map.next_value()?);
+            if name == "diffuseTexture" {
+                let texture: TextureReference = map.next_value()?;
+                found.textures.push(TextureIndex { index: texture.index });
+                found.diffuse.base_color_texture = Some(texture);
+            } else if name == "diffuseFactor" {
+                found.diffuse.base_color_factor = Some(map.next_value()?);
+            } else if name.ends_with("Texture") {
+                found.textures.push(map.next_value()?);
             } else if name.ends_with("Strength") {
                 map.next_value::<f64>()?;
             } else {
                 map.next_value::<IgnoredAny>()?;
             }
         }
-        Ok(MaterialTextures(textures))
+        Ok(found)
     }
 }
 

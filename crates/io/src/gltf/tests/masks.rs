@@ -91,6 +91,30 @@ fn factor_cutoff_and_vertex_colour_count() {
     assert_eq!(found(coloured), []);
 }
 
+/// An older extension has its own colour, whose alpha counts in place of the base colour's.
+#[test]
+fn specular_glossiness_takes_the_place_of_the_base_colour() {
+    let with = |extension: Value| {
+        material(|material| {
+            material["pbrMetallicRoughness"] = json!({ "baseColorFactor": [1, 1, 1, 0.125] });
+            material["extensions"] = json!({ "KHR_materials_pbrSpecularGlossiness": extension.clone() });
+        })
+    };
+    let sheet = with(json!({ "diffuseTexture": { "index": 0 } }));
+    assert_eq!(pattern(&sheet), [true, true, false, true]);
+    assert_eq!(found(sheet), []);
+    let factor = with(json!({ "diffuseTexture": { "index": 0 }, "diffuseFactor": [1, 1, 1, 0.75] }));
+    assert_eq!(pattern(&factor), [true, false, false, true]);
+    let moved = json!({ "index": 0, "extensions": { "KHR_texture_transform": { "offset": [0.5, 0] } } });
+    assert_eq!(pattern(&with(json!({ "diffuseTexture": moved }))), [true, true, true, false]);
+    assert_eq!(pattern(&with(json!({}))), [true; 4], "its alpha is one where it says nothing");
+    let other = material(|material| {
+        material["extensions"] = json!({ "KHR_materials_specular": { "specularColorTexture": { "index": 0 } } });
+        material["pbrMetallicRoughness"]["baseColorFactor"] = json!([1, 1, 1, 0.25]);
+    });
+    assert_eq!(pattern(&other), [false; 4], "other extensions leave the base colour as it is");
+}
+
 #[test]
 fn transforms_and_other_sets_move_the_texture() {
     let transform = |transform: Value| {

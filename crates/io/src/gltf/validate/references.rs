@@ -127,7 +127,7 @@ impl Check<'_> {
     pub(super) fn shading(&mut self) {
         let document = self.document;
         for (index, material) in document.materials.iter().enumerate() {
-            for texture in material.extensions.iter().flat_map(|extension| &extension.0) {
+            for texture in material.extensions.iter().flat_map(|extension| &extension.textures) {
                 self.refer((texture.index, document.textures.len()), "texture", &format!("material {index}"));
             }
             self.malformed(&material.extensions.malformed, &format!("material {index}"));
