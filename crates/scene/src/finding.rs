@@ -58,6 +58,8 @@ pub enum FindingKind {
     SunsBelowHorizon,
     /// Suns of a table, given by their directions, that do not shine downward; they are taken as they are.
     SunsFromBelow,
+    /// Lights whose shadows take more than the typical effort: not all cells are as fine as they are where nobody says how fine.
+    CutShort,
 }
 
 impl FindingKind {
@@ -91,6 +93,7 @@ impl FindingKind {
             Self::OverlappingCells => "overlapping_cells",
             Self::SunsBelowHorizon => "suns_below_horizon",
             Self::SunsFromBelow => "suns_from_below",
+            Self::CutShort => "cut_short",
         }
     }
 }

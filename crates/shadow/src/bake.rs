@@ -18,6 +18,7 @@ use crate::{
     budget::{Limit, refine},
     by_object::ByObject,
     coarse::{Coarse, Influences, most_faces},
+    effort::Purse,
     fine::{Occluders, lattice::Spacing, scan::Layout},
     groups::groups,
     portals,
@@ -33,6 +34,9 @@ use crate::{
 
 /// So many faces look for what is over them, and lie over others, that the trees that they look through are made beforehand.
 const LARGE: usize = 1 << 14;
+
+/// Where the effort was not enough, the bake that goes as far as it can takes this part of it, after all of it was taken in vain.
+const ANEW: u64 = 2;
 
 /// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads, but for
 /// times and, where a mesh has instances, the count of decisions (an instance may be placed once more or less).
@@ -202,22 +206,46 @@ impl<'a> Stage<'a> {
         progress: &dyn Progress,
         work: &mut Work,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
+        let is_first = |receiver: usize| self.answered_by[receiver] == receiver;
         if self.is_of_samples() {
-            let is_first = |receiver: usize| self.answered_by[receiver] == receiver;
             let samples = Samples::new(self, receivers.light, receivers.influences, is_first);
-            let mut objects =
-                run(&receivers, |receiver| is_first(receiver) && !samples.takes(receiver), progress, work)?;
+            let is_left = |receiver: usize| is_first(receiver) && !samples.takes(receiver);
+            let mut objects = run(&receivers, (is_left, &Purse::new(u64::MAX)), progress, work)?;
             work.rays += samples.run(&mut objects, progress)?;
             self.repeat(&mut objects);
             return Ok(objects);
         }
         if let Some(limit) = self.limit(lights_done) {
-            let sums = refine(&mut receivers, &limit, progress)?.into_iter().zip(&self.request.receivers);
-            return Ok(sums.map(|(sums, &object)| report(sums, object, self.request, work)).collect());
+            return self.refine_until(&mut receivers, &limit, progress, work);
         }
-        let mut objects = run(&receivers, |receiver| self.answered_by[receiver] == receiver, progress, work)?;
+        let (purse, mut spent) = (self.purse(), Work::default());
+        let mut objects = run(&receivers, (is_first, &purse), progress, &mut spent)?;
+        if !purse.is_enough() {
+            work.lights_cut_short += 1;
+            let limit = Limit { work: Some(purse.most / ANEW), ..Limit::default() };
+            return self.refine_until(&mut receivers, &limit, progress, work);
+        }
+        work.add(&spent);
         self.repeat(&mut objects);
         Ok(objects)
+    }
+
+    /// As far as a limit lets it.
+    fn refine_until(
+        &self,
+        receivers: &mut Receivers,
+        limit: &Limit,
+        progress: &dyn Progress,
+        work: &mut Work,
+    ) -> Result<Vec<ObjectReport>, Cancelled> {
+        let sums = refine(receivers, limit, progress)?.into_iter().zip(&self.request.receivers);
+        Ok(sums.map(|(sums, &object)| report(sums, object, self.request, work)).collect())
+    }
+
+    /// What may be spent on a light.
+    fn purse(&self) -> Purse {
+        let effort = self.request.effort_of_light().filter(|_| self.request.detail.is_fixed());
+        Purse::new(effort.unwrap_or(u64::MAX))
     }
 
     /// Gives the answers to those receivers, too, that have the same ones.
@@ -229,14 +257,13 @@ impl<'a> Stage<'a> {
 
     /// Where to stop, if that is how the detail is given; time is shared by the lights of the request.
     fn limit(&self, lights_done: usize) -> Option<Limit> {
-        let nothing = Limit { share: 0.0, deadline: None, bytes: None };
         match self.request.detail {
-            Detail::MaxUndecided { share } => Some(Limit { share, ..nothing }),
-            Detail::Memory { bytes } => Some(Limit { bytes: Some(bytes), ..nothing }),
+            Detail::MaxUndecided { share } => Some(Limit { share, ..Limit::default() }),
+            Detail::Memory { bytes } => Some(Limit { bytes: Some(bytes), ..Limit::default() }),
             Detail::Time { limit } => {
                 let lights = self.request.lights.len().max(1) as u32;
                 let deadline = self.begun + limit / lights * (lights_done as u32 + 1).min(lights);
-                Some(Limit { deadline: Some(deadline), ..nothing })
+                Some(Limit { deadline: Some(deadline), ..Limit::default() })
             }
             _ => None,
         }
@@ -270,10 +297,10 @@ fn report(sums: FaceSums, object: usize, request: &Request, work: &mut Work) -> 
     sums.report(object, request)
 }
 
-/// Runs the jobs of the receivers that are `asked`, and adds them up per object: the sums of a group are reports before the next one begins.
+/// Runs the jobs of the receivers that are `asked`, as far as the purse lasts, and adds them up per object: the sums of a group are reports before the next one begins.
 fn run(
     receivers: &Receivers,
-    asked: impl Fn(usize) -> bool,
+    (asked, purse): (impl Fn(usize) -> bool, &Purse),
     progress: &dyn Progress,
     work: &mut Work,
 ) -> Result<Vec<ObjectReport>, Cancelled> {
@@ -292,9 +319,9 @@ fn run(
             let bodies = Bodies::of_group(receivers.bodies);
             let receivers = receivers.of_group(&bodies);
             receivers.prepare(&group);
-            run_group(&receivers, &group, &advance, progress)
+            run_group(&receivers, (&group, purse), &advance, progress)
         } else {
-            run_group(receivers, &group, &advance, progress)
+            run_group(receivers, (&group, purse), &advance, progress)
         };
         for (receiver, sums) in group.into_iter().zip(sums) {
             objects[receiver] = report(sums, request.receivers[receiver], request, work);
@@ -306,13 +333,13 @@ fn run(
 /// The sums of some receivers. They are added up receiver by receiver: those of all jobs together would be most of what a scene of many faces takes.
 fn run_group(
     receivers: &Receivers,
-    group: &[usize],
+    (group, purse): (&[usize], &Purse),
     advance: &(dyn Fn() + Sync),
     progress: &dyn Progress,
 ) -> Vec<FaceSums> {
-    let is_cancelled = || progress.is_cancelled();
     let run_job = |job: Job| {
-        let sums = if is_cancelled() { FaceSums::default() } else { receivers.run(&job, &is_cancelled) };
+        let share = purse.share();
+        let sums = receivers.run(&job, &|work| share.spend(work) && !progress.is_cancelled());
         advance();
         sums
     };

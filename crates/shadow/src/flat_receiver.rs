@@ -7,6 +7,7 @@ use umbriel_octree::{Face, Quadrant};
 
 use crate::{
     bodies::Body,
+    effort::Spend,
     exact::{Own, face_blocks, flat_face_is_lit},
     fine::{
         Blockers, Clearance, Entry, FacetId, GiveUp, Receiver,
@@ -62,7 +63,7 @@ pub(crate) struct FlatReceiver<'a> {
     depth: Depth,
     levels: Levels,
     lattice: Option<Lattice>,
-    is_cancelled: &'a (dyn Fn() -> bool + Sync),
+    spend: Spend<'a>,
 }
 
 impl<'a> FlatReceiver<'a> {
@@ -72,7 +73,7 @@ impl<'a> FlatReceiver<'a> {
         object: usize,
         (facets, face): (&'a Facets, usize),
         depth: Depth,
-        is_cancelled: &'a (dyn Fn() -> bool + Sync),
+        spend: Spend<'a>,
     ) -> Self {
         let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
         let domain = if is_triangle { Face::Triangle } else { Face::Square };
@@ -89,7 +90,7 @@ impl<'a> FlatReceiver<'a> {
             depth,
             levels: all.levels(object, &size, depth.level(0)),
             lattice: all.spacing.map(|spacing| Lattice::new(size.edges, spacing, is_triangle)),
-            is_cancelled,
+            spend,
         }
     }
 
@@ -191,7 +192,7 @@ impl<'a> FlatReceiver<'a> {
             levels: self.levels,
             lattice: self.lattice,
             is_lit_exactly: &|u, v| !self.point_is_blocked(u, v),
-            is_cancelled: self.is_cancelled,
+            spend: self.spend,
         };
         raster.run(&self.corners, self.all.light, occluders.turn(self.id), (&flat, &add))
     }
@@ -241,7 +242,7 @@ impl<'a> FlatReceiver<'a> {
             lattice: self.lattice,
             blocks_exactly: &blocks_exactly,
             is_blocked: &is_blocked,
-            is_cancelled: self.is_cancelled,
+            spend: self.spend,
         };
         if let Some(effort) = crowded {
             let levels = Levels { finest: effort.finest.min(self.levels.finest), ..self.levels };

@@ -16,6 +16,7 @@ mod by_object;
 mod cell_octree;
 mod coarse;
 pub mod doctor;
+mod effort;
 mod exact;
 mod fine;
 mod flat_receiver;
@@ -46,6 +47,7 @@ pub mod tradeoff;
 
 pub use bake::bake;
 pub use cell_octree::CellOctree;
+pub use effort::typical_effort;
 pub use hours::{
     HourBounds, HourCell, HourCells, HoursError, HoursReport, LightSummary, ObjectHours, SampledHours, TimedLight,
     bake_hours, hours,

@@ -85,6 +85,7 @@ impl Part {
             },
             request: Request {
                 detail,
+                effort: request.effort_of_light(),
                 own: own_of(request, light, &place),
                 lights: vec![0],
                 receivers,

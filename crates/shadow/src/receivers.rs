@@ -11,6 +11,7 @@ use crate::{
     bodies::{Bodies, Body},
     by_object::ByObject,
     coarse::Influences,
+    effort::Spend,
     exact::{Own, face_blocks, patch_probe, turned_to},
     fine::{
         Occluders, crowd,
@@ -161,13 +162,13 @@ impl<'a> Receivers<'a> {
         (0..faces).step_by(step).map(move |first| Job { receiver, faces: first..(first + step).min(faces) })
     }
 
-    /// Classifies the faces of a job, and with them all copies of them; those that are left when it is cancelled are left out.
-    pub(crate) fn run(&self, job: &Job, is_cancelled: &(dyn Fn() -> bool + Sync)) -> FaceSums {
+    /// Classifies the faces of a job, and with them all copies of them; those that are left when nothing more may be spent are left out.
+    pub(crate) fn run(&self, job: &Job, spend: Spend) -> FaceSums {
         let mut sums = FaceSums::default();
         let copied = self.copied(self.request.receivers[job.receiver]);
         let is_copy = |face: usize| copied.is_some_and(|facets| facets.is_copy(face));
-        for face in job.faces.clone().filter(|&face| !is_copy(face)).take_while(|_| !is_cancelled()) {
-            if let Some(found) = self.look(job.receiver, face, Depth::Asked, is_cancelled) {
+        for face in job.faces.clone().filter(|&face| !is_copy(face)).take_while(|_| spend(1)) {
+            if let Some(found) = self.look(job.receiver, face, Depth::Asked, spend) {
                 let copies = copied.into_iter().flat_map(|facets| facets.copies(face));
                 copies.for_each(|copy| sums.add(found.of_copy(copy)));
                 sums.add(found);
@@ -192,23 +193,15 @@ impl<'a> Receivers<'a> {
     }
 
     /// Classifies a face. `None` for a face without area.
-    pub(crate) fn look(
-        &self,
-        receiver: usize,
-        face: usize,
-        depth: Depth,
-        is_cancelled: &(dyn Fn() -> bool + Sync),
-    ) -> Option<Found> {
+    pub(crate) fn look(&self, receiver: usize, face: usize, depth: Depth, spend: Spend) -> Option<Found> {
         let object = self.request.receivers[receiver];
         match self.bodies.get(object) {
             Body::Flat(facets) if facets.area(face).upper() == 0.0 => None,
             Body::Flat(facets) => {
-                let tally = FlatReceiver::new(self, object, (facets, face), depth, is_cancelled).run();
+                let tally = FlatReceiver::new(self, object, (facets, face), depth, spend).run();
                 Some(Found::on_flat(facets, face, tally))
             }
-            Body::Analytic(body) => {
-                Some(Found::on_patch(self.look_at_patch(object, (body, face), depth, is_cancelled)))
-            }
+            Body::Analytic(body) => Some(Found::on_patch(self.look_at_patch(object, (body, face), depth, spend))),
         }
     }
 
@@ -242,7 +235,7 @@ impl<'a> Receivers<'a> {
         object: usize,
         (body, face): (&PlacedAnalytic, usize),
         depth: Depth,
-        is_cancelled: &(dyn Fn() -> bool + Sync),
+        spend: Spend,
     ) -> Tally<Approx> {
         let chart = &body.charts()[face];
         let size = levels::FaceSize::of_patch(chart, body.placement());
@@ -271,7 +264,7 @@ impl<'a> Receivers<'a> {
             lattice: self.spacing.map(|spacing| Lattice::new(size.edges, spacing, false)),
             is_lit_exactly: &|u, v| with_own(u, v, &|own, probe| self.point_is_blocked(among, own, probe)),
             is_lit_alone_exactly: &|u, v| with_own(u, v, &own_blocks),
-            is_cancelled,
+            spend,
         };
         let mut tally = patch.run();
         tally.cost = Cost { level: levels.finest, base: 0, cells: tally.examined };

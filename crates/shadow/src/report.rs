@@ -179,6 +179,8 @@ pub struct Work {
     pub rays: u64,
     /// Decisions that went to exact arithmetic; where a mesh has instances, some are made once more or less by chance.
     pub exact_fallbacks: u64,
+    /// Lights for which the effort was spent before the detail was reached ([`Request::effort`](crate::Request::effort)).
+    pub lights_cut_short: u64,
     /// What cells and portals spared; zeros in a scene without them.
     pub portals: PortalWork,
 }
@@ -224,6 +226,7 @@ impl Work {
         self.cells += other.cells;
         self.rays += other.rays;
         self.exact_fallbacks += other.exact_fallbacks;
+        self.lights_cut_short += other.lights_cut_short;
         self.portals += other.portals;
     }
 }

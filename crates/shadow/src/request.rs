@@ -133,6 +133,10 @@ pub struct Request {
     pub keep_cells: bool,
     /// How the cells of flat faces are proved.
     pub method: CellMethod,
+    /// What may be done where the detail is fixed ([`Detail::is_fixed`]); the lights of the request share it. What counts is how often a facet or body is held against a
+    /// cell ([`typical_effort`](crate::typical_effort)). A light for which it is not enough is baked anew, as far as it goes: in the order of a limit, and no cell below those of the
+    /// detail; the report counts such lights ([`Work::lights_cut_short`](crate::Work::lights_cut_short)). `None`: whatever it takes. Not for many suns one after the other.
+    pub effort: Option<u64>,
 }
 
 impl Request {
@@ -146,6 +150,12 @@ impl Request {
             receivers: (0..scene.objects.len()).collect(),
             keep_cells: false,
             method: CellMethod::Auto,
+            effort: None,
         }
+    }
+
+    /// What may be done for one light.
+    pub(crate) fn effort_of_light(&self) -> Option<u64> {
+        self.effort.map(|effort| effort / self.lights.len().max(1) as u64)
     }
 }

@@ -224,8 +224,8 @@ impl Session {
             ..self.request.clone()
         };
         let stage = Stage::new(&self.scene, &everything, None);
-        let is_shared =
-            matches!(self.request.detail, Detail::MaxUndecided { .. } | Detail::Time { .. } | Detail::Memory { .. });
+        let is_shared = self.request.effort.is_some()
+            || matches!(self.request.detail, Detail::MaxUndecided { .. } | Detail::Time { .. } | Detail::Memory { .. });
         if is_shared || stage.spacing != self.spacing {
             answers.iter_mut().for_each(|answers| answers.involved.clear());
         }

@@ -9,6 +9,7 @@ use super::{
 };
 use crate::{
     bodies::Body,
+    effort::Spend,
     exact::flat_face_is_turned_to,
     fine::tally::Cost,
     levels::FaceSize,
@@ -47,9 +48,8 @@ impl Looks<'_> {
         for face in job.faces.clone() {
             let id = FaceId { receiver: job.receiver as u32, face: face as u32 };
             let is_looked_at = self.all.spacing.is_some() || !self.is_turned(id);
-            let is_cancelled = || progress.is_cancelled();
             let found = if is_looked_at {
-                self.all.look(job.receiver, face, Depth::To(0), &is_cancelled)
+                self.all.look(job.receiver, face, Depth::To(0), &|_| !progress.is_cancelled())
             } else {
                 self.unlooked(id)
             };
@@ -108,7 +108,7 @@ impl Looks<'_> {
     }
 
     /// The next look at a face; `None` if the clock caught it.
-    pub(super) fn look(&self, open: &Open, until: &Until) -> Option<Found> {
+    pub(super) fn look(&self, open: &Open, until: &Until, spend: Spend) -> Option<Found> {
         if until.is_cancelled() {
             return None;
         }
@@ -117,7 +117,8 @@ impl Looks<'_> {
             None if self.is_sparing => Depth::To(SPARING_LEVEL),
             None => Depth::Paying(first_level(self.expected_over(open.id) as usize)),
         };
-        let found = self.all.look(open.id.receiver as usize, open.id.face as usize, depth, &|| until.is_cancelled())?;
+        let spend = |work| spend(work) && !until.is_cancelled();
+        let found = self.all.look(open.id.receiver as usize, open.id.face as usize, depth, &spend)?;
         (!until.is_cancelled()).then_some(found)
     }
 

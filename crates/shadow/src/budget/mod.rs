@@ -27,6 +27,7 @@ use rayon::prelude::*;
 
 use crate::{
     bodies::Bodies,
+    effort::Ledger,
     levels::MAX_DEPTH,
     progress::{Cancelled, Progress},
     receivers::{FaceSums, Found, Job, Receivers},
@@ -53,6 +54,8 @@ pub(crate) struct Limit {
     pub(crate) deadline: Option<Instant>,
     /// Bytes that the examined cells may take if they are stored.
     pub(crate) bytes: Option<u64>,
+    /// What all looks together may spend; no cell is finer than those of the detail.
+    pub(crate) work: Option<u64>,
 }
 
 /// Divides the faces of the receivers as far as the limit lets it: sums, one a receiver.
@@ -64,7 +67,9 @@ pub(crate) fn refine(
     limit: &Limit,
     progress: &dyn Progress,
 ) -> Result<Vec<FaceSums>, Cancelled> {
-    receivers.detail = Detail::Depth { interior: MAX_DEPTH, boundary: MAX_DEPTH };
+    if limit.work.is_none() {
+        receivers.detail = Detail::Depth { interior: MAX_DEPTH, boundary: MAX_DEPTH };
+    }
     let mut refined = Refined::new(receivers, limit, progress)?;
     let until = Until { progress, deadline: limit.deadline };
     // The first looks are taken whatever the clock says; of all others those that it caught are given up.
@@ -96,7 +101,9 @@ struct Refined<'a> {
     dear: BTreeMap<(u64, FaceId), Open>,
     /// What all looks were expected to cost, in cells.
     spent: u64,
-    /// Whether a clock runs.
+    /// What they did, as it is counted for a limit of work.
+    work: u64,
+    /// Whether looks may be lost: a clock runs, or the work is counted.
     is_clocked: bool,
     /// One a receiver, without cells.
     totals: Vec<FaceSums>,
@@ -129,7 +136,8 @@ impl<'a> Refined<'a> {
             open: BinaryHeap::new(),
             dear: BTreeMap::new(),
             spent: 0,
-            is_clocked: limit.deadline.is_some(),
+            work: 0,
+            is_clocked: limit.deadline.is_some() || limit.work.is_some(),
             totals: (0..count).map(|_| FaceSums::default()).collect(),
             cells: vec![BTreeMap::new(); count],
             areas: AreaSums::default(),
@@ -164,7 +172,7 @@ impl<'a> Refined<'a> {
         // Instances are placed for this alone.
         let bodies = Bodies::of_group(self.looks.all.bodies);
         let looks = Looks { all: &self.looks.all.of_group(&bodies), is_sparing: self.looks.is_sparing };
-        let listed = in_order(&step, |unlisted| unlisted.list(&looks, until));
+        let listed = in_order(&step, |_, unlisted| unlisted.list(&looks, until));
         self.spent += step.iter().map(Unlisted::cost).sum::<u64>();
         for (unlisted, firsts) in step.iter().zip(listed) {
             let Some(firsts) = firsts else { return false };
@@ -247,7 +255,7 @@ impl<'a> Refined<'a> {
 
     /// The first of these that together cost no more than is affordable; those that alone do are put aside, the others back.
     fn affordable_of(&mut self, all: Vec<Open>) -> Vec<Open> {
-        let costs = in_order(&all, |open| self.looks.cost(open));
+        let costs = in_order(&all, |_, open| self.looks.cost(open));
         let (affordable, mut sum, mut step) = (self.affordable(), 0, Vec::new());
         for (open, cost) in all.into_iter().zip(costs) {
             if cost > affordable {
@@ -263,12 +271,14 @@ impl<'a> Refined<'a> {
         step
     }
 
-    /// Looks at the faces of a step and takes what was found, in the order of the step and up to the first that the clock caught; `false` if it
-    /// caught one.
+    /// Looks at the faces of a step and takes what was found, in the order of the step and up to the first that the clock caught or for which the work
+    /// did not last; `false` if there is one.
     fn take_step(&mut self, step: Vec<Open>, limit: &Limit, until: &Until) -> bool {
-        let looks = in_order(&step, |open| self.looks.look(open, until));
-        for (open, look) in step.into_iter().zip(looks) {
-            let Some(found) = look else { return false };
+        let ledger = Ledger::new(step.len(), limit.work.map_or(u64::MAX, |most| most - self.work));
+        let looks = in_order(&step, |place, open| self.looks.look(open, until, &|work| ledger.spend(place, work)));
+        for ((open, look), spent) in step.into_iter().zip(looks).zip(ledger.spent()) {
+            let (Some(found), Some(spent)) = (look, spent) else { return false };
+            self.work += spent;
             self.take(open, found, limit);
         }
         true
@@ -314,11 +324,11 @@ impl<'a> Refined<'a> {
     }
 }
 
-/// What is found for each of some things. They are begun one after the other, so that what is done when the time is over is the beginning but for what
+/// What is found for each of some things, told its place. They are begun one after the other, so that what is done when the time is over is the beginning but for what
 /// each thread has at hand.
-fn in_order<T: Sync, F: Send>(all: &[T], find: impl Fn(&T) -> F + Sync) -> Vec<F> {
+fn in_order<T: Sync, F: Send>(all: &[T], find: impl Fn(usize, &T) -> F + Sync) -> Vec<F> {
     let found = all.iter().enumerate().par_bridge();
-    let mut found: Vec<(usize, F)> = found.map(|(place, one)| (place, find(one))).collect();
+    let mut found: Vec<(usize, F)> = found.map(|(place, one)| (place, find(place, one))).collect();
     found.sort_unstable_by_key(|(place, _)| *place);
     found.into_iter().map(|(_, found)| found).collect()
 }

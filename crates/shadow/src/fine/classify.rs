@@ -21,7 +21,7 @@ use super::{
     pattern::POINTS,
     polygon_blocker::{FacetId, NEARER, PolygonBlocker},
 };
-use crate::report::Verdict;
+use crate::{effort, report::Verdict};
 
 /// Everything that may block some point of a receiver.
 pub(crate) struct Blockers<'a, const N: usize> {
@@ -117,6 +117,17 @@ impl<'a, const N: usize> Blockers<'a, N> {
         let polygons = (0..self.polygons.len() as u32).map(|index| Entry { index, is_body: false, known: 0 });
         let bodies = (0..self.bodies.len() as u32).map(|index| Entry { index, is_body: true, known: 0 });
         polygons.chain(bodies).collect()
+    }
+
+    /// What it costs to hold these against a cell.
+    pub(crate) fn work(&self, entries: &[Entry]) -> u64 {
+        let of_entry = |&entry: &Entry| match entry.blocker() {
+            Blocker::Body(_) => effort::BODY,
+            Blocker::Polygon(index) if self.polygons[index].holes.is_some() => effort::CUT_OUT,
+            Blocker::Polygon(_) => 1,
+        };
+        let are_alike = self.bodies.is_empty() && self.holes.is_empty();
+        if are_alike { entries.len() as u64 } else { entries.iter().map(of_entry).sum() }
     }
 
     /// What an entry stands for: a body is its first facet.

@@ -102,7 +102,7 @@ impl<'a> Crowd<'a> {
         let bare = (self.under)(Blockers::none());
         let picked = self.occluders.pick(self.among, self.receiver, self.effort.picked);
         let (mut done, mut level, mut left) = (Vec::new(), vec![Quadrant::ROOT], PAIRS);
-        while !level.is_empty() && !(bare.is_cancelled)() {
+        while !level.is_empty() && (bare.spend)(level.len() as u64) {
             let many = self.take_affordable(&mut level, &bare, &mut left);
             done.extend(level.iter().map(|&place| (place, self.under_all(&bare, place))));
             level = Vec::new();

@@ -20,6 +20,7 @@ use super::{
     tally::{Measure, Tally, Units, cell_units},
 };
 use crate::{
+    effort::{PARTS, Spend},
     levels::length,
     report::{Cell, Verdict},
 };
@@ -90,7 +91,7 @@ pub(crate) struct FlatFace<'a> {
     pub(crate) blocks_exactly: &'a (dyn Fn(&Blockers<FLAT>, Entry, &Probe) -> bool + Sync),
     /// The same for all blockers at once, by looking them up.
     pub(crate) is_blocked: &'a (dyn Fn(f64, f64) -> bool + Sync),
-    pub(crate) is_cancelled: &'a (dyn Fn() -> bool + Sync),
+    pub(crate) spend: Spend<'a>,
 }
 
 /// Which face, and how its parameters run.
@@ -162,9 +163,6 @@ impl FlatFace<'_> {
 
     /// The same with a list for each level from the cell's down to the finest, to be used again and again.
     fn divide_with(&self, place: Quadrant, parent: &[Entry], lists: &mut [Vec<Entry>], tally: &mut Tally<Units>) {
-        if (self.is_cancelled)() {
-            return;
-        }
         tally.examined += 1;
         let (entries, deeper) = lists.split_first_mut().expect("a list for each level");
         entries.clear();
@@ -176,6 +174,8 @@ impl FlatFace<'_> {
             count(tally, self.shape, place, verdict, self.levels);
             self.estimate(place, entries, tally);
             self.decide_samples(place, entries, tally);
+        } else if !(self.spend)(PARTS * (1 + self.blockers.work(entries))) {
+            // Nobody takes what is found.
         } else if entries.len() >= PARALLEL_ENTRIES {
             self.divide_in_parallel(place, entries, tally);
         } else {

@@ -18,11 +18,14 @@ use super::{
     lattice::Lattice,
     occluders::Among,
     pattern,
-    pile::Pile,
+    pile::{self, Pile},
     self_shadow::{Facing, SelfShadow},
     tally::{Measure, Tally},
 };
-use crate::report::{Cell, Verdict};
+use crate::{
+    effort::{BODY, PARTS, Spend},
+    report::{Cell, Verdict},
+};
 
 /// One patch and all that may shadow it.
 pub(crate) struct Patch<'a> {
@@ -44,8 +47,11 @@ pub(crate) struct Patch<'a> {
     pub(crate) is_lit_exactly: &'a (dyn Fn(f64, f64) -> Option<bool> + Sync),
     /// The same were the body alone.
     pub(crate) is_lit_alone_exactly: &'a (dyn Fn(f64, f64) -> Option<bool> + Sync),
-    pub(crate) is_cancelled: &'a (dyn Fn() -> bool + Sync),
+    pub(crate) spend: Spend<'a>,
 }
+
+/// What dividing a curved cell costs beside what is over it.
+const CELL: u64 = 24;
 
 /// How often a cell is divided before it is asked whether that tells anything.
 const LEVELS_BEFORE_LOOKING: u8 = 4;
@@ -122,6 +128,9 @@ impl Patch<'_> {
         }
         let ([u, v], edge) = (place.low_corner(), place.edge());
         let number = |parameter: f64| (parameter * 2f64.powi(i32::from(finest))) as u32;
+        if !(self.spend)(pattern::POINTS as u64 * work(candidates)) {
+            return false;
+        }
         let mut parts = pattern::points(place).filter_map(|[s, t]| {
             let at = [number(u + s * edge), number(v + t * edge)];
             Quadrant::at(finest, at)
@@ -147,9 +156,6 @@ impl Patch<'_> {
         candidates: &Candidates,
         tally: &mut Tally<Approx>,
     ) {
-        if (self.is_cancelled)() {
-            return;
-        }
         let occupied = self.occupied(place, within);
         if occupied == Occupied::Nowhere {
             return;
@@ -176,7 +182,7 @@ impl Patch<'_> {
         let counted = || self.area_to_count(place, is_decided, occupied);
         if let Some(area) = if is_given_up { Some(whole()) } else { counted() } {
             self.count((place, occupied), verdict, &area, &left, tally);
-        } else {
+        } else if (self.spend)(PARTS * (CELL + work(&left))) {
             for part in place.children() {
                 self.divide((part, occupied), is_decided.then_some(verdict), &left, tally);
             }
@@ -335,6 +341,12 @@ impl Patch<'_> {
             tally.samples.lit += u64::from(lit == Some(true));
         }
     }
+}
+
+/// What it costs to hold these against a cell.
+fn work(candidates: &Candidates) -> u64 {
+    let bodies = candidates.bodies.len() as u64;
+    candidates.facets.len() as u64 + bodies + BODY * bodies.min(pile::FEW as u64)
 }
 
 /// Whether a cell under a crowd of bodies is not divided any more: dividing its parent has shown less than half of them to be out of the way of it, so that thousands of

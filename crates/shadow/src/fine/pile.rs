@@ -12,7 +12,7 @@ use umbriel_geometry::analytic::HULL;
 use super::{Occluders, Receiver, analytic_blocker::Influence, field::Weights};
 
 /// Up to so many bodies all are asked.
-const FEW: usize = 16;
+pub(super) const FEW: usize = 16;
 
 /// Bodies in a row that tell nothing.
 const PATIENCE: usize = 8;

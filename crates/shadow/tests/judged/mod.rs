@@ -4,6 +4,7 @@ use umbriel_scene::Scene;
 use umbriel_shadow::{Place, Queries, Report, Verdict};
 
 /// Numbers between 0 and 1: the top bits of a linear congruential generator, with Knuth's constants.
+#[allow(dead_code, reason = "not all tests draw scenes by chance")]
 pub(crate) fn dice() -> impl FnMut() -> f64 {
     let mut state = 1u64;
     move || {

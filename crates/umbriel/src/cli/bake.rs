@@ -55,6 +55,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
         receivers,
         keep_cells: cells == CellUse::Cells,
         method: CellMethod::Auto,
+        effort: plan::effort(&args.detail, &loaded.file),
     };
     plan::check_samples(scene, &request)?;
     plan::tell_findings(scene, args.scene.quiet);
@@ -64,7 +65,8 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
     drop(bar);
     outputs.tell_misfits(scene, &report, &maps, args.scene.quiet);
     let clock = Clock { begun, load: loaded.seconds };
-    let findings = plan::all_findings(scene, on_surfaces);
+    let mut findings = plan::all_findings(scene, on_surfaces);
+    findings.extend(plan::tell_work(&report.work, args.scene.quiet));
     let json = Document::new(scene, &request, &report, &findings, clock).to_text();
     outputs.write(&Results { scene, report: &report, json: &json, maps: &maps }, interrupt)?;
     let table = || table::text(scene, &report) + &table::decisions_text(Decisions::of_process());

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, path::Path, time::Instant};
 use umbriel_geometry::{LightDefect, LightSource, cut_out::Opacity};
 use umbriel_io::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, UpAxis, surface_findings};
 use umbriel_scene::{Finding, FindingKind, Light, Scene, Shape, Sides};
-use umbriel_shadow::{Detail, OwnDetails, Request, Sampling, most_samples};
+use umbriel_shadow::{Detail, OwnDetails, Request, Sampling, Work, most_samples, typical_effort};
 
 use crate::{
     cli::{
@@ -217,6 +217,27 @@ pub(crate) fn choose_detail(args: &DetailArgs, file: &LoadedScene, cells: CellUs
         }
         setting => detail_of(setting, cells),
     }
+}
+
+/// What a bake may take: where neither somebody typed how fine nor the file says so, the typical effort.
+pub(crate) fn effort(args: &DetailArgs, file: &LoadedScene) -> Option<u64> {
+    let is_in_file = file.detail.is_some() || !file.own.objects.is_empty() || !file.own.lights.is_empty();
+    let is_asked = args.pixel.is_some() || typed(args).is_some() || is_in_file;
+    (!is_asked).then(|| typical_effort(&file.scene))
+}
+
+/// What is found of a bake itself, told unless `quiet`.
+pub(crate) fn tell_work(work: &Work, quiet: bool) -> Option<Finding> {
+    let count = work.lights_cut_short as usize;
+    let found =
+        (count > 0).then(|| Finding { kind: FindingKind::CutShort, subject: String::new(), count, places: Vec::new() });
+    if !quiet {
+        found
+            .iter()
+            .flat_map(|found| findings::lines(std::slice::from_ref(found)))
+            .for_each(|line| output::tell(&format!("note: {line}")));
+    }
+    found
 }
 
 /// What objects and lights have of their own by the scene file; a typed depth, cell or pixel is for all alike.

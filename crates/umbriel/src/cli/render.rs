@@ -62,7 +62,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         ShadowsChoice::Polygons => polygons(scene, asked, &lights)?,
         ShadowsChoice::Cells => {
             let own = plan::own_details(&args.detail, &loaded.file, CellUse::Cells)?;
-            let request = Request { own, lights, ..Request::everything(scene, detail) };
+            let effort = plan::effort(&args.detail, &loaded.file);
+            let request = Request { own, lights, effort, ..Request::everything(scene, detail) };
             baked(args, scene, asked, (&view, request), &bar)?
         }
     };
@@ -82,6 +83,7 @@ fn baked<'a>(
     let receivers = worth_baking(scene, &coverage, undecided, args.aa);
     let request = Request { receivers, keep_cells: true, ..request };
     let report = umbriel_shadow::bake(scene, &request, bar)?;
+    plan::tell_work(&report.work, args.scene.quiet);
     let mut studio = Studio::new(scene, (lamplight, caster), &report, undecided);
     if undecided == Undecided::Decide {
         let points: Vec<u64> = coverage.iter().map(|pixels| pixels * u64::from(args.aa * args.aa)).collect();

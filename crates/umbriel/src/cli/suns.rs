@@ -50,6 +50,7 @@ pub(super) fn run(args: &BakeArgs, path: &Path) -> Result<(), Failure> {
         receivers: plan::choose_receivers(scene, &args.receiver)?,
         keep_cells: cells == CellUse::Cells,
         method: CellMethod::Auto,
+        effort: None,
     };
     let interrupt = &Interrupt::install();
     plan::check_samples(scene, &request)?;

@@ -51,6 +51,9 @@ fn meaning(kind: FindingKind) -> &'static str {
         }
         FindingKind::SunsBelowHorizon => "suns at or below the horizon, which give no light",
         FindingKind::SunsFromBelow => "suns whose light does not travel downward, taken as they are",
+        FindingKind::CutShort => {
+            "lights under which the scene takes more than the typical effort, so that cells stay coarser than depth 8; a detail (as --boundary-depth 8) lets it take what it takes"
+        }
         _ => "see the documentation of this kind of finding",
     }
 }

@@ -254,3 +254,21 @@ fn light_maps_need_a_layout_and_a_place() {
     workspace.run(arguments).fails(2, &["a.png", "twice"]);
     assert_eq!(workspace.files(), ["squares.obj"]);
 }
+
+/// Disks that all but coincide: nothing can be told of them at any depth.
+#[test]
+fn without_a_detail_there_is_an_end_that_is_told() {
+    let disk = |k: u32| {
+        format!("[[object]]\nname = \"{k}\"\ndisk = {{ radius = 1.0 }}\ntranslation = [{k}e-9, {k}e-9, {k}e-9]\n")
+    };
+    let scene: String = (0..500).map(disk).collect();
+    let workspace = Workspace::with(&[("disks.toml", &scene)]);
+    let run = workspace.run("bake disks.toml --sun 130,50 --json -").succeeds();
+    assert!(run.stderr().contains("more than the typical effort"), "{}", run.stderr());
+    let bake: Value = serde_json::from_str(&run.stdout()).expect("JSON");
+    let finding = bake["findings"].as_array().expect("findings").last().expect("one");
+    assert_eq!((&finding["kind"], &finding["count"]), (&"cut_short".into(), &1.into()));
+    // A detail is kept.
+    let run = workspace.run("bake disks.toml --sun 130,50 --boundary-depth 3").succeeds();
+    assert!(!run.stderr().contains("effort"), "{}", run.stderr());
+}

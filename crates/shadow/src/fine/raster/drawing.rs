@@ -194,7 +194,7 @@ impl Band<'_> {
         for (number, kept) in kept.iter_mut().enumerate() {
             let place = self.place(number);
             let [segments, veils] = in_band.tile(number);
-            if segments.len() + veils.len() == 0 || self.is_off(&place) || (self.raster.is_cancelled)() {
+            if segments.len() + veils.len() == 0 || self.is_off(&place) || !(self.raster.spend)(1) {
                 continue;
             }
             let kept = kept.get_or_insert_with(|| Box::new(Kept::new(place)));
@@ -210,7 +210,7 @@ impl Band<'_> {
         (0..(self.raster.cells() / self.size) as usize)
             .map(|number| {
                 let place = self.place(number);
-                if self.is_off(&place) || (self.raster.is_cancelled)() {
+                if self.is_off(&place) || !(self.raster.spend)(1) {
                     return Outcome::Off;
                 }
                 let [segments, veils] = in_band.tile(number);
@@ -341,7 +341,7 @@ mod tests {
                 levels: Levels { finest, interior: finest, keep_cells: true, pixel: None },
                 lattice: None,
                 is_lit_exactly: &|_, _| true,
-                is_cancelled: &|| false,
+                spend: &|_| true,
             };
             let drawn = |most: usize, as_part: bool| {
                 let mut drawing = Drawing::with_most(&raster, most);

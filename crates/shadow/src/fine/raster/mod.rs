@@ -36,6 +36,7 @@ use super::{
     lattice::Lattice,
     tally::{Tally, Units},
 };
+use crate::effort::Spend;
 use drawing::Drawing;
 use projection::Projection;
 
@@ -77,7 +78,7 @@ pub(crate) struct Raster<'a> {
     pub(crate) lattice: Option<Lattice>,
     /// The exact answer for a point (u, v) of the face.
     pub(crate) is_lit_exactly: &'a (dyn Fn(f64, f64) -> bool + Sync),
-    pub(crate) is_cancelled: &'a (dyn Fn() -> bool + Sync),
+    pub(crate) spend: Spend<'a>,
 }
 
 impl Raster<'_> {
@@ -96,7 +97,7 @@ impl Raster<'_> {
         let plane = Plane { corners, light, facing, projection, is_triangle: self.is_triangle() };
         let mut drawing = Drawing::new(self);
         for &body in bodies {
-            if (self.is_cancelled)() {
+            if !(self.spend)(1) {
                 break;
             }
             add(body, &plane, &mut drawing.chain)?;

@@ -1,0 +1,121 @@
+//! How much is done for a light: counted, not timed, so that it is the same everywhere.
+//!
+//! What counts is each time that a facet or body is held against a cell, a curved body or a facet with holes for as many as it takes longer. Before a step of a
+//! look is taken, the look is told what it costs ([`Spend`]), and whether to take it.
+
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+
+use umbriel_scene::Scene;
+
+use crate::coarse::most_faces;
+
+/// Told what a step costs before it is taken; `false` if it is not to be.
+pub(crate) type Spend<'a> = &'a (dyn Fn(u64) -> bool + Sync);
+
+/// What holding a curved body against a cell costs, in facets.
+pub(crate) const BODY: u64 = 16;
+
+/// What holding a facet with holes against a cell costs, in facets without.
+pub(crate) const CUT_OUT: u64 = 4;
+
+/// Parts into which a cell is divided.
+pub(crate) const PARTS: u64 = 4;
+
+/// The typical effort: of a scene, and more for each of its faces.
+const OF_SCENE: u64 = 1 << 25;
+const OF_FACE: u64 = 1 << 8;
+
+/// Threads tell each other what they spent when it is so much.
+const TOLD: u64 = 1 << 12;
+
+/// What a bake may take for all its lights where nobody said how fine the cells should be ([`Request::effort`](crate::Request::effort)): some seconds of a
+/// thread, and some ten microseconds more for each face of the scene. Ordinary scenes come nowhere near it at the typical depths; hundreds of bodies that all but coincide do.
+pub fn typical_effort(scene: &Scene) -> u64 {
+    scene.objects.iter().map(most_faces).fold(OF_SCENE, |sum, faces| sum + OF_FACE * faces as u64)
+}
+
+/// What all looks together may spend.
+#[derive(Debug)]
+pub(crate) struct Purse {
+    pub(crate) most: u64,
+    spent: AtomicU64,
+}
+
+impl Purse {
+    pub(crate) fn new(most: u64) -> Self {
+        Self { most, spent: AtomicU64::new(0) }
+    }
+
+    /// What one look, or several in a row, spend of it.
+    pub(crate) fn share(&self) -> Share<'_> {
+        Share { purse: self, own: AtomicU64::new(0) }
+    }
+
+    /// Whether all that was spent was there.
+    pub(crate) fn is_enough(&self) -> bool {
+        self.spent.load(Ordering::Relaxed) <= self.most
+    }
+}
+
+/// A part of what is spent of a [`Purse`], told to the others now and then and when it is dropped.
+#[derive(Debug)]
+pub(crate) struct Share<'a> {
+    purse: &'a Purse,
+    own: AtomicU64,
+}
+
+impl Share<'_> {
+    /// `false` as soon as more is known to be spent than there is.
+    pub(crate) fn spend(&self, work: u64) -> bool {
+        let before = self.own.fetch_add(work, Ordering::Relaxed);
+        let told = (before + work) / TOLD - before / TOLD;
+        if told > 0 {
+            self.purse.spent.fetch_add(told * TOLD, Ordering::Relaxed);
+        }
+        self.purse.is_enough()
+    }
+}
+
+impl Drop for Share<'_> {
+    fn drop(&mut self) {
+        self.purse.spent.fetch_add(*self.own.get_mut() % TOLD, Ordering::Relaxed);
+    }
+}
+
+/// What looks that run beside each other spend, as if they were taken one after the other as long as there is something left: which of them are does not go
+/// by how threads run.
+#[derive(Debug)]
+pub(crate) struct Ledger {
+    left: u64,
+    spent: Vec<AtomicU64>,
+    /// For this one and those after it there is not enough, as far as is known.
+    lacking: AtomicUsize,
+}
+
+impl Ledger {
+    /// For so many looks.
+    pub(crate) fn new(looks: usize, left: u64) -> Self {
+        let spent = (0..looks).map(|_| AtomicU64::new(0)).collect();
+        Self { left, spent, lacking: AtomicUsize::new(looks) }
+    }
+
+    /// What a look is about to spend; `false` as soon as it is known that there is not enough for it.
+    pub(crate) fn spend(&self, look: usize, work: u64) -> bool {
+        let before = self.spent[look].fetch_add(work, Ordering::Relaxed);
+        let is_due = (before + work) / TOLD > before / TOLD;
+        if is_due && self.spent[..=look].iter().map(|spent| spent.load(Ordering::Relaxed)).sum::<u64>() > self.left {
+            self.lacking.fetch_min(look, Ordering::Relaxed);
+        }
+        look < self.lacking.load(Ordering::Relaxed)
+    }
+
+    /// What each look has spent; `None` from the first for which there was not enough.
+    pub(crate) fn spent(self) -> impl Iterator<Item = Option<u64>> {
+        let mut left = Some(self.left);
+        self.spent.into_iter().map(move |spent| {
+            let spent = spent.into_inner();
+            left = left.and_then(|left| left.checked_sub(spent));
+            left.map(|_| spent)
+        })
+    }
+}

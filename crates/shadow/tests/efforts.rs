@@ -1,0 +1,118 @@
+//! Bakes that may take so much and no more: what they prove is right, whatever there is to spend, and the same for any number of threads.
+
+#![allow(clippy::print_stdout, reason = "figures are part of what these tests tell")]
+
+mod judged;
+
+use glam::{DAffine3, DVec3};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Placement, Rectangle};
+use umbriel_scene::{Light, Object, Scene, Shape, Sides};
+use umbriel_shadow::{Detail, LightReport, Report, Request, Silent, bake, typical_effort};
+
+use judged::judged;
+
+fn placed(shape: Shape, at: DVec3) -> Object {
+    let placement = Placement::new(DAffine3::from_translation(at)).expect("regular");
+    Object::new("object".into(), shape, placement, Sides::Auto).expect("an object")
+}
+
+/// A floor under boxes and balls, with a sun and a lamp.
+fn yard() -> Scene {
+    let mut objects = vec![placed(Shape::Rectangle(Rectangle { size: [8.0; 2] }), DVec3::ZERO)];
+    for k in 0..12 {
+        let at = DVec3::new(f64::from(k % 4) * 1.75 - 2.5, 1.0, f64::from(k / 4) * 2.0 - 2.25);
+        let height = 0.5 + 0.25 * f64::from(k % 3);
+        objects.push(match k % 2 {
+            0 => placed(Shape::Cuboid(Cuboid { size: [0.75, height, 0.5] }), at),
+            _ => placed(Shape::from(Analytic::Sphere { radius: 0.5 * height }), at),
+        });
+    }
+    let sun = LightSource::sun([0.45, -1.0, 0.3]).expect("a sun");
+    let lamp = LightSource::point([0.5, 4.0, 0.25]).expect("a lamp");
+    Scene { objects, lights: vec![Light::new("sun", sun), Light::new("lamp", lamp)], ..Scene::default() }
+}
+
+/// Balls that all but coincide, over a floor: hardly anything can be told of them at any depth.
+fn pile(count: u32) -> Scene {
+    let floor = placed(Shape::Rectangle(Rectangle { size: [8.0; 2] }), DVec3::ZERO);
+    let ball =
+        |k: u32| placed(Shape::from(Analytic::Sphere { radius: 1.0 }), DVec3::new(1e-9 * f64::from(k), 2.0, 0.0));
+    let sun = LightSource::sun([0.45, -1.0, 0.3]).expect("a sun");
+    let objects = std::iter::once(floor).chain((0..count).map(ball)).collect();
+    Scene { objects, lights: vec![Light::new("sun", sun)], ..Scene::default() }
+}
+
+const DEPTH: Detail = Detail::Depth { interior: 7, boundary: 7 };
+
+fn with(scene: &Scene, effort: Option<u64>) -> Report {
+    let request = Request { keep_cells: true, effort, ..Request::everything(scene, DEPTH) };
+    bake(scene, &request, &Silent).expect("nobody cancels")
+}
+
+fn undecided(report: &Report) -> f64 {
+    report.lights.iter().flat_map(|light| &light.objects).map(|object| object.undecided()).sum()
+}
+
+/// What is the same in every run.
+fn answers(report: &Report) -> (Vec<LightReport>, u64, u64) {
+    (report.lights.clone(), report.work.cells, report.work.lights_cut_short)
+}
+
+#[test]
+fn an_effort_that_is_enough_changes_nothing() {
+    let scene = yard();
+    let (free, within) = (with(&scene, None), with(&scene, Some(typical_effort(&scene))));
+    assert_eq!(answers(&free), answers(&within));
+    assert_eq!(within.work.lights_cut_short, 0);
+}
+
+#[test]
+fn what_is_proved_with_less_is_right_and_more_never_tells_less() {
+    let scene = yard();
+    let whole = with(&scene, None);
+    let mut before = f64::INFINITY;
+    let mut cut_short = 0;
+    for effort in [0, 1000, 20_000, 100_000, 400_000, 1 << 40] {
+        let report = with(&scene, Some(effort));
+        let left = undecided(&report);
+        println!("{effort}: {left} m² undecided, {} lights cut short", report.work.lights_cut_short);
+        judged(&scene, &report, 7);
+        for (some, all) in report.lights.iter().zip(&whole.lights) {
+            for (some, all) in some.objects.iter().zip(&all.objects) {
+                assert!(some.lit.lower <= all.lit.upper && all.lit.lower <= some.lit.upper, "{some:?}, {all:?}");
+            }
+        }
+        assert!(left <= before, "{left} m² after {before} m²");
+        before = left;
+        cut_short += report.work.lights_cut_short;
+    }
+    assert!(cut_short >= 4, "the efforts are too large to tell anything");
+    assert_eq!(before, undecided(&whole));
+}
+
+#[test]
+fn threads_change_nothing() {
+    for (scene, effort) in [(yard(), 100_000), (pile(40), 200_000)] {
+        let with_threads = |count: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("threads");
+            pool.install(|| with(&scene, Some(effort)))
+        };
+        let alone = with_threads(1);
+        assert!(alone.work.lights_cut_short > 0);
+        for count in [2, 3, 8] {
+            assert_eq!(answers(&alone), answers(&with_threads(count)), "{count} threads");
+        }
+    }
+}
+
+/// A run of the detail would examine a hundred times as many cells.
+#[test]
+fn bodies_that_all_but_coincide_end() {
+    let scene = pile(100);
+    let request = Request { effort: Some(1 << 22), ..Request::everything(&scene, Detail::default()) };
+    let report = bake(&scene, &request, &Silent).expect("nobody cancels");
+    assert_eq!(report.work.lights_cut_short, 1);
+    assert!(report.work.cells < 1 << 19, "{} cells", report.work.cells);
+    let floor = &report.lights[0].objects[0];
+    assert!(floor.lit.lower > 0.9 * floor.area && floor.lit.upper < floor.area, "{:?}", floor.lit);
+}
