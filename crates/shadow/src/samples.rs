@@ -25,6 +25,9 @@ use crate::{
 /// Flat faces of a receiver and of what may shadow it from which on samples by themselves are sooner done than cells, if curved bodies are among the latter.
 const MANY_FACES: usize = if cfg!(test) { 8 } else { 1 << 10 };
 
+/// Objects are prepared in so many runs at least: the last threads to end would have others wait.
+const RUNS: usize = 64;
+
 /// The samples of all flat receivers under one light.
 pub(crate) struct Samples<'a> {
     stage: &'a Stage<'a>,
@@ -167,7 +170,8 @@ impl<'a> Samples<'a> {
             };
             Some(Prepared { object, facets: Cow::Borrowed(facets), solids, receives })
         };
-        objects.into_par_iter().map_init(Uses::default, prepare).flatten_iter().collect()
+        let most = objects.len().div_ceil(RUNS);
+        objects.into_par_iter().with_max_len(most).map_init(Uses::default, prepare).flatten_iter().collect()
     }
 
     fn layout(&self, object: usize, facets: &Facets) -> Arc<Layout> {

@@ -32,6 +32,9 @@ use crate::{
     solids::Solids,
 };
 
+/// Groups are taken in so many runs at least: the last threads to end would have others wait.
+const RUNS: usize = 128;
+
 /// Blocks of a face up to which one thread takes all.
 const FEW_BLOCKS: u32 = 4;
 
@@ -139,7 +142,8 @@ impl Sampler<'_> {
     fn run(&self, progress: &dyn Progress) -> Result<(), Cancelled> {
         let groups = self.order.ends.len() + self.volumes.groups.len();
         let (done, total) = (AtomicU64::new(0), groups as u64);
-        (0..groups).into_par_iter().for_each_init(Room::default, |room, group| {
+        let most = groups.div_ceil(RUNS);
+        (0..groups).into_par_iter().with_max_len(most).for_each_init(Room::default, |room, group| {
             if !progress.is_cancelled() {
                 self.run_group(group, room, progress);
                 progress.advance("samples", done.fetch_add(1, Ordering::Relaxed) + 1, total);
