@@ -48,8 +48,12 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
         list(grids, &offs, rows, buckets);
         buckets.sort();
         let mut told = Told { lit, doubtful: Vec::new() };
+        let begin = u64::from(grids.begin());
         for (grid, off) in grids.grids.iter().zip(&offs) {
-            for (index, place) in grid.places().iter().enumerate() {
+            let places = grid.places();
+            let begin = ((begin * places.len() as u64) >> 32) as usize;
+            for index in (begin..places.len()).chain(0..begin) {
+                let place = places[index];
                 let (first, cells) = (place.first as usize, 1 << (2 * place.level));
                 if buckets.start(first) < buckets.start(first + cells) {
                     Over { tile: grid.tile(index), buckets, first, off, own }.tell(simd, &mut told);

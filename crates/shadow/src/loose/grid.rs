@@ -2,7 +2,13 @@
 //!
 //! Cost: some tens of nanoseconds a triangle to find its tiles.
 
-use std::sync::OnceLock;
+use std::{
+    ops::Range,
+    sync::{
+        OnceLock,
+        atomic::{AtomicU32, Ordering},
+    },
+};
 
 use rayon::prelude::*;
 use umbriel_geometry::LightSource;
@@ -21,6 +27,9 @@ const PIECES_A_TILE: f64 = 512.0;
 const MAX_TILES: f64 = 256.0;
 /// Pieces are given to tiles that they come this near, in tiles: more than cells are widened by, and than corners are off.
 const TILE_MARGIN: f64 = 1.0 / 32.0;
+
+/// Pieces are listed in so many parts at most, by as many threads: each part has a number for each tile.
+const PARTS: usize = 64;
 
 /// Added to a number below 2^51 in size it leaves a whole number, the nearest one, in the low bits.
 const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
@@ -43,9 +52,8 @@ pub(super) struct Grid<'a> {
     size: [usize; 2],
     /// Errors of corners in units of half a tile.
     error: CornerError,
-    /// The first entry of each tile in `listed`, and the end.
-    starts: Vec<u32>,
-    listed: Vec<u32>,
+    /// The pieces over each tile; those of a part before those of the next one.
+    lists: Vec<List>,
     /// One a tile, and one more for what lies beside all.
     places: Vec<TilePlace>,
     tiles: Vec<OnceLock<Tile>>,
@@ -58,6 +66,8 @@ pub(super) struct Grids<'a> {
     pub(super) cells: u32,
     /// The greatest magnitude of a coordinate of the pieces.
     pub(super) size: f64,
+    /// How often it was begun to look through all tiles.
+    begun: AtomicU32,
 }
 
 impl<'a> Grids<'a> {
@@ -74,7 +84,13 @@ impl<'a> Grids<'a> {
             }
         }
         grids.iter_mut().filter_map(|grid| grid.places.last_mut()).for_each(|beside| beside.first = cells);
-        Some(Self { grids, cells, size: pieces.bounds.magnitude() })
+        Some(Self { grids, cells, size: pieces.bounds.magnitude(), begun: AtomicU32::new(0) })
+    }
+
+    /// Where to begin looking through all tiles, as a part of 2^32: each time far from where others are that began a little earlier, so that they do not wait
+    /// for each other's tiles to be made (van der Corput's sequence).
+    pub(super) fn begin(&self) -> u32 {
+        self.begun.fetch_add(1, Ordering::Relaxed).reverse_bits()
     }
 }
 
@@ -92,25 +108,43 @@ struct Placed {
     bounds: [f64; 4],
 }
 
+/// Nothing.
+const NOWHERE: [f64; 4] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+
+/// A rectangle that holds two.
+fn union([a, b, c, d]: [f64; 4], other: &[f64; 4]) -> [f64; 4] {
+    [a.min(other[0]), b.min(other[1]), c.max(other[2]), d.max(other[3])]
+}
+
+/// Which of some pieces each tile has.
+struct List {
+    /// The first entry of each tile in `pieces`, and the end.
+    starts: Vec<u32>,
+    pieces: Vec<u32>,
+}
+
+impl List {
+    fn of_tile(&self, tile: usize) -> &[u32] {
+        &self.pieces[self.starts[tile] as usize..self.starts[tile + 1] as usize]
+    }
+}
+
 impl<'a> Grid<'a> {
     /// Finds the tiles of all pieces.
     fn of(pieces: &'a Pieces<'a>, view: View, points: usize) -> Self {
         let error = view.error(pieces.slack, view.reach(&pieces.bounds));
         let seen = see_all(pieces, &view, error);
-        let bounds =
-            seen.iter().fold([f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY], |all, placed| {
-                let [a, b, c, d] = placed.bounds;
-                [all[0].min(a), all[1].min(b), all[2].max(c), all[3].max(d)]
-            });
+        let bounds = seen.iter().fold(NOWHERE, |all, (_, bounds)| union(all, bounds));
+        let count: usize = seen.iter().map(|(placed, _)| placed.len()).sum();
         let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
-        let tiles = (seen.len() as f64 / PIECES_A_TILE).clamp(1.0, MAX_TILES * MAX_TILES);
+        let tiles = (count as f64 / PIECES_A_TILE).clamp(1.0, MAX_TILES * MAX_TILES);
         let largest = width.max(height);
         // One tile's side; when the view is a line, its length is cut.
         let side = (width * height / tiles).sqrt().max(largest / tiles.min(MAX_TILES));
         let side = if side > 0.0 { side } else { 1.0 };
         let density = 1.0 / side;
         let along = |length: f64| (length * density + 1.0).floor() as usize + 1;
-        let grid_size = if seen.is_empty() { [0; 2] } else { [along(width), along(height)] };
+        let grid_size = if count == 0 { [0; 2] } else { [along(width), along(height)] };
         // Half a tile of nothing all round.
         let corner = [bounds[0] - 0.5 * side, bounds[1] - 0.5 * side];
         let scale = if view.is_sun() { density } else { density.max(1.0) };
@@ -122,8 +156,7 @@ impl<'a> Grid<'a> {
             density,
             size: grid_size,
             error,
-            starts: Vec::new(),
-            listed: Vec::new(),
+            lists: Vec::new(),
             places: Vec::new(),
             tiles: Vec::new(),
         };
@@ -170,25 +203,32 @@ impl<'a> Grid<'a> {
         (index(bounds[axis], -TILE_MARGIN), index(bounds[axis + 2], TILE_MARGIN))
     }
 
-    /// Which pieces each tile has, by counting.
-    fn list(&mut self, seen: &[Placed], points_a_piece: f64) {
-        let count = self.size[0] * self.size[1];
-        let mut starts = vec![0u32; count + 1];
+    /// Which pieces each tile has.
+    fn list(&mut self, seen: &[(Vec<Placed>, [f64; 4])], points_a_piece: f64) {
+        let tiles = self.size[0] * self.size[1];
+        self.lists = seen.par_iter().map(|(placed, _)| self.list_of(placed, tiles)).collect();
+        let place = |tile: usize| {
+            let count = self.lists.iter().map(|list| list.of_tile(tile).len()).sum();
+            TilePlace { first: 0, level: level_for(count, points_a_piece) }
+        };
+        let beside = TilePlace { first: 0, level: 0 };
+        self.places = (0..tiles).map(place).chain([beside]).collect();
+        self.tiles = (0..tiles).map(|_| OnceLock::new()).collect();
+    }
+
+    /// The same of some pieces, by counting.
+    fn list_of(&self, seen: &[Placed], tiles: usize) -> List {
+        let mut starts = vec![0u32; tiles + 1];
         self.for_each_tile(seen, |_, tile| starts[tile + 1] += 1);
-        for tile in 0..count {
+        for tile in 0..tiles {
             starts[tile + 1] += starts[tile];
         }
-        let (mut next, mut listed) = (starts.clone(), vec![0; starts[count] as usize]);
+        let (mut next, mut pieces) = (starts.clone(), vec![0; starts[tiles] as usize]);
         self.for_each_tile(seen, |piece, tile| {
-            listed[next[tile] as usize] = piece;
+            pieces[next[tile] as usize] = piece;
             next[tile] += 1;
         });
-        let place =
-            |ends: &[u32]| TilePlace { first: 0, level: level_for((ends[1] - ends[0]) as usize, points_a_piece) };
-        let beside = TilePlace { first: 0, level: 0 };
-        self.places = starts.windows(2).map(place).chain([beside]).collect();
-        (self.starts, self.listed) = (starts, listed);
-        self.tiles = (0..count).map(|_| OnceLock::new()).collect();
+        List { starts, pieces }
     }
 
     fn for_each_tile(&self, seen: &[Placed], mut visit: impl FnMut(u32, usize)) {
@@ -205,10 +245,11 @@ impl<'a> Grid<'a> {
     /// Cells of one tile.
     fn make(&self, index: usize) -> Tile {
         let middle = [index % self.size[0], index / self.size[0]].map(|index| (2 * index + 1) as f64);
-        let listed = &self.listed[self.starts[index] as usize..self.starts[index + 1] as usize];
+        let listed = self.lists.iter().map(|list| list.of_tile(index));
+        let most = listed.clone().map(<[u32]>::len).sum();
         let mut hint = 0;
-        let (mut pieces, mut footprints) = (Vec::with_capacity(listed.len()), Vec::with_capacity(listed.len()));
-        for &piece in listed {
+        let (mut pieces, mut footprints) = (Vec::with_capacity(most), Vec::with_capacity(most));
+        for &piece in listed.flatten() {
             let footprint = self.footprint(piece, &mut hint, middle);
             if footprint.may_meet_window(2.0 * TILE_MARGIN) {
                 pieces.push(piece);
@@ -239,15 +280,20 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// The rectangles of all pieces that the view sees.
-fn see_all(pieces: &Pieces, view: &View, error: f64) -> Vec<Placed> {
-    let see = |run| {
-        let mut seen = Vec::new();
-        pieces.for_each(run, |piece, corners| {
-            seen.extend(view.bounds(corners, error).map(|bounds| Placed { piece, bounds }));
-        });
-        seen
+/// The rectangles of all pieces that the view sees, in parts, and a rectangle round each part.
+fn see_all(pieces: &Pieces, view: &View, error: f64) -> Vec<(Vec<Placed>, [f64; 4])> {
+    let see = |runs: &[Range<u32>]| {
+        let (mut seen, mut round) = (Vec::new(), NOWHERE);
+        for run in runs {
+            pieces.for_each(run.clone(), |piece, corners| {
+                if let Some(bounds) = view.bounds(corners, error) {
+                    seen.push(Placed { piece, bounds });
+                    round = union(round, &bounds);
+                }
+            });
+        }
+        (seen, round)
     };
-    let seen: Vec<Vec<Placed>> = pieces.runs().into_par_iter().map(see).collect();
-    seen.concat()
+    let runs = pieces.runs();
+    runs.par_chunks(runs.len().div_ceil(PARTS).max(1)).with_max_len(1).map(see).collect()
 }

@@ -113,7 +113,10 @@ mod tests {
 
     fn holds([a, b, c]: Triangle, point: [i32; 2]) -> bool {
         let turns = [turn(a, b, point), turn(b, c, point), turn(c, a, point)];
-        turns.iter().all(|&turn| turn >= 0) || turns.iter().all(|&turn| turn <= 0)
+        // What is flat has all of its line on no side.
+        let is_within = |k: usize| a[k].min(b[k]).min(c[k]) <= point[k] && point[k] <= a[k].max(b[k]).max(c[k]);
+        let is_on_one_side = turns.iter().all(|&turn| turn >= 0) || turns.iter().all(|&turn| turn <= 0);
+        is_on_one_side && is_within(0) && is_within(1)
     }
 
     #[test]
