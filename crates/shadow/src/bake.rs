@@ -56,19 +56,19 @@ pub fn bake(scene: &Scene, request: &Request, progress: &dyn Progress) -> Result
     }
     let lights: Vec<LightSource> = request.lights.iter().map(|&light| scene.lights[light].source).collect();
     let stage = Stage::new(scene, request, Some(&lights));
-    let mut effort = stage.effort();
+    let mut expense = stage.expense();
     let mut lights = Vec::with_capacity(request.lights.len());
     for &light in &request.lights {
         let own = request.own.lights.get(&light).copied();
-        let objects = stage.bake(&scene.lights[light].source, own, progress, &mut effort)?;
+        let objects = stage.bake(&scene.lights[light].source, own, progress, &mut expense)?;
         lights.push(LightReport { light, objects });
     }
-    Ok(Report { lights, work: effort.work, time: effort.time })
+    Ok(Report { lights, work: expense.work, time: expense.time })
 }
 
 /// What was done for some lights, and how long it took.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Effort {
+pub(crate) struct Expense {
     pub(crate) work: Work,
     pub(crate) time: Time,
     /// Lights that are done.
@@ -120,8 +120,8 @@ impl<'a> Stage<'a> {
     }
 
     /// The account to which lights are added.
-    pub(crate) fn effort(&self) -> Effort {
-        Effort { time: Time { coarse: self.seconds, ..Time::default() }, ..Effort::default() }
+    pub(crate) fn expense(&self) -> Expense {
+        Expense { time: Time { coarse: self.seconds, ..Time::default() }, ..Expense::default() }
     }
 
     /// Computes the shadows of one light, which may have a detail of its own: a report for each receiver.
@@ -130,13 +130,13 @@ impl<'a> Stage<'a> {
         light: &LightSource,
         own: Option<Detail>,
         progress: &dyn Progress,
-        effort: &mut Effort,
+        expense: &mut Expense,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
         let (start, fallbacks) = (Instant::now(), exact_fallbacks());
         let mut influences = self.influences(light);
         let occluders = Occluders::new(&self.bodies, light);
         // Samples are decided whatever the clock says, and need all that may block them.
-        let deadline = self.limit(effort.lights).filter(|_| self.spacing.is_none()).and_then(|limit| limit.deadline);
+        let deadline = self.limit(expense.lights).filter(|_| self.spacing.is_none()).and_then(|limit| limit.deadline);
         deadline.into_iter().for_each(|deadline| occluders.stop_at(deadline));
         self.prepare(&occluders, &influences);
         let is_throng = self.is_throng(&influences, &occluders);
@@ -144,16 +144,16 @@ impl<'a> Stage<'a> {
             influences.see_all();
         }
         let counts = influences.counts();
-        effort.work.pairs_tested += counts.tested;
-        effort.work.pairs_registered += counts.registered;
-        effort.work.pairs_excluded += counts.excluded;
-        effort.time.coarse += start.elapsed().as_secs_f64();
+        expense.work.pairs_tested += counts.tested;
+        expense.work.pairs_registered += counts.registered;
+        expense.work.pairs_excluded += counts.excluded;
+        expense.time.coarse += start.elapsed().as_secs_f64();
         let start = Instant::now();
         let receivers = Receivers::new(self, occluders, own, &influences, is_throng);
-        let objects = self.refine(receivers, effort.lights, progress, &mut effort.work)?;
-        effort.lights += 1;
-        effort.time.fine += start.elapsed().as_secs_f64();
-        effort.work.exact_fallbacks += exact_fallbacks() - fallbacks;
+        let objects = self.refine(receivers, expense.lights, progress, &mut expense.work)?;
+        expense.lights += 1;
+        expense.time.fine += start.elapsed().as_secs_f64();
+        expense.work.exact_fallbacks += exact_fallbacks() - fallbacks;
         Ok(objects)
     }
 
@@ -244,7 +244,7 @@ impl<'a> Stage<'a> {
 
     /// What may be spent on a light.
     fn purse(&self) -> Purse {
-        let effort = self.request.effort_of_light().filter(|_| self.request.detail.is_fixed());
+        let effort = self.request.effort.filter(|_| self.request.detail.is_fixed());
         Purse::new(effort.unwrap_or(u64::MAX))
     }
 

@@ -21,17 +21,20 @@ pub(crate) const CUT_OUT: u64 = 4;
 /// Parts into which a cell is divided.
 pub(crate) const PARTS: u64 = 4;
 
-/// The typical effort: of a scene, and more for each of its faces.
+/// The typical effort: what the lights of a scene share, what each has at least, and more for each face.
 const OF_SCENE: u64 = 1 << 25;
-const OF_FACE: u64 = 1 << 8;
+const OF_LIGHT: u64 = 1 << 22;
+const OF_FACE: u64 = 1 << 10;
 
 /// Threads tell each other what they spent when it is so much.
 const TOLD: u64 = 1 << 12;
 
-/// What a bake may take for all its lights where nobody said how fine the cells should be ([`Request::effort`](crate::Request::effort)): some seconds of a
-/// thread, and some ten microseconds more for each face of the scene. Ordinary scenes come nowhere near it at the typical depths; hundreds of bodies that all but coincide do.
-pub fn typical_effort(scene: &Scene) -> u64 {
-    scene.objects.iter().map(most_faces).fold(OF_SCENE, |sum, faces| sum + OF_FACE * faces as u64)
+/// What a bake may take for each of so many lights where nobody said how fine the cells should be ([`Request::effort`](crate::Request::effort)): some seconds of a
+/// thread for all of them, a few tenths for each at least, and a tenth of a millisecond more for each face of the scene. Ordinary scenes come nowhere near it at the
+/// typical depths; hundreds of bodies that all but coincide do.
+pub fn typical_effort(scene: &Scene, lights: usize) -> u64 {
+    let faces: u64 = scene.objects.iter().map(|object| most_faces(object) as u64).sum();
+    (OF_SCENE / lights.max(1) as u64).max(OF_LIGHT) + OF_FACE * faces
 }
 
 /// What all looks together may spend.

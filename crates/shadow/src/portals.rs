@@ -85,7 +85,6 @@ impl Part {
             },
             request: Request {
                 detail,
-                effort: request.effort_of_light(),
                 own: own_of(request, light, &place),
                 lights: vec![0],
                 receivers,
@@ -116,19 +115,19 @@ impl Part {
         report: &mut Report,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
         let stage = Stage::with_reached(&self.scene, &self.request, self.reached);
-        let mut effort = stage.effort();
+        let mut expense = stage.expense();
         let mut objects = stage.bake(
             &self.scene.lights[0].source,
             self.request.own.lights.get(&0).copied(),
             progress,
-            &mut effort,
+            &mut expense,
         )?;
         for (object, &number) in objects.iter_mut().zip(&request.receivers) {
             object.object = number;
         }
-        report.work.add(&effort.work);
-        report.time.coarse += effort.time.coarse;
-        report.time.fine += effort.time.fine;
+        report.work.add(&expense.work);
+        report.time.coarse += expense.time.coarse;
+        report.time.fine += expense.time.fine;
         Ok(objects)
     }
 }

@@ -253,11 +253,11 @@ impl Session {
             let request = Request { lights: vec![light], receivers: touched.clone(), ..self.request.clone() };
             let mut part = self.stage(&request, source, reached);
             (part.spacing, part.may_be_throng) = (self.spacing, is_throng);
-            let mut effort = part.effort();
-            let reports = part.bake(source, request.own.lights.get(&light).copied(), progress, &mut effort)?;
-            update.work.add(&effort.work);
-            update.time.coarse += effort.time.coarse;
-            update.time.fine += effort.time.fine;
+            let mut expense = part.expense();
+            let reports = part.bake(source, request.own.lights.get(&light).copied(), progress, &mut expense)?;
+            update.work.add(&expense.work);
+            update.time.coarse += expense.time.coarse;
+            update.time.fine += expense.time.fine;
             answers.take(light, touched, reports, involved);
         }
         Ok(())

@@ -61,7 +61,7 @@ fn answers(report: &Report) -> (Vec<LightReport>, u64, u64) {
 #[test]
 fn an_effort_that_is_enough_changes_nothing() {
     let scene = yard();
-    let (free, within) = (with(&scene, None), with(&scene, Some(typical_effort(&scene))));
+    let (free, within) = (with(&scene, None), with(&scene, Some(typical_effort(&scene, 2))));
     assert_eq!(answers(&free), answers(&within));
     assert_eq!(within.work.lights_cut_short, 0);
 }

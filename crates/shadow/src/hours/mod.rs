@@ -20,7 +20,7 @@ use umbriel_geometry::LightSource;
 use umbriel_scene::Scene;
 
 use crate::{
-    bake::{Effort, Stage},
+    bake::{Expense, Stage},
     progress::{Cancelled, Progress},
     report::{LitArea, ObjectReport, Time, Work},
     request::{OwnDetails, Request},
@@ -139,7 +139,7 @@ pub fn bake_hours(
     let total = total_nanoseconds(lights)?;
     let request = &Request { own: OwnDetails::default(), ..request.clone() };
     let stage = Stage::new(scene, request, None);
-    let mut effort = stage.effort();
+    let mut expense = stage.expense();
     let mut accounts = Account::of_all(&stage);
     let mut summaries = Vec::with_capacity(lights.len());
     // Areas are told even where no light ever shines: by a light that shines for no time.
@@ -148,7 +148,7 @@ pub fn bake_hours(
     let mut seconds_before = 0.0;
     for (index, light) in lights.iter().chain(&idle).enumerate() {
         let progress = OneOf { progress, index: index as u64, count: lights.len().max(1) as u64 };
-        let lit = fold(&stage, light, &progress, &mut effort, &mut accounts)?;
+        let lit = fold(&stage, light, &progress, &mut expense, &mut accounts)?;
         let seconds = begun.elapsed().as_secs_f64();
         summaries.push(LightSummary { lit, seconds: seconds - seconds_before });
         seconds_before = seconds;
@@ -156,7 +156,7 @@ pub fn bake_hours(
     summaries.truncate(lights.len());
     let objects = accounts.into_iter().map(|account| account.report(total)).collect();
     let duration = Duration::from_nanos(total);
-    Ok(HoursReport { objects, lights: summaries, duration, work: effort.work, time: effort.time })
+    Ok(HoursReport { objects, lights: summaries, duration, work: expense.work, time: expense.time })
 }
 
 fn total_nanoseconds(lights: &[TimedLight]) -> Result<u64, HoursError> {
@@ -173,10 +173,10 @@ fn fold(
     stage: &Stage,
     light: &TimedLight,
     progress: &dyn Progress,
-    effort: &mut Effort,
+    expense: &mut Expense,
     accounts: &mut [Account],
 ) -> Result<LitArea, Cancelled> {
-    let reports = stage.bake(&light.source, None, progress, effort)?;
+    let reports = stage.bake(&light.source, None, progress, expense)?;
     let lit = total_lit(&reports);
     // Checked with the sum of all durations.
     let nanoseconds = light.duration.as_nanos() as u64;

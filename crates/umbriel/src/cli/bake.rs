@@ -51,11 +51,11 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), Failure> {
         detail,
         own: plan::own_details(&args.detail, &loaded.file, cells)?,
         sampling,
+        effort: plan::effort(&args.detail, &loaded.file, lights.len()),
         lights,
         receivers,
         keep_cells: cells == CellUse::Cells,
         method: CellMethod::Auto,
-        effort: plan::effort(&args.detail, &loaded.file),
     };
     plan::check_samples(scene, &request)?;
     plan::tell_findings(scene, args.scene.quiet);

@@ -219,11 +219,11 @@ pub(crate) fn choose_detail(args: &DetailArgs, file: &LoadedScene, cells: CellUs
     }
 }
 
-/// What a bake may take: where neither somebody typed how fine nor the file says so, the typical effort.
-pub(crate) fn effort(args: &DetailArgs, file: &LoadedScene) -> Option<u64> {
+/// What a bake may take for each of so many lights: where neither somebody typed how fine nor the file says so, the typical effort.
+pub(crate) fn effort(args: &DetailArgs, file: &LoadedScene, lights: usize) -> Option<u64> {
     let is_in_file = file.detail.is_some() || !file.own.objects.is_empty() || !file.own.lights.is_empty();
     let is_asked = args.pixel.is_some() || typed(args).is_some() || is_in_file;
-    (!is_asked).then(|| typical_effort(&file.scene))
+    (!is_asked).then(|| typical_effort(&file.scene, lights))
 }
 
 /// What is found of a bake itself, told unless `quiet`.

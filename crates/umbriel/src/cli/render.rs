@@ -62,7 +62,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), Failure> {
         ShadowsChoice::Polygons => polygons(scene, asked, &lights)?,
         ShadowsChoice::Cells => {
             let own = plan::own_details(&args.detail, &loaded.file, CellUse::Cells)?;
-            let effort = plan::effort(&args.detail, &loaded.file);
+            let effort = plan::effort(&args.detail, &loaded.file, lights.len());
             let request = Request { own, lights, effort, ..Request::everything(scene, detail) };
             baked(args, scene, asked, (&view, request), &bar)?
         }
