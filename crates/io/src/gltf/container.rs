@@ -298,6 +298,17 @@ fn has_scheme(uri: &str) -> bool {
     uri.split_once(':').is_some_and(|(scheme, _)| is_scheme(scheme))
 }
 
+/// The media type of a data URI, and its first bytes: a score of them at least, where it has so many.
+pub(super) fn head_of_data(uri: &str) -> Option<(&str, Vec<u8>)> {
+    let (kind, content) = data_of(uri)?.split_once(',')?;
+    let head = content.get(..HEAD).unwrap_or(content);
+    let (bytes, _) = decode_data(&format!("{kind},{head}")).ok()?;
+    Some((kind.split(';').next().unwrap_or(kind).trim(), bytes))
+}
+
+/// Characters of a data URI that hold its first bytes: whole groups of base64, or bytes of which each takes three.
+const HEAD: usize = 60;
+
 /// The bytes of a data URI, after `data:`, and whether these are all that it says: bits that fill no byte are left out, as browsers do.
 fn decode_data(data: &str) -> Result<(Vec<u8>, bool), String> {
     let (kind, content) = data.split_once(',').ok_or("its data URI has no comma")?;

@@ -11,6 +11,7 @@ use umbriel_scene::FindingKind;
 
 use super::{
     accessor::Accessors,
+    container::head_of_data,
     json::{Document, Image, Material, Sampler, TextureReference, TextureTransform, existing},
 };
 use crate::{
@@ -103,21 +104,27 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// What pictures in buffer views begin with, where their bytes are at hand: something else than their `mimeType` says is told.
+/// What pictures in buffer views and data URIs begin with, where their bytes are at hand: something else than their types say is told.
 pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
     let mut findings = Findings::default();
     for (index, image) in document.images.iter().enumerate() {
-        let (Some(view), Some(stated)) = (image.buffer_view, &image.mime_type) else { continue };
-        let is_known = KINDS.iter().any(|(kind, _)| kind == stated);
+        let is_known = |stated: &&str| KINDS.iter().any(|(kind, _)| kind == stated);
+        let stated = image.mime_type.as_deref().filter(is_known);
+        let data = image.uri.as_deref().and_then(head_of_data);
+        let in_uri = data.as_ref().map(|(kind, _)| *kind).filter(is_known);
         // Pictures do not stand in compressed views.
-        if !is_known || !accessors.views().is_at_hand(view) {
-            continue;
-        }
-        let Ok((_, bytes)) = accessors.views().get(view) else { continue };
+        let view = image.buffer_view.filter(|&view| stated.is_some() && accessors.views().is_at_hand(view));
+        let bytes = match (&data, view.map(|view| accessors.views().get(view))) {
+            (Some((_, bytes)), _) => bytes,
+            (None, Some(Ok((_, bytes)))) => bytes,
+            _ => continue,
+        };
         let found = picture_kind(bytes).unwrap_or("no picture");
-        if found != stated {
-            let subject = format!("image {index}: its mimeType is {stated}, its bytes are {found}");
-            findings.add(FindingKind::BrokenRule, &subject, 1);
+        for (name, stated) in [("mimeType", stated), ("data URI's type", in_uri)] {
+            if let Some(stated) = stated.filter(|&stated| stated != found) {
+                let subject = format!("image {index}: its {name} is {stated}, its bytes are {found}");
+                findings.add(FindingKind::BrokenRule, &subject, 1);
+            }
         }
     }
     findings

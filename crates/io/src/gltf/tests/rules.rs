@@ -376,6 +376,24 @@ fn pictures_are_what_their_types_say() {
     }
     assert!(of("image/png", jpeg).contains("image 0: its mimeType is image/png, its bytes are image/jpeg"));
     assert!(of("image/jpeg", png).contains("image 0: its mimeType is image/jpeg, its bytes are image/png"));
+    let within = |kind: &str, content: &str| with("images", json!([{ "uri": format!("data:{kind},{content}") }]));
+    // Of base64 and as bytes, the mark of a PNG and more.
+    let (packed, written) = (
+        "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==",
+        "%89PNG%0d",
+    );
+    for (kind, content) in
+        [("image/png;base64", packed), ("image/png", written), ("application/octet-stream;base64", packed)]
+    {
+        assert_eq!(within(kind, content), "", "{kind}");
+    }
+    assert!(
+        within("image/jpeg;base64", packed)
+            .contains("image 0: its data URI's type is image/jpeg, its bytes are image/png")
+    );
+    assert!(
+        within("image/png", "hello").contains("image 0: its data URI's type is image/png, its bytes are no picture")
+    );
 }
 
 #[test]
