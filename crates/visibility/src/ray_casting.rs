@@ -5,23 +5,26 @@
 //! practice. Double precision, rounded: for pictures, not for proofs. Equal distances go to the lower object and face; so objects and triangles that
 //! repeat others are left out.
 
+mod body;
+
 use std::{
     collections::{BTreeSet, HashMap},
     ops::Range,
-    sync::Arc,
 };
 
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use rayon::prelude::*;
-use umbriel_bvh::{BoxTree, Hit, Ray, Steps, TriangleBvh};
-use umbriel_geometry::{Aabb, Cuboid, Mesh, PlacedAnalytic, Rectangle};
-use umbriel_scene::{Object, Scene, Shape, first_alike};
+use umbriel_bvh::{BoxTree, Ray, Steps, TriangleBvh};
+use umbriel_geometry::Aabb;
+use umbriel_scene::{Scene, first_alike};
 
 use crate::{
     acceleration::{Acceleration, Choice, CostModel, Prepared, Sampled},
-    local::{self, LocalHit},
+    local::LocalHit,
     view::View,
 };
+pub(crate) use body::into_triangle;
+use body::{Body, LocalShape, triangle_hit};
 
 /// A point of a surface that a ray meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,29 +48,6 @@ pub struct SurfaceHit {
 pub struct RayCaster {
     tree: BoxTree,
     bodies: Vec<Body>,
-}
-
-/// An object pulled into local coordinates.
-#[derive(Debug)]
-struct Body {
-    shape: LocalShape,
-    to_local: DAffine3,
-    /// World coordinates.
-    bounds: Aabb,
-    /// The object's faces that the triangles of a mesh are, where some were left out.
-    faces: Option<Arc<[u32]>>,
-    /// For the rays of one view.
-    prepared: Option<Prepared>,
-}
-
-#[derive(Debug)]
-enum LocalShape {
-    Mesh(Arc<TriangleBvh>),
-    Rectangle(Rectangle),
-    Cuboid(Cuboid),
-    Analytic(Box<PlacedAnalytic>),
-    /// A shape that this layer does not know; no ray meets it.
-    Unknown,
 }
 
 impl RayCaster {
@@ -259,89 +239,6 @@ fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// What the instances of a mesh share.
-struct MeshTree {
-    bvh: Arc<TriangleBvh>,
-    /// See [`Body::faces`].
-    faces: Option<Arc<[u32]>>,
-}
-
-impl MeshTree {
-    fn of(mesh: &Arc<Mesh>) -> Self {
-        let count = mesh.triangles().len();
-        let faces: Vec<u32> = (0..count as u32).filter(|&triangle| !mesh.is_repeat(triangle as usize)).collect();
-        let distinct = (faces.len() < count).then(|| {
-            let positions = mesh.positions().iter().map(|position| position.to_array()).collect();
-            Mesh::new(positions, faces.iter().map(|&face| mesh.triangles()[face as usize]).collect()).ok()
-        });
-        match distinct.flatten() {
-            Some(distinct) => Self { bvh: Arc::new(TriangleBvh::build(distinct.into())), faces: Some(faces.into()) },
-            None => Self { bvh: Arc::new(TriangleBvh::build(Arc::clone(mesh))), faces: None },
-        }
-    }
-}
-
-impl Body {
-    /// No ray meets it.
-    fn nothing() -> Self {
-        let (shape, to_local) = (LocalShape::Unknown, DAffine3::IDENTITY);
-        Self { shape, to_local, bounds: Aabb::EMPTY, faces: None, prepared: None }
-    }
-
-    fn new(object: &Object, meshes: &mut HashMap<*const Mesh, MeshTree>) -> Self {
-        let mut faces = None;
-        let shape = match &object.shape {
-            Shape::Mesh(mesh) => {
-                let tree = meshes.entry(Arc::as_ptr(mesh)).or_insert_with(|| MeshTree::of(mesh));
-                faces = tree.faces.clone();
-                LocalShape::Mesh(Arc::clone(&tree.bvh))
-            }
-            Shape::Convex(_) => return Self::convex(object),
-            Shape::Rectangle(rectangle) => LocalShape::Rectangle(*rectangle),
-            Shape::Cuboid(cuboid) => LocalShape::Cuboid(*cuboid),
-            _ => object.analytic().map_or(LocalShape::Unknown, |body| LocalShape::Analytic(Box::new(body))),
-        };
-        Self { shape, to_local: object.placement.map().inverse(), bounds: object.bounds(), faces, prepared: None }
-    }
-
-    /// The hull of placed points is a mesh of the world.
-    fn convex(object: &Object) -> Self {
-        // A mirroring placement turns the loops round: the image through the origin has its fronts outside again.
-        let scale = if object.placement.is_mirrored() { -1.0 } else { 1.0 };
-        let mesh = object.facets().and_then(|facets| {
-            let triangles = facets.triangles()?.to_vec();
-            let positions = facets.positions().iter().map(|&position| (position * scale).to_array());
-            Mesh::new(positions.collect(), triangles).ok()
-        });
-        let shape =
-            mesh.map_or(LocalShape::Unknown, |mesh| LocalShape::Mesh(Arc::new(TriangleBvh::build(mesh.into()))));
-        let to_local = DAffine3::from_scale(DVec3::splat(scale));
-        Self { shape, to_local, bounds: object.bounds(), faces: None, prepared: None }
-    }
-
-    /// The nearest hit of a local ray.
-    fn nearest(&self, local: &Ray, t_max: f64) -> Option<LocalHit> {
-        let hit = match &self.shape {
-            LocalShape::Mesh(bvh) => mesh_hit(bvh, self.prepared.as_ref(), local, t_max),
-            LocalShape::Rectangle(rectangle) => local::rectangle(rectangle, local),
-            LocalShape::Cuboid(cuboid) => local::cuboid(cuboid, local),
-            LocalShape::Analytic(body) => local::analytic(body, local),
-            LocalShape::Unknown => None,
-        };
-        hit.filter(|hit| hit.distance <= t_max)
-    }
-
-    /// The ray in local coordinates. Not normalised: distances stay those of the world.
-    fn pulled(&self, ray: &Ray) -> Ray {
-        Ray::new(self.to_local.transform_point3(ray.origin), self.to_local.transform_vector3(ray.direction))
-    }
-
-    /// Normals go by the transposed inverse. Under a mirroring map that also keeps the front at the front.
-    fn world_normal(&self, local: DVec3) -> DVec3 {
-        (self.to_local.matrix3.transpose() * local).normalize_or_zero()
-    }
-}
-
 /// Rays of a whole picture for which nothing that must be built can pay, whatever the mesh: so few take a BVH less than a millisecond or two, of which a
 /// sample alone would take a tenth.
 const FEW: u64 = 64 * 64;
@@ -383,31 +280,15 @@ fn sampled_on(grid: u32, view: &View, body: &Body, bvh: &TriangleBvh) -> Sampled
     Sampled { rays, steps, sent }
 }
 
-fn mesh_hit(bvh: &TriangleBvh, prepared: Option<&Prepared>, ray: &Ray, t_max: f64) -> Option<LocalHit> {
-    let looked_up = prepared.and_then(|prepared| prepared.nearest_hit(ray, t_max));
-    let hit = looked_up.unwrap_or_else(|| bvh.nearest_hit(ray.origin, ray.direction, t_max))?;
-    Some(triangle_hit(bvh, hit))
-}
-
-fn triangle_hit(bvh: &TriangleBvh, hit: Hit) -> LocalHit {
-    let [a, b, c] = bvh.corners(hit.triangle);
-    let (u, v) = into_triangle(hit.u, hit.v);
-    LocalHit { distance: hit.t, face: hit.triangle as usize, u, v, normal: (b - a).cross(c - a) }
-}
-
-/// Takes back what rounding carried out of u, v ≥ 0, u + v ≤ 1. Where the sum is too large the larger parameter is at
-/// least 1/2, and 1 less that is exact (Sterbenz), so the result lies in the closed triangle exactly.
-pub(crate) fn into_triangle(u: f64, v: f64) -> (f64, f64) {
-    let (u, v) = (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0));
-    if u > v { (u, v.min(1.0 - u)) } else { (u.min(1.0 - v), v) }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use glam::{DAffine3, DQuat};
+    use umbriel_geometry::{Analytic, Cuboid, Mesh, Placement, Rectangle};
+    use umbriel_scene::{Camera, Object, Projection, Shape, Sides};
+
     use super::*;
-    use glam::DQuat;
-    use umbriel_geometry::{Analytic, Placement};
-    use umbriel_scene::{Camera, Projection, Sides};
 
     fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
         let placement = Placement::new(map).expect("regular");
@@ -516,16 +397,6 @@ mod tests {
         let hit = caster.nearest(&Ray::new(DVec3::new(-0.75, 0.5, 3.0), DVec3::NEG_Z)).expect("the mirrored one");
         assert_eq!((hit.object, hit.normal), (2, DVec3::Z), "a mirrored front stays in front");
         assert_eq!(caster.nearest(&Ray::new(DVec3::new(-1.5, 0.5, 3.0), DVec3::NEG_Z)), None);
-    }
-
-    #[test]
-    fn parameters_stay_in_their_triangle() {
-        for (u, v) in [(0.3, 0.7000000000000002), (1.0000000000000002, -1e-17), (0.5, 0.5), (0.1, 0.9), (0.25, 0.25)] {
-            let (inside_u, inside_v) = into_triangle(u, v);
-            assert!(inside_u >= 0.0 && inside_v >= 0.0);
-            assert!(1.0 - inside_u.max(inside_v) >= inside_u.min(inside_v));
-            assert!((inside_u - u).abs() < 1e-15 && (inside_v - v).abs() < 1e-15);
-        }
     }
 
     #[test]
