@@ -122,3 +122,35 @@ impl Ledger {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looks_are_taken_in_their_order_as_long_as_there_is_enough() {
+        let ledger = Ledger::new(4, 10_000);
+        assert!(ledger.spend(3, 9_000) && ledger.spend(0, 4_000), "nobody knows yet what those before it spend");
+        assert!(!ledger.spend(1, 8_000), "12,000 of 10,000");
+        assert!(!ledger.spend(3, 1) && !ledger.spend(2, 1), "those after it will not be taken either");
+        assert!(ledger.spend(0, 1));
+        assert_eq!(ledger.spent().collect::<Vec<_>>(), [Some(4_001), None, None, None]);
+        let little = Ledger::new(2, 100);
+        assert!(little.spend(0, 90) && little.spend(1, 20), "so little is not told");
+        assert_eq!(little.spent().collect::<Vec<_>>(), [Some(90), None]);
+    }
+
+    #[test]
+    fn shares_are_added_up() {
+        let purse = Purse::new(10_000);
+        let (one, two) = (purse.share(), purse.share());
+        assert!(one.spend(6_000) && two.spend(4_000), "of these 4,096 are told");
+        assert!(one.spend(3_000), "8,192 are");
+        assert!(!two.spend(1_000), "12,288 are");
+        drop((one, two));
+        assert!(!purse.is_enough());
+        let purse = Purse::new(10_000);
+        drop([purse.share(), purse.share()].map(|share| share.spend(5_000)));
+        assert!(purse.is_enough(), "all of it is what there is");
+    }
+}
