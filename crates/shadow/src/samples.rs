@@ -15,7 +15,7 @@ use crate::{
     bodies::{Bodies, Body},
     coarse::Influences,
     exact::flat_face_is_lit,
-    fine::scan::{IsLit, Layout, LitBits, Sampled, sample},
+    fine::scan::{IsLit, Layout, LitBits, RUNS, Sampled, sample},
     parts::{Lot, Part, PartOfAll, parts},
     progress::{Cancelled, Progress},
     report::{LitArea, ObjectReport, SampleCount},
@@ -24,9 +24,6 @@ use crate::{
 
 /// Flat faces of a receiver and of what may shadow it from which on samples by themselves are sooner done than cells, if curved bodies are among the latter.
 const MANY_FACES: usize = if cfg!(test) { 8 } else { 1 << 10 };
-
-/// Objects are prepared in so many runs at least: the last threads to end would have others wait.
-const RUNS: usize = 64;
 
 /// The samples of all flat receivers under one light.
 pub(crate) struct Samples<'a> {

@@ -1,4 +1,4 @@
-//! Limits as detail: a share that may stay undecided, a time, or the memory of the answers.
+//! Limits as detail: a share that may stay undecided, a time, or the memory of the answers; and what may be done for a detail where more would be too much.
 //!
 //! One engine for all of them, a best-first search over faces. At first only the area of each face is known, and whether it is turned to the light; what
 //! is turned away is in shadow, all else is undecided. Then, step by step, the faces with the most undecided area for the cells that a closer look is

@@ -180,8 +180,12 @@ pub(crate) fn check_samples(scene: &Scene, request: &Request) -> Result<(), Fail
 
 /// Tells what was taken otherwise than the file says.
 pub(crate) fn tell_findings(scene: &Scene, quiet: bool) {
+    tell(&scene.findings, quiet);
+}
+
+fn tell(found: &[Finding], quiet: bool) {
     if !quiet {
-        findings::lines(&scene.findings).iter().for_each(|line| output::tell(&format!("note: {line}")));
+        findings::lines(found).iter().for_each(|line| output::tell(&format!("note: {line}")));
     }
 }
 
@@ -231,12 +235,7 @@ pub(crate) fn tell_work(work: &Work, quiet: bool) -> Option<Finding> {
     let count = work.lights_cut_short as usize;
     let found =
         (count > 0).then(|| Finding { kind: FindingKind::CutShort, subject: String::new(), count, places: Vec::new() });
-    if !quiet {
-        found
-            .iter()
-            .flat_map(|found| findings::lines(std::slice::from_ref(found)))
-            .for_each(|line| output::tell(&format!("note: {line}")));
-    }
+    tell(found.as_slice(), quiet);
     found
 }
 

@@ -44,5 +44,5 @@ use super::packed_tree as tree;
 pub(crate) use {
     layout::Layout,
     lit_bits::LitBits,
-    sampler::{IsLit, Sampled, sample},
+    sampler::{IsLit, RUNS, Sampled, sample},
 };

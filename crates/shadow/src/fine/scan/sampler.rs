@@ -32,8 +32,8 @@ use crate::{
     solids::Solids,
 };
 
-/// Groups are taken in so many runs at least: the last threads to end would have others wait.
-const RUNS: usize = 128;
+/// Objects are prepared, and groups taken, in so many runs at least: the last threads to end would have others wait.
+pub(crate) const RUNS: usize = 128;
 
 /// Blocks of a face up to which one thread takes all.
 const FEW_BLOCKS: u32 = 4;
