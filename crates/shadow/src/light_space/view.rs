@@ -136,6 +136,17 @@ impl View {
         Some([low[0], low[1], high[0], high[1]])
     }
 
+    /// No point of the hull of `corners` is nearer to the light; infinite where it may reach behind a lamp. `error` bounds that of the corners.
+    #[inline(always)]
+    pub(crate) fn nearest(&self, corners: &[DVec3], error: f64) -> f64 {
+        let seen = corners.iter().map(|&corner| self.see(corner));
+        if self.is_sun {
+            return seen.fold(f64::NEG_INFINITY, |most, Homogeneous { h, .. }| -lesser(-most, -h)) + error * self.scale;
+        }
+        let least_w = seen.fold(f64::INFINITY, |least, Homogeneous { w, .. }| lesser(least, w));
+        if least_w > 16.0 * error { self.scale / (least_w - 2.0 * error) } else { f64::INFINITY }
+    }
+
     #[inline(always)]
     fn sun_bounds(&self, corners: &[DVec3], error: f64) -> [f64; 4] {
         let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];

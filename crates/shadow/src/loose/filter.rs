@@ -79,10 +79,10 @@ fn list<T: Row>(grids: &Grids, offs: &[Off], rows: &[T], buckets: &mut Buckets) 
     let (mut keys, mut points) = ([0; BLOCK], [Seen::default(); BLOCK]);
     for (number, rows) in rows.chunks(BLOCK).enumerate() {
         if let [grid] = grids.grids.as_slice() {
-            block.see_sun(grid, rows);
+            block.see_sun(&grid.view, rows);
             block.locate(|_| (grid, &offs[0]));
         } else {
-            block.see_lamp(&grids.grids[0], rows);
+            block.see_lamp(&grids.grids[0].view, rows);
             block.locate(|view| (&grids.grids[view], &offs[view]));
         }
         for (index, key) in keys.iter_mut().enumerate() {

@@ -10,16 +10,16 @@ use std::{
     },
 };
 
-use rayon::prelude::*;
-use umbriel_geometry::LightSource;
-
 use crate::{
     light_space::{CornerError, Footprint, Homogeneous, View},
     loose::{
+        occupancy::Occupancy,
         pieces::{Piece, Pieces},
         tile::{Tile, level_for},
     },
 };
+use glam::DVec3;
+use rayon::prelude::*;
 
 /// About as many pieces share a tile.
 const PIECES_A_TILE: f64 = 512.0;
@@ -71,10 +71,17 @@ pub(super) struct Grids<'a> {
 }
 
 impl<'a> Grids<'a> {
-    /// Finds the tiles of all pieces in all views, for so many points. `None` when 31 bits cannot number the cells.
-    pub(super) fn of(pieces: &'a Pieces<'a>, light: &LightSource, points: usize) -> Option<Self> {
-        let views = View::all(light, &pieces.bounds);
-        let mut grids: Vec<Grid> = views.into_iter().map(|view| Grid::of(pieces, view, points)).collect();
+    /// Finds the tiles of all pieces in all views of a light, for so many points; where few of them fall may be known. `None` when 31 bits cannot number the cells.
+    pub(super) fn of(
+        pieces: &'a Pieces<'a>,
+        views: Vec<View>,
+        points: usize,
+        occupancies: Option<&[Occupancy]>,
+    ) -> Option<Self> {
+        let occupancy = |view: usize| occupancies.map(|of_views| &of_views[view]);
+        let views = views.into_iter().enumerate();
+        let mut grids: Vec<Grid> =
+            views.map(|(number, view)| Grid::of(pieces, view, points, occupancy(number))).collect();
         let mut cells = 0u32;
         for grid in &mut grids {
             let (_, places) = grid.places.split_last_mut()?;
@@ -130,10 +137,10 @@ impl List {
 }
 
 impl<'a> Grid<'a> {
-    /// Finds the tiles of all pieces.
-    fn of(pieces: &'a Pieces<'a>, view: View, points: usize) -> Self {
+    /// Finds the tiles of all pieces, or of those over points.
+    fn of(pieces: &'a Pieces<'a>, view: View, points: usize, occupancy: Option<&Occupancy>) -> Self {
         let error = view.error(pieces.slack, view.reach(&pieces.bounds));
-        let seen = see_all(pieces, &view, error);
+        let seen = see_all(pieces, &view, error, occupancy);
         let bounds = seen.iter().fold(NOWHERE, |all, (_, bounds)| union(all, bounds));
         let count: usize = seen.iter().map(|(placed, _)| placed.len()).sum();
         let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
@@ -162,6 +169,13 @@ impl<'a> Grid<'a> {
         };
         grid.list(&seen, points as f64 / f64::from(pieces.len().max(1)));
         grid
+    }
+
+    /// How many pieces are listed in some tile.
+    #[cfg(test)]
+    pub(super) fn listed(&self) -> usize {
+        let pieces = self.lists.iter().flat_map(|list| &list.pieces);
+        pieces.collect::<std::collections::HashSet<_>>().len()
     }
 
     /// Where the cells of each tile are.
@@ -280,13 +294,16 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// The rectangles of all pieces that the view sees, in parts, and a rectangle round each part.
-fn see_all(pieces: &Pieces, view: &View, error: f64) -> Vec<(Vec<Placed>, [f64; 4])> {
+/// The rectangles of all pieces that the view sees, in parts, and a rectangle round each part; of those that may meet a point if that is known.
+fn see_all(pieces: &Pieces, view: &View, error: f64, occupancy: Option<&Occupancy>) -> Vec<(Vec<Placed>, [f64; 4])> {
+    let is_needed = |bounds: [f64; 4], corners: &[DVec3]| {
+        occupancy.is_none_or(|occupancy| occupancy.may_meet(bounds, view.nearest(corners, error)))
+    };
     let see = |runs: &[Range<u32>]| {
         let (mut seen, mut round) = (Vec::new(), NOWHERE);
         for run in runs {
             pieces.for_each(run.clone(), |piece, corners| {
-                if let Some(bounds) = view.bounds(corners, error) {
+                if let Some(bounds) = view.bounds(corners, error).filter(|&bounds| is_needed(bounds, corners)) {
                     seen.push(Placed { piece, bounds });
                     round = union(round, &bounds);
                 }

@@ -21,6 +21,7 @@ mod decide;
 mod filter;
 mod grid;
 mod group;
+mod occupancy;
 mod on_faces;
 mod pieces;
 mod seen;
@@ -37,6 +38,7 @@ use std::sync::{
 
 use filter::{Doubtful, Filter};
 use grid::Grids;
+use occupancy::Occupancy;
 pub use on_faces::FacePoint;
 use on_faces::OnFaces;
 use pieces::Pieces;
@@ -45,6 +47,7 @@ use sorted::Buckets;
 use umbriel_geometry::{LightSource, accept, simd::dispatch};
 
 use crate::{
+    light_space::View,
     progress::{Cancelled, Progress},
     query::{Place, Precision, Queries, QueryDefect},
 };
@@ -215,6 +218,17 @@ impl Points<'_> {
     }
 }
 
+impl Points<'_> {
+    /// What a coordinate of a slack box differs from the point's by at most, for points no greater than `size`.
+    fn slack(&self, size: f64) -> f64 {
+        match self {
+            Self::FreeSingle(_) | Self::FreeDouble(_) | Self::OnFaces(_) => 0.0,
+            Self::OrientedSingle(_) => size * 2f64.powi(-24) + 2f64.powi(-150),
+            Self::OrientedDouble(_) => size * f64::EPSILON * 0.5,
+        }
+    }
+}
+
 /// What a thread keeps from one job to the next.
 #[derive(Debug, Default)]
 struct Room {
@@ -265,7 +279,7 @@ impl Queries<'_> {
             return Ok(lit);
         }
         let pieces = Pieces::of(&self.bodies);
-        let grids = pieces.as_ref().and_then(|pieces| Grids::of(pieces, light, points.len()));
+        let grids = pieces.as_ref().and_then(|pieces| self.grids(pieces, points, light));
         let cells = grids.as_ref().map_or(0, |grids| grids.cells as usize);
         let size = (cells * POINTS_A_CELL).clamp(SMALLEST_JOB, LARGEST_JOB);
         let size = size.min(points.len() / LEAST_JOBS).max(CHUNK);
@@ -310,6 +324,13 @@ impl Queries<'_> {
         Ok(in_space)
     }
 
+    /// The views' grids for these points.
+    fn grids<'p>(&self, pieces: &'p Pieces<'p>, points: Points, light: &LightSource) -> Option<Grids<'p>> {
+        let views = View::all(light, &pieces.bounds);
+        let occupancies = Occupancy::of(self, pieces, &views, points, light);
+        Grids::of(pieces, views, points.len(), occupancies.as_deref())
+    }
+
     /// Fills in what is certain; what is left is returned. The first point of a face that is refused is an error.
     ///
     /// What points are off by depends on the largest of their coordinates. Where that is larger than the scene's, a few points may be far
@@ -332,13 +353,13 @@ impl Queries<'_> {
             doubtful.extend(behind.map(|doubt| Doubtful { index: doubt.index + half as u32, ..doubt }));
             return Ok(doubtful);
         }
-        let (single, double) = (size * 2f64.powi(-24) + 2f64.powi(-150), size * f64::EPSILON * 0.5);
+        let slack = part.slack(size);
         let (own, Room { buckets, on_faces }) = (&[], room);
         Ok(match part {
-            Points::FreeSingle(rows) => dispatch(Filter { grids, rows, own, slack: 0.0, size, lit, buckets }),
-            Points::FreeDouble(rows) => dispatch(Filter { grids, rows, own, slack: 0.0, size, lit, buckets }),
-            Points::OrientedSingle(rows) => dispatch(Filter { grids, rows, own, slack: single, size, lit, buckets }),
-            Points::OrientedDouble(rows) => dispatch(Filter { grids, rows, own, slack: double, size, lit, buckets }),
+            Points::FreeSingle(rows) => dispatch(Filter { grids, rows, own, slack, size, lit, buckets }),
+            Points::FreeDouble(rows) => dispatch(Filter { grids, rows, own, slack, size, lit, buckets }),
+            Points::OrientedSingle(rows) => dispatch(Filter { grids, rows, own, slack, size, lit, buckets }),
+            Points::OrientedDouble(rows) => dispatch(Filter { grids, rows, own, slack, size, lit, buckets }),
             Points::OnFaces(points) => {
                 on_faces.gather(self, pieces, points, light)?;
                 on_faces.filter(grids, lit, buckets)

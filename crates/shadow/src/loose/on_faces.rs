@@ -143,6 +143,16 @@ impl OnFaces {
         Ok(())
     }
 
+    /// Where floats put the points that light space may tell about.
+    pub(super) fn rows(&self) -> &[[f64; 3]] {
+        &self.rows
+    }
+
+    /// What coordinates of rows are off by, and how large they are, at most.
+    pub(super) fn off(&self) -> (f64, f64) {
+        (self.slack, self.size)
+    }
+
     /// The face of a point; `None` where the point is refused.
     fn meet(&mut self, queries: &Queries, pieces: &Pieces, point: FacePoint, light: &LightSource) -> Option<Met> {
         let place = (point.object, point.face);

@@ -1,12 +1,18 @@
 //! Where a light sees points, and how far that may be off.
 
 use glam::DVec3;
-use umbriel_geometry::simd::{F8, Float, Simd};
+use umbriel_geometry::{
+    Aabb,
+    simd::{F8, Float, Simd},
+};
 
-use crate::loose::{
-    grid::{Grid, TilePlace},
-    group::NEARNESS_MARGIN,
-    tile::HEIGHT_LIMIT,
+use crate::{
+    light_space::View,
+    loose::{
+        grid::{Grid, TilePlace},
+        group::NEARNESS_MARGIN,
+        tile::HEIGHT_LIMIT,
+    },
 };
 
 /// Unit roundoff of f64.
@@ -79,18 +85,23 @@ impl Block {
         }
     }
 
+    /// View, (u, v) and nearness of the first points.
+    pub(super) fn places(&self, count: usize) -> impl Iterator<Item = (usize, [f64; 2], f64)> {
+        (0..count).map(|index| (usize::from(self.view[index]), [self.u[index], self.v[index]], self.nearness[index]))
+    }
+
     #[inline(always)]
-    pub(super) fn see_sun<T: Row>(&mut self, grid: &Grid, rows: &[T]) {
+    pub(super) fn see_sun<T: Row>(&mut self, view: &View, rows: &[T]) {
         for (index, row) in rows.iter().enumerate() {
-            let seen = grid.view.see(DVec3::from_array(row.position()));
+            let seen = view.see(DVec3::from_array(row.position()));
             (self.u[index], self.v[index], self.nearness[index]) = (seen.x, seen.y, seen.h);
         }
     }
 
-    /// The views of a lamp come in the order +x, −x, +y, and so on. `grid` is any of them.
+    /// The views of a lamp come in the order +x, −x, +y, and so on. `view` is any of them.
     #[inline(always)]
-    pub(super) fn see_lamp<T: Row>(&mut self, grid: &Grid, rows: &[T]) {
-        let (lamp, scale) = (grid.view.origin(), grid.view.nearness_scale());
+    pub(super) fn see_lamp<T: Row>(&mut self, view: &View, rows: &[T]) {
+        let (lamp, scale) = (view.origin(), view.nearness_scale());
         for (index, row) in rows.iter().enumerate() {
             let [x, y, z] = (DVec3::from_array(row.position()) - lamp).to_array();
             let (a, b, c) = (x.abs(), y.abs(), z.abs());
@@ -125,25 +136,50 @@ pub(super) struct Off {
 /// More than what the roundings of [`Off::at`] and of the nearness itself take away: ten of 2^-24 at most.
 const UPWARD: f32 = 1.0 + 1.0 / (1u32 << 20) as f32;
 
-impl Off {
-    /// With e = slack and f = the error of [`View::see`]: a sun's u is off by 2e + f and the rounding of its offset from the
-    /// corner, less than 2f more; its nearness by e + f. A lamp's u, |u| ≤ 17/16, is off by (e + f)·(1 + |u|)/(w − e − f) and
-    /// its nearness h/w by n·(e + f)/(w − e − f); (e + f)/w is below 1/16 where [`PLACE_LIMIT`] holds.
+/// What points in a view are off by, in its own units: fixed, and by their nearness.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PointError {
+    /// u and v: fixed, and times the nearness.
+    place: [f64; 2],
+    /// Nearness: fixed, and times the nearness squared.
+    nearness: [f64; 2],
+}
+
+impl PointError {
+    /// `bounds` holds the scene; the points' coordinates are off by `slack` and no greater than `size`.
     ///
-    /// [`View::see`]: crate::light_space::View::see
-    /// [`PLACE_LIMIT`]: crate::loose::tile::PLACE_LIMIT
-    pub(super) fn of(grid: &Grid, slack: f64, size: f64) -> Self {
-        let view = &grid.view;
-        let error = view.error(0.0, size.max(grid.pieces.bounds.magnitude()) + view.origin().abs().max_element());
-        let half = 2.0 * grid.density;
-        let up = |bound: f64| (bound as f32).next_up();
+    /// With e = slack and f = the error of [`View::see`]: a sun's u is off by 2e + f and the rounding of its offset from a corner, less than 2f more; its
+    /// nearness by e + f. A lamp's u, |u| ≤ 17/16, is off by (e + f)·(1 + |u|)/(w − e − f) and its nearness h/w by n·(e + f)/(w − e − f), where (e + f)/w is
+    /// below 1/16.
+    pub(super) fn of(view: &View, bounds: &Aabb, slack: f64, size: f64) -> Self {
+        let error = view.error(0.0, size.max(bounds.magnitude()) + view.origin().abs().max_element());
         if view.is_sun() {
-            let place = half * (2.0 * slack + 4.0 * error);
-            let height = (slack + error) * view.nearness_scale();
-            return Self { place: [up(place), 0.0], height: [up(height), 0.0], unit: 1.0 };
+            let nearness = (slack + error) * view.nearness_scale();
+            return Self { place: [2.0 * slack + 4.0 * error, 0.0], nearness: [nearness, 0.0] };
         }
         let off = (slack + error) / view.nearness_scale();
-        Self { place: [up(half * 16.0 * ROUNDOFF), up(half * 2.5 * off)], height: [0.0, up(1.25 * off)], unit: 0.0 }
+        Self { place: [16.0 * ROUNDOFF, 2.5 * off], nearness: [0.0, 1.25 * off] }
+    }
+
+    /// What place and nearness of a point are off by, a few roundings aside; `None` where (e + f)/w is too large to say.
+    pub(super) fn at(&self, nearness: f64) -> Option<[f64; 2]> {
+        let [place, by_nearness] = self.place;
+        let by_nearness = by_nearness * nearness;
+        let off = self.nearness[0] + self.nearness[1] * nearness * nearness;
+        (by_nearness < 1.0 / 16.0).then_some([place + by_nearness, off])
+    }
+}
+
+impl Off {
+    /// As [`PointError`] has it; what it asks of lamps is so where [`PLACE_LIMIT`] holds.
+    ///
+    /// [`PLACE_LIMIT`]: crate::loose::tile::PLACE_LIMIT
+    pub(super) fn of(grid: &Grid, slack: f64, size: f64) -> Self {
+        let error = PointError::of(&grid.view, &grid.pieces.bounds, slack, size);
+        let half = 2.0 * grid.density;
+        let up = |bound: f64| if bound == 0.0 { 0.0 } else { (bound as f32).next_up() };
+        let unit = if grid.view.is_sun() { 1.0 } else { 0.0 };
+        Self { place: error.place.map(|off| up(half * off)), height: error.nearness.map(up), unit }
     }
 
     /// What a point of this nearness is off by: place, and height with its [`NEARNESS_MARGIN`].

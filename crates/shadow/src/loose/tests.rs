@@ -8,7 +8,7 @@ use umbriel_geometry::{
 };
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
-use super::*;
+use super::{grid::Grid, *};
 use crate::progress::Silent;
 
 /// A ball of triangles over a floor of two, in numbers that no grid has.
@@ -59,7 +59,7 @@ fn all_levels_say_the_same_and_what_is_certain_is_true() {
     let pieces = Pieces::of(&queries.bodies).expect("few pieces");
     let size = Points::FreeSingle(&points).size();
     for light in lights() {
-        let grids = Grids::of(&pieces, &light, points.len()).expect("few cells");
+        let grids = Grids::of(&pieces, View::all(&light, &pieces.bounds), points.len(), None).expect("few cells");
         let run = |level| {
             let mut lit = vec![false; points.len()];
             let rows: &[[f32; 3]] = &points;
@@ -128,7 +128,7 @@ fn one_point_far_away_does_not_make_others_doubtful() {
     let mut points = many_points();
     points[17] = [1e15, 0.0, 0.0];
     let light = lights()[0];
-    let grids = Grids::of(&pieces, &light, points.len()).expect("few cells");
+    let grids = Grids::of(&pieces, View::all(&light, &pieces.bounds), points.len(), None).expect("few cells");
     let mut lit = vec![false; points.len()];
     let part = Points::FreeSingle(&points);
     let doubtful = queries.filter((&pieces, &grids), part, &light, &mut lit, &mut Room::default()).expect("accepted");
@@ -199,6 +199,32 @@ fn points_of_faces_are_answered_as_single_ones() {
     }
 }
 
+#[test]
+fn few_points_are_answered_as_single_ones_by_fewer_pieces() {
+    let scene = mixed_scene();
+    let queries = Queries::new(&scene);
+    let pieces = Pieces::of(&queries.bodies).expect("few pieces");
+    let of_faces: Vec<FacePoint> = points_of_faces(&scene).into_iter().step_by(61).collect();
+    let in_space: Vec<[f32; 3]> = points().into_iter().step_by(67).collect();
+    for light in lights() {
+        for points in [Points::OnFaces(&of_faces), Points::FreeSingle(&in_space)] {
+            let views = View::all(&light, &pieces.bounds);
+            let occupancies = Occupancy::of(&queries, &pieces, &views, points, &light).expect("few points");
+            let count = |occupancies| {
+                let grids = Grids::of(&pieces, views.clone(), points.len(), occupancies).expect("few cells");
+                grids.grids.iter().map(Grid::listed).sum::<usize>()
+            };
+            let (some, all) = (count(Some(occupancies.as_slice())), count(None));
+            assert!(some < all * 9 / 10, "{some} of {all} are listed under {light:?}");
+            let many = queries.lit_many(points, &light, &Silent).expect("points");
+            for (index, many) in many.into_iter().enumerate() {
+                let place = points.place(index);
+                assert_eq!(many, queries.lit(&place, &light).expect("a point").lit, "{place:?} under {light:?}");
+            }
+        }
+    }
+}
+
 /// The ball and floor where surveys have their buildings, thousands of kilometres from the origin; turned as well, no corner is a float.
 fn surveyed(scene: &Scene, is_turned: bool) -> Scene {
     let offset = DVec3::new(684_000.5, 12.25, -5_335_000.25);
@@ -229,7 +255,7 @@ fn few_points_of_faces_are_in_doubt_far_from_the_origin() {
         let corner = scene.objects[0].bounds().max;
         let lamp = LightSource::point((corner + DVec3::ONE).to_array()).expect("a lamp");
         for light in [lights()[0], lights()[1], lamp] {
-            let grids = Grids::of(&pieces, &light, points.len()).expect("few cells");
+            let grids = Grids::of(&pieces, View::all(&light, &pieces.bounds), points.len(), None).expect("few cells");
             let mut lit = vec![false; points.len()];
             let part = Points::OnFaces(&points);
             let doubtful =
