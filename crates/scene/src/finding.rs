@@ -60,6 +60,8 @@ pub enum FindingKind {
     SunsFromBelow,
     /// Lights whose shadows take more than the typical effort: not all cells are as fine as they are where nobody says how fine.
     CutShort,
+    /// Objects of which some stays undecided whatever the detail, because too many faces lie over too many others to measure all of them.
+    Crowded,
 }
 
 impl FindingKind {
@@ -94,6 +96,7 @@ impl FindingKind {
             Self::SunsBelowHorizon => "suns_below_horizon",
             Self::SunsFromBelow => "suns_from_below",
             Self::CutShort => "cut_short",
+            Self::Crowded => "crowded",
         }
     }
 }

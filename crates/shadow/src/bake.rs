@@ -292,6 +292,7 @@ fn answered_by(coarse: &Coarse, scene: &Scene, request: &Request) -> Vec<usize> 
 /// The report of a receiver, with what was done for it.
 fn report(sums: FaceSums, object: usize, request: &Request, work: &mut Work) -> ObjectReport {
     work.octrees_built += u64::from(sums.divided);
+    work.objects_crowded += u64::from(sums.is_crowded);
     work.cells += sums.examined;
     work.rays += sums.points;
     sums.report(object, request)

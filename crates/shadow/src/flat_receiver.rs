@@ -11,7 +11,7 @@ use crate::{
     exact::{Own, face_blocks, flat_face_is_lit},
     fine::{
         Blockers, Clearance, Entry, FacetId, GiveUp, Receiver,
-        crowd::{Crowd, Effort, PAIRS},
+        crowd::{self, Crowd, Effort},
         flat,
         flat::{FLAT, FaceShape, FlatFace, Levels},
         lattice::Lattice,
@@ -23,6 +23,7 @@ use crate::{
     receivers::{Depth, Receivers, flat_corners},
     report::Verdict,
     request::CellMethod,
+    throng,
 };
 
 /// Cells of a quadtree that take as long as finding what may shadow a face.
@@ -210,25 +211,31 @@ impl<'a> FlatReceiver<'a> {
 
     /// What is spent on this face if too much is over it, and over too many of its object, to measure all.
     fn effort_in_crowd(&self) -> Option<Effort> {
-        let (all, object) = (self.all, self.id.object as usize);
-        let Body::Flat(facets) = all.bodies.get(object) else { return None };
+        let (all, FacetId { object, facet }) = (self.all, self.id);
+        let Body::Flat(facets) = all.bodies.get(object as usize) else { return None };
         // The object first: most are told by the numbers of their faces alone.
-        let is_crowded = (all.throng.is_some() || all.is_in_crowd(object, facets, self.objects()))
-            && all.occluders.count(self.among(), &self.corners, PAIRS + 1) > PAIRS;
-        let faces = || all.throng.as_ref().map_or(facets.len(), |throng| throng.facets());
-        is_crowded.then(|| Effort::of_each(faces()))
+        let (faces, area, together) = match &all.throng {
+            Some(throng) => (throng.facets(), throng.area(), throng::PAIRS_BY_AREA),
+            None => {
+                let area = all.area_in_crowd(object as usize, facets, self.objects())?;
+                (facets.len(), area, crowd::PAIRS_BY_AREA)
+            }
+        };
+        let allowed = crowd::allowed_of_face(facets.area(facet as usize).value, area, together);
+        let burden = all.occluders.burden(self.among(), &self.receiver(), allowed + 1);
+        (burden > allowed).then(|| Effort::of_each(faces))
+    }
+
+    /// What blockers are measured against.
+    fn receiver(&self) -> Receiver<'a, FLAT> {
+        Receiver::of_face(self.corners, self.all.light, self.all.occluders.turn(self.id))
     }
 
     /// By a quadtree that passes the blockers in question down.
     fn divide(&self, crowded: Option<Effort>) -> Tally<Units> {
         let (bodies, light, occluders) = (self.all.bodies, self.all.light, &self.all.occluders);
         let corners = self.corners;
-        let receiver = Receiver {
-            points: corners,
-            light,
-            facing: Some(occluders.turn(self.id)),
-            plane: Some([corners[0], corners[1], corners[FLAT - 1]]),
-        };
+        let receiver = self.receiver();
         let blocks_exactly = |blockers: &Blockers<FLAT>, entry: Entry, probe: &Probe| {
             let FacetId { object, facet } = blockers.id(entry);
             face_blocks(bodies, (object as usize, facet as usize), probe, Own::Nothing, light)
@@ -249,7 +256,8 @@ impl<'a> FlatReceiver<'a> {
             let under = |blockers| under(levels, blockers);
             let crowd =
                 Crowd { own: self.id, effort, receiver: &receiver, occluders, among: self.among(), under: &under };
-            return Self::costing(0, self.levels.finest, crowd.run());
+            let tally = Self::costing(0, self.levels.finest, crowd.run());
+            return Tally { is_crowded: tally.undecided > 0, ..tally };
         }
         let mut candidates = occluders.candidates(self.among(), &corners);
         candidates.facets.retain(|&candidate| candidate != self.id);

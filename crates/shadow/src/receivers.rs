@@ -25,7 +25,7 @@ use crate::{
     levels,
     report::{Cell, LitArea, ObjectReport, SampleCount},
     request::{Detail, Request},
-    sums::{AreaSums, FaceArea},
+    sums::{AreaSums, ExactSum, FaceArea},
 };
 
 /// Faces that one job takes.
@@ -88,6 +88,8 @@ pub(crate) struct Found {
     /// Points decided one by one.
     pub(crate) points: u64,
     pub(crate) cost: Cost,
+    /// Whether some is undecided because the face is in a crowd.
+    pub(crate) is_crowded: bool,
 }
 
 /// What was found out about some faces.
@@ -100,6 +102,8 @@ pub(crate) struct FaceSums {
     pub(crate) points: u64,
     /// Whether any face had to be divided.
     pub(crate) divided: bool,
+    /// Whether some is undecided because faces are in a crowd.
+    pub(crate) is_crowded: bool,
 }
 
 /// All receivers of a request under one light.
@@ -114,8 +118,8 @@ pub(crate) struct Receivers<'a> {
     pub(crate) occluders: Occluders<'a>,
     /// How far apart samples are.
     pub(crate) spacing: Option<Spacing>,
-    /// Whether each object is in a crowd, once that is asked.
-    crowds: Arc<ByObject<bool>>,
+    /// The area of each object that is in a crowd, once that is asked.
+    crowds: Arc<ByObject<Option<f64>>>,
     /// The whole scene, if all of it is one.
     pub(crate) throng: Option<Arc<Throng>>,
 }
@@ -215,18 +219,17 @@ impl<'a> Receivers<'a> {
         Levels { finest, ..levels }
     }
 
-    /// Whether there are too many pairs of an object's face and of what is over it, among the facets of `occluders`, to measure them all.
-    pub(crate) fn is_in_crowd(&self, object: usize, facets: &Facets, occluders: &[u32]) -> bool {
-        let over = |face: usize, most: usize| {
-            let corners = flat_corners(facets, face, facets.base(face).corner);
-            self.occluders.count(Among::Objects(occluders), &corners, most)
-        };
+    /// The area of an object's faces, if there are too many pairs of them and of what is over them, among the facets of `occluders`, to measure them all.
+    pub(crate) fn area_in_crowd(&self, object: usize, facets: &Facets, occluders: &[u32]) -> Option<f64> {
         *self.crowds.get_or_init(object, || {
             let of_occluders = occluders.iter().map(|&object| self.bodies.distinct_faces(object as usize)).sum();
             let allowed = crowd::allowed(facets.len(), of_occluders);
-            let tickets = || self.occluders.tickets(object as u32).iter();
-            facets.len().saturating_mul(of_occluders) > allowed
-                && crowd::is_crowd(&tickets().map(|&ticket| halvings(ticket)).collect::<Vec<_>>(), allowed, over)
+            let among = Among::Objects(occluders);
+            let over = |face: usize, most| self.occluders.burden_of_face(among, (object, facets, face), most);
+            let halvings = || self.occluders.tickets(object as u32).iter().map(|&ticket| halvings(ticket));
+            let is_crowd = facets.len().saturating_mul(of_occluders) > allowed
+                && crowd::is_crowd(&halvings().collect::<Vec<_>>(), allowed, over);
+            is_crowd.then(|| area_of(facets))
         })
     }
 
@@ -314,8 +317,8 @@ impl Found {
     }
 
     fn of<M>(tally: Tally<M>, area: FaceArea) -> Self {
-        let Tally { cells, samples, examined, points, cost, .. } = tally;
-        Self { area, cells, samples, examined, points, cost }
+        let Tally { cells, samples, examined, points, cost, is_crowded, .. } = tally;
+        Self { area, cells, samples, examined, points, cost, is_crowded }
     }
 }
 
@@ -328,6 +331,7 @@ impl FaceSums {
         self.examined += found.examined;
         self.points += found.points;
         self.divided |= found.examined > 1;
+        self.is_crowded |= found.is_crowded;
     }
 
     /// Adds other faces. Areas are exact, so the order of faces does not matter to them.
@@ -338,6 +342,7 @@ impl FaceSums {
         self.examined += other.examined;
         self.points += other.points;
         self.divided |= other.divided;
+        self.is_crowded |= other.is_crowded;
     }
 
     /// What is told of an object whose faces these are.
@@ -357,6 +362,13 @@ impl FaceSums {
             answers: None,
         }
     }
+}
+
+/// The area of all faces, m², the same whatever their order.
+pub(crate) fn area_of(facets: &Facets) -> f64 {
+    let mut all = ExactSum::default();
+    facets.areas().for_each(|area| all.add(area.value));
+    all.nearest()
 }
 
 /// The corners of a flat face, from corner `first` of a triangle on: first, second, third (or the first again), last.

@@ -181,6 +181,8 @@ pub struct Work {
     pub exact_fallbacks: u64,
     /// Lights for which the effort was spent before the detail was reached ([`Request::effort`](crate::Request::effort)).
     pub lights_cut_short: u64,
+    /// Receivers, each under each light, some of whose surface is undecided because too much lies over too many faces to measure all of it; of equal ones once.
+    pub objects_crowded: u64,
     /// What cells and portals spared; zeros in a scene without them.
     pub portals: PortalWork,
 }
@@ -227,6 +229,7 @@ impl Work {
         self.rays += other.rays;
         self.exact_fallbacks += other.exact_fallbacks;
         self.lights_cut_short += other.lights_cut_short;
+        self.objects_crowded += other.objects_crowded;
         self.portals += other.portals;
     }
 }

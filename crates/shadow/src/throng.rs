@@ -7,18 +7,15 @@
 //! by any order. Cost: a ticket for each face, the facets over some hundred, and the trees. Not bounded: pairs with curved bodies, and scenes of more than [`MOST`] faces.
 
 use rayon::prelude::*;
-use umbriel_geometry::LightSource;
 
 use crate::{
     bake::Stage,
     bodies::{Bodies, Body},
     coarse::{Influences, most_faces},
-    exact::flat_face_is_turned_to,
     fine::{
         Occluders, crowd,
         occluders::{Among, tickets},
     },
-    receivers::flat_corners,
 };
 
 /// Faces of a scene at most, instances counted each: trees over more would not fit beside the rest.
@@ -28,6 +25,9 @@ const MOST: usize = 1 << 21;
 /// microseconds each.
 const FREE_PAIRS: usize = 1 << 19;
 const PAIRS_EACH: usize = crowd::PAIRS;
+
+/// Pairs that the faces of a throng may have together beside those that each may have.
+pub(crate) const PAIRS_BY_AREA: usize = 1 << 17;
 
 /// Whether the receivers of a bake have too many pairs of a face and a facet over it to measure them all.
 pub(crate) fn is_throng(stage: &Stage, influences: &Influences, occluders: &Occluders) -> bool {
@@ -44,25 +44,16 @@ pub(crate) fn is_throng(stage: &Stage, influences: &Influences, occluders: &Occl
     crowd::is_crowd(&faces.halvings, allowed, |place, most| {
         // Instances are placed for this one face, and forgotten.
         let bodies = Bodies::of_group(&stage.bodies);
-        facets_over(&bodies, faces.at(place), (influences, &Occluders::of_group(&bodies, occluders)), most)
-    })
-}
-
-/// How many facets are over a face, up to a limit; none over what is turned away.
-fn facets_over(
-    bodies: &Bodies,
-    (object, face): (usize, usize),
-    (influences, occluders): (&Influences, &Occluders),
-    most: usize,
-) -> usize {
-    let light: &LightSource = occluders.light;
-    match bodies.get(object) {
-        Body::Flat(facets) if flat_face_is_turned_to(bodies, object, face, light) => {
-            let corners = flat_corners(facets, face, facets.base(face).corner);
-            occluders.count(Among::Objects(&influences.occluders_of(object as u32)), &corners, most)
+        let (object, face) = faces.at(place);
+        match bodies.get(object) {
+            Body::Flat(facets) => {
+                let over = influences.occluders_of(object as u32);
+                let occluders = Occluders::of_group(&bodies, occluders);
+                occluders.burden_of_face(Among::Objects(&over), (object, facets, face), most)
+            }
+            Body::Analytic(_) => 0,
         }
-        _ => 0,
-    }
+    })
 }
 
 /// The flat faces of some objects, in a row.

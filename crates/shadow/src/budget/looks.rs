@@ -96,6 +96,7 @@ impl Looks<'_> {
             examined: 0,
             points: 0,
             cost: Cost::default(),
+            is_crowded: false,
         })
     }
 

@@ -304,6 +304,7 @@ impl<'a> Refined<'a> {
             areas.add(&area);
         }
         total.divided |= found.examined > 1;
+        total.is_crowded |= found.is_crowded;
         if self.looks.all.request.keep_cells {
             self.cells[id.receiver as usize].insert(id.face, found.cells);
         }

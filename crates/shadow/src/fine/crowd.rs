@@ -42,6 +42,9 @@ const PICKS: usize = 1 << 23;
 /// How many facets that do not cover a cell alone are measured together.
 const PARTS: usize = 8;
 
+/// Pairs that the faces of an object in a crowd may have together beside those that each may have.
+pub(crate) const PAIRS_BY_AREA: usize = 1 << 19;
+
 /// Pairs of a face and a facet over it that any receiver may have, and for each of its faces and the facets of its occluders: some seconds.
 const FREE_PAIRS: usize = 1 << 22;
 const PAIRS_EACH: usize = 256;
@@ -64,6 +67,12 @@ impl Effort {
         let finest = (1..=FINEST).rev().find(|&level| faces << (2 * level) <= CELLS).unwrap_or(0);
         Self { finest, picked: (PICKS / faces.max(1)).clamp(PICKED.start, PICKED.end) }
     }
+}
+
+/// What a face of a crowd may have over it and be measured against all of that still: [`PAIRS`], and its share by area of what all may have `together`.
+pub(crate) fn allowed_of_face(area: f64, of_all: f64, together: usize) -> usize {
+    let share = if area < of_all { area / of_all } else { 1.0 };
+    PAIRS + (share * together as f64) as usize
 }
 
 /// Pairs that so many faces may have with so many facets over them.

@@ -363,11 +363,14 @@ impl<'a> Occluders<'a> {
 
     /// Leaves out the facets of which floats tell that they block no point of a face: most of what is over its box.
     pub(crate) fn leave_out_clear(&self, facets: &mut Vec<FacetId>, face: &Clearance) {
-        facets.retain(|id| {
-            let Body::Flat(facets) = self.bodies.get(id.object as usize) else { return true };
-            let corners = facets.facet(id.facet as usize).corners();
-            face.tells_of(corners.iter().map(|&corner| facets.point(corner))) != Some(true)
-        });
+        facets.retain(|&id| !self.is_clear(id, face));
+    }
+
+    /// Whether floats tell of a facet that it blocks no point of a face.
+    fn is_clear(&self, id: FacetId, face: &Clearance) -> bool {
+        let Body::Flat(facets) = self.bodies.get(id.object as usize) else { return false };
+        let corners = facets.facet(id.facet as usize).corners();
+        face.tells_of(corners.iter().map(|&corner| facets.point(corner))) == Some(true)
     }
 
     /// What of these may block a receiver, measured component by component of each object until that of one is enough.

@@ -16,6 +16,13 @@ pub(crate) struct Receiver<'a, const N: usize> {
     pub(crate) plane: Option<[Point<'a>; 3]>,
 }
 
+impl<'a> Receiver<'a, 4> {
+    /// A flat face with these corners: first, second, third (of a triangle the first again), last.
+    pub(crate) fn of_face(points: [Point<'a>; 4], light: &'a LightSource, facing: Sign) -> Self {
+        Self { points, light, facing: Some(facing), plane: Some([points[0], points[1], points[3]]) }
+    }
+}
+
 impl<const N: usize> Receiver<'_, N> {
     /// The side of a planar polygon on which each corner lies, times `sign`. Corners that the two share lie in its plane.
     pub(crate) fn sides_of_plane(&self, polygon: &[Point], sign: f64) -> [Approx; N] {

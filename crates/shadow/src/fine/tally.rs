@@ -68,6 +68,8 @@ pub(crate) struct Tally<M> {
     pub(crate) points: u64,
     /// What the look cost.
     pub(crate) cost: Cost,
+    /// Whether some is undecided because only some of what is over the face was measured.
+    pub(crate) is_crowded: bool,
 }
 
 /// How deep a look at a face went and what that cost, in cells of a quadtree.
@@ -104,6 +106,7 @@ impl<M: Measure> Tally<M> {
             examined: 0,
             points: 0,
             cost: Cost::default(),
+            is_crowded: false,
         }
     }
 
@@ -118,5 +121,6 @@ impl<M: Measure> Tally<M> {
         self.samples.lit += other.samples.lit;
         self.examined += other.examined;
         self.points += other.points;
+        self.is_crowded |= other.is_crowded;
     }
 }

@@ -231,11 +231,13 @@ pub(crate) fn effort(args: &DetailArgs, file: &LoadedScene, lights: usize) -> Op
 }
 
 /// What is found of a bake itself, told unless `quiet`.
-pub(crate) fn tell_work(work: &Work, quiet: bool) -> Option<Finding> {
-    let count = work.lights_cut_short as usize;
+pub(crate) fn tell_work(work: &Work, quiet: bool) -> Vec<Finding> {
+    let counts = [(FindingKind::CutShort, work.lights_cut_short), (FindingKind::Crowded, work.objects_crowded)];
+    let found = counts.into_iter().filter(|&(_, count)| count > 0);
     let found =
-        (count > 0).then(|| Finding { kind: FindingKind::CutShort, subject: String::new(), count, places: Vec::new() });
-    tell(found.as_slice(), quiet);
+        found.map(|(kind, count)| Finding { kind, subject: String::new(), count: count as usize, places: Vec::new() });
+    let found: Vec<Finding> = found.collect();
+    tell(&found, quiet);
     found
 }
 

@@ -54,6 +54,9 @@ fn meaning(kind: FindingKind) -> &'static str {
         FindingKind::CutShort => {
             "lights under which the scene takes more than the typical effort, so that cells stay coarser than depth 8; a detail (as --boundary-depth 8) lets it take what it takes"
         }
+        FindingKind::Crowded => {
+            "objects (under each light) whose faces have so much over them that only some of it was measured: what is undecided there stays so at any depth, and estimates lean to lit; --time 10s measures more"
+        }
         _ => "see the documentation of this kind of finding",
     }
 }

@@ -9,7 +9,7 @@ use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, Point};
 
 use super::{Occluders, box_corners, corners_of, object_index::blocks, tickets};
-use crate::{bodies::Body, fine::polygon_blocker::FacetId};
+use crate::{bodies::Body, fine::polygon_blocker::FacetId, receivers::area_of, sums::ExactSum};
 
 /// A tree over facets of all objects.
 type Tree = (BoxTree, Vec<FacetId>);
@@ -18,6 +18,8 @@ type Tree = (BoxTree, Vec<FacetId>);
 pub(crate) struct Throng {
     /// At place n for each frame those halved n times. Analytic bodies are among all, each as its first facet, and in no other tree.
     halved: Vec<Vec<Tree>>,
+    /// The area of all flat facets, m².
+    area: f64,
 }
 
 /// A facet on its way into the trees of a frame.
@@ -31,11 +33,23 @@ impl Throng {
     /// Of these objects. Instances are placed one by one, and forgotten.
     pub(crate) fn new(occluders: &Occluders, objects: impl Iterator<Item = usize>) -> Self {
         let mut seen: Vec<Vec<Seen>> = occluders.frames.iter().map(|_| Vec::new()).collect();
+        let mut area = ExactSum::default();
         for object in objects {
-            occluders.bodies.look_at(object, |body| see(occluders, object, body, &mut seen));
+            occluders.bodies.look_at(object, |body| {
+                see(occluders, object, body, &mut seen);
+                if let Body::Flat(facets) = body {
+                    area.add(area_of(facets));
+                }
+            });
         }
         let most = seen.iter().flatten().map(|facet| facet.halvings).max().unwrap_or(0);
-        Self { halved: (0..=most).map(|times| seen.iter().map(|seen| tree_of(seen, times)).collect()).collect() }
+        let halved = (0..=most).map(|times| seen.iter().map(|seen| tree_of(seen, times)).collect()).collect();
+        Self { halved, area: area.nearest() }
+    }
+
+    /// The area of all flat facets, m².
+    pub(crate) fn area(&self) -> f64 {
+        self.area
     }
 
     /// How many facets the light sees; about, where it sees them in several frames.
