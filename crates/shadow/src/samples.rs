@@ -15,7 +15,7 @@ use crate::{
     bodies::{Bodies, Body},
     coarse::Influences,
     exact::flat_face_is_lit,
-    fine::scan::{IsLit, Layout, LitBits, RUNS, Sampled, sample},
+    fine::scan::{IsLit, Layout, LitBits, LitSamples, RUNS, Sampled, sample},
     parts::{Lot, Part, PartOfAll, parts},
     progress::{Cancelled, Progress},
     report::{LitArea, ObjectReport, SampleCount},
@@ -132,8 +132,7 @@ impl<'a> Samples<'a> {
         }
         let receivers = prepared.iter().filter_map(|one| Some((one.object, one.receives.as_ref()?)));
         for ((object, (receiver, layout)), lit) in receivers.zip(known) {
-            let samples = SampleCount { samples: layout.samples, lit: lit.count() };
-            reports[*receiver] = report(object, layout, samples);
+            reports[*receiver] = report(object, layout, &layout.lit(lit));
             reports[*receiver].answers = self.stage.request.keep_cells.then(|| layout.answers(lit));
         }
         Ok(())
@@ -219,11 +218,11 @@ fn sides_of(bounds: &Aabb) -> Option<Facets> {
     Some(Facets::of_mesh(mesh, &Placement::IDENTITY))
 }
 
-fn report(object: usize, layout: &Layout, samples: SampleCount) -> ObjectReport {
+fn report(object: usize, layout: &Layout, lit: &LitSamples) -> ObjectReport {
     let upper = layout.areas.whole();
-    let share = samples.lit as f64 / samples.samples.max(1) as f64;
     let (area, area_error) = layout.areas.area();
-    let estimate = if samples.lit == samples.samples { area } else { area * share };
+    let samples = SampleCount { samples: layout.samples, lit: lit.count };
+    let estimate = if samples.lit == samples.samples { area } else { lit.area.nearest() };
     ObjectReport {
         object,
         area,

@@ -55,7 +55,7 @@ pub struct HourBounds {
 pub struct SampledHours {
     /// How many samples.
     pub samples: u64,
-    /// For how many hours they are lit, in the mean.
+    /// For how many hours they are lit, in the mean, each counted alike; the estimate of [`ObjectHours::lit_hours`] weighs by area.
     pub mean: f64,
 }
 

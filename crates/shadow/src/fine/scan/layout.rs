@@ -1,16 +1,18 @@
 //! Where the samples of an object are, and which bits hold which answers. Does not depend on the light.
 
+use std::sync::atomic::AtomicU8;
+
 use rayon::prelude::*;
 use umbriel_geometry::{
     Base, Facet, Facets, Measures,
     simd::{Kernel, Simd, dispatch},
 };
 
-use super::lit_bits::LitBits;
+use super::lit_bits::{LitBits, count};
 use crate::{
     fine::lattice::{Lattice, Spacing},
     report::SampleAnswers,
-    sums::AreaSums,
+    sums::{AreaSums, ExactSum},
 };
 
 /// Faces that one thread takes at a time, and whose answers are counted from a common byte.
@@ -50,18 +52,28 @@ pub(crate) struct Layout {
     pub(crate) samples: u64,
     /// The faces' areas.
     pub(crate) areas: AreaSums,
+    /// Each face's own, m².
+    area_of: Vec<f64>,
+}
+
+/// What of an object's samples is lit.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LitSamples {
+    /// How many.
+    pub(crate) count: u64,
+    /// The area that they stand for, m²: each sample of a face for as much of it as any other.
+    pub(crate) area: ExactSum,
 }
 
 impl Layout {
     /// Of faces with area; others have no samples.
     pub(crate) fn new(facets: &Facets, spacing: Spacing) -> Self {
-        let mut faces = vec![Packed::default(); facets.len()];
-        let parts = faces
-            .par_chunks_mut(FACES)
-            .enumerate()
-            .map(|(number, faces)| dispatch(Part { facets, spacing, first: number * FACES, faces }));
+        let (mut faces, mut area_of) = (vec![Packed::default(); facets.len()], vec![0.0; facets.len()]);
+        let parts = faces.par_chunks_mut(FACES).zip(area_of.par_chunks_mut(FACES)).enumerate().map(
+            |(number, (faces, area_of))| dispatch(Part { facets, spacing, first: number * FACES, faces, area_of }),
+        );
         let totals: Vec<Totals> = parts.collect();
-        let mut layout = Self { faces, parts: vec![0], samples: 0, areas: AreaSums::default() };
+        let mut layout = Self { faces, parts: vec![0], samples: 0, areas: AreaSums::default(), area_of };
         let mut end = 0;
         for totals in totals {
             end += totals.bytes;
@@ -87,6 +99,19 @@ impl Layout {
         answers
     }
 
+    /// What is lit.
+    pub(crate) fn lit(&self, lit: &mut LitBits) -> LitSamples {
+        let parts = lit.parts(&self.parts).into_par_iter().zip(self.faces.par_chunks(FACES));
+        let parts = parts.zip(self.area_of.par_chunks(FACES));
+        let parts = parts.map(|((bytes, faces), area_of)| dispatch(LitPart { faces, area_of, bytes }));
+        let mut all = LitSamples::default();
+        for part in parts.collect::<Vec<LitSamples>>() {
+            all.count += part.count;
+            all.area.append(part.area);
+        }
+        all
+    }
+
     /// How many bytes answers take.
     pub(super) fn bytes(&self) -> u64 {
         self.parts.last().copied().unwrap_or_default()
@@ -95,11 +120,19 @@ impl Layout {
     /// Of one face.
     #[inline(always)]
     pub(super) fn face(&self, face: usize) -> FaceLattice {
-        let Packed { counts, place } = self.faces[face];
+        self.faces[face].counted_from(self.parts[face / FACES])
+    }
+}
+
+impl Packed {
+    /// In a part whose first byte is this.
+    #[inline(always)]
+    fn counted_from(self, first: u64) -> FaceLattice {
+        let Self { counts, place } = self;
         FaceLattice {
             lattice: Lattice::of_counts(counts, place & 4 != 0),
             corner: (place & 3) as u8,
-            first_byte: self.parts[face / FACES] + (place >> 3),
+            first_byte: first + (place >> 3),
         }
     }
 }
@@ -115,6 +148,7 @@ struct Part<'a> {
     spacing: Spacing,
     first: usize,
     faces: &'a mut [Packed],
+    area_of: &'a mut [f64],
 }
 
 /// What a part takes.
@@ -129,13 +163,14 @@ impl Kernel for Part<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) -> Totals {
-        let Self { facets, spacing, first, faces } = self;
+        let Self { facets, spacing, first, faces, area_of } = self;
         let mut totals = Totals { bytes: 0, samples: 0, areas: AreaSums::default() };
         let mut measures = Measures::default();
         for (block, faces) in faces.chunks_mut(Measures::MOST).enumerate() {
             let start = first + block * Measures::MOST;
             measures.measure(facets, start..start + faces.len());
             totals.areas.add_wholes(measures.areas(), measures.errors());
+            area_of[block * Measures::MOST..][..faces.len()].copy_from_slice(measures.areas());
             for (lane, packed) in faces.iter_mut().enumerate() {
                 if measures.area(lane).upper() <= 0.0 {
                     continue;
@@ -150,5 +185,32 @@ impl Kernel for Part<'_> {
             }
         }
         totals
+    }
+}
+
+/// The answers of some faces, to be counted.
+struct LitPart<'a> {
+    faces: &'a [Packed],
+    area_of: &'a [f64],
+    bytes: &'a mut [AtomicU8],
+}
+
+impl Kernel for LitPart<'_> {
+    type Output = LitSamples;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) -> LitSamples {
+        let Self { faces, area_of, bytes } = self;
+        let mut lit = LitSamples::default();
+        for (packed, &area) in faces.iter().zip(area_of) {
+            let face = packed.counted_from(0);
+            let bytes_of_face = u64::from(face.lattice.counts()[0]) * face.row_bytes();
+            let count = count(&mut bytes[face.first_byte as usize..][..bytes_of_face as usize]);
+            if count > 0 {
+                lit.count += count;
+                lit.area.add(area * (count as f64 / face.lattice.len() as f64));
+            }
+        }
+        lit
     }
 }

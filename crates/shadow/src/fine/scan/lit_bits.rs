@@ -2,8 +2,6 @@
 
 use std::sync::atomic::{AtomicU8, Ordering};
 
-use umbriel_geometry::simd::{Kernel, Simd, dispatch};
-
 /// Bits, set where a sample is lit. Rows of lattices begin at whole bytes, so that faces share none.
 pub(crate) struct LitBits(Vec<AtomicU8>);
 
@@ -43,30 +41,26 @@ impl LitBits {
         self.0[at as usize].load(Ordering::Relaxed)
     }
 
-    /// How many are set.
-    pub(crate) fn count(&mut self) -> u64 {
-        dispatch(Count(&mut self.0))
+    /// The bytes between each of these places and the next one, which ascend from 0.
+    pub(super) fn parts(&mut self, places: &[u64]) -> Vec<&mut [AtomicU8]> {
+        let mut rest = self.0.as_mut_slice();
+        let part = |ends: &[u64]| rest.split_off_mut(..(ends[1] - ends[0]) as usize);
+        places.windows(2).map_while(part).collect()
     }
 }
 
 /// How many bits of some bytes are set: nobody else can see them, so eight are one word.
-struct Count<'a>(&'a mut [AtomicU8]);
-
-impl Kernel for Count<'_> {
-    type Output = u64;
-
-    #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> u64 {
-        let (words, rest) = self.0.as_chunks_mut::<8>();
-        let mut count = 0;
-        for [a, b, c, d, e, f, g, h] in words {
-            let bytes = [*a.get_mut(), *b.get_mut(), *c.get_mut(), *d.get_mut()];
-            let more = [*e.get_mut(), *f.get_mut(), *g.get_mut(), *h.get_mut()];
-            count += u64::from(u32::from_ne_bytes(bytes).count_ones() + u32::from_ne_bytes(more).count_ones());
-        }
-        for byte in rest {
-            count += u64::from(byte.get_mut().count_ones());
-        }
-        count
+#[inline(always)]
+pub(super) fn count(bytes: &mut [AtomicU8]) -> u64 {
+    let (words, rest) = bytes.as_chunks_mut::<8>();
+    let mut count = 0;
+    for [a, b, c, d, e, f, g, h] in words {
+        let bytes = [*a.get_mut(), *b.get_mut(), *c.get_mut(), *d.get_mut()];
+        let more = [*e.get_mut(), *f.get_mut(), *g.get_mut(), *h.get_mut()];
+        count += u64::from(u32::from_ne_bytes(bytes).count_ones() + u32::from_ne_bytes(more).count_ones());
     }
+    for byte in rest {
+        count += u64::from(byte.get_mut().count_ones());
+    }
+    count
 }

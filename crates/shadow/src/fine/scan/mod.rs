@@ -42,7 +42,7 @@ mod tests;
 use super::packed_tree as tree;
 
 pub(crate) use {
-    layout::Layout,
+    layout::{Layout, LitSamples},
     lit_bits::LitBits,
     sampler::{IsLit, RUNS, Sampled, sample},
 };
