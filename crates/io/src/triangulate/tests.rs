@@ -1,3 +1,5 @@
+use std::collections::HashSet;
+
 use super::*;
 use proptest::prelude::*;
 
@@ -97,10 +99,10 @@ fn a_crossing_or_flat_polygon_still_gives_its_triangles() {
 fn a_polygon_that_runs_through_few_places_is_given_up() {
     // Each of some 10^4 searches would meet all corners.
     let places: [[f64; 2]; 10] = std::array::from_fn(|i| [(i * 7 % 10) as f64, (i * i * 3 % 11) as f64]);
-    for count in [4, 10] {
+    for (count, crosses_itself) in [(4, false), (10, true)] {
         let ring: Vec<_> = (0..26_000).map(|i| places[(i * i + i / 3) % count]).collect();
         let Triangulation { triangles, crosses } = Triangulator { work_left: 0 }.cut(&flat(&ring));
-        assert_eq!((triangles.len(), crosses), (ring.len() - 2, true));
+        assert_eq!((triangles.len(), crosses), (ring.len() - 2, crosses_itself));
     }
 }
 
@@ -148,7 +150,119 @@ fn planar_means_as_written_decimals_say() {
     assert!(!is_planar(&corners));
 }
 
+/// All triangles turned as the polygon, together as large as it: none lies on another one or outside.
+fn check_touching(outline: &[[f64; 2]], area_of_it: f64) {
+    let mut corners = flat(outline);
+    for step in 0..2 * corners.len() {
+        corners.rotate_left(1);
+        if step == outline.len() {
+            corners.reverse();
+        }
+        let Triangulation { triangles, crosses } = triangulate(&corners);
+        let absolute: f64 = triangles.iter().map(|&t| area(&corners, &[t]).length()).sum();
+        let signed = area(&corners, &triangles).length();
+        assert_eq!((absolute, signed, crosses), (area_of_it, area_of_it, false), "{corners:?}");
+    }
+}
+
+#[test]
+fn equal_corners_in_a_row_enclose_nothing() {
+    let bent = [[0.0, 0.0], [0.0, 3.0], [2.0, 3.0], [2.0, 3.0], [2.0, 1.0], [4.0, 1.0], [4.0, 1.0], [4.0, 0.0]];
+    check_touching(&bent, 8.0);
+    let thrice = [[0.0, 0.0], [0.0, 0.0], [-0.0, 0.0], [3.0, 0.0], [3.0, 2.0], [3.0, 2.0], [0.0, 2.0], [0.0, 0.0]];
+    check_touching(&thrice, 6.0);
+    check_touching(&[[1.0, 1.0]; 7], 0.0);
+}
+
+#[test]
+fn an_outline_may_touch_itself() {
+    let squares = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [4.0, 2.0], [4.0, 4.0], [2.0, 4.0], [2.0, 2.0], [0.0, 2.0]];
+    check_touching(&squares, 8.0);
+    let lenses = [[0.0, 0.0], [2.0, 2.0], [4.0, 0.0], [2.0, -2.0], [0.0, 0.0], [2.0, -1.0], [4.0, 0.0], [2.0, 1.0]];
+    check_touching(&lenses, 4.0);
+    let hole_at_a_corner = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0], [1.0, 2.0], [2.0, 1.0]];
+    check_touching(&hole_at_a_corner, 14.5);
+    check_touching(&[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [2.0, 0.0], [0.0, 4.0]], 8.0);
+}
+
+#[test]
+fn lines_to_and_fro_enclose_nothing() {
+    let slits_that_meet = [
+        [0.0, 0.0],
+        [2.0, 0.0],
+        [2.0, 2.0],
+        [2.0, 0.0],
+        [4.0, 0.0],
+        [4.0, 2.0],
+        [2.0, 2.0],
+        [4.0, 2.0],
+        [4.0, 4.0],
+        [0.0, 4.0],
+    ];
+    check_touching(&slits_that_meet, 16.0);
+    let spikes = [[0.0, 0.0], [2.0, 0.0], [5.0, 0.0], [2.0, 0.0], [2.0, 2.0], [3.0, 3.0], [2.0, 2.0], [0.0, 2.0]];
+    check_touching(&spikes, 4.0);
+    let bodies_on_a_bent_line = [
+        [0.0, 0.0],
+        [2.0, 0.0],
+        [4.0, 0.0],
+        [4.0, 2.0],
+        [5.0, 3.0],
+        [3.0, 3.0],
+        [4.0, 2.0],
+        [4.0, 0.0],
+        [2.0, 0.0],
+        [1.0, 1.0],
+    ];
+    check_touching(&bodies_on_a_bent_line, 2.0);
+}
+
+/// A ring round cells of a lattice, which touches itself and leaves slits; `choices` say how it grows. How many cells it encloses.
+fn grown_outline(choices: &[(usize, u8)]) -> (Vec<[i32; 2]>, usize) {
+    let mut cells = HashSet::from([[0, 0]]);
+    let mut ring = vec![[0, 0], [1, 0], [1, 1], [0, 1]];
+    for &(place, kind) in choices {
+        let place = place % ring.len();
+        let ([x, y], [to_x, to_y]) = (ring[place], ring[(place + 1) % ring.len()]);
+        let (dx, dy) = (to_x - x, to_y - y);
+        match kind {
+            0 => ring.insert(place, [x, y]),
+            1..4 => {
+                // A cell that touches the ring in a corner.
+                let cell = [x - i32::from(kind == 1), y - i32::from(kind != 2)];
+                // Elsewhere the ring may come by: its edges would cross.
+                let is_alone = ring.iter().filter(|&&corner| corner == [x, y]).count() == 1;
+                if is_alone && cells.insert(cell) {
+                    let mut round = [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[right, up]| [cell[0] + right, cell[1] + up]);
+                    let first = round.iter().position(|&corner| corner == [x, y]).unwrap();
+                    round.rotate_left((first + 1) % 4);
+                    ring.splice(place + 1..place + 1, round);
+                }
+            }
+            _ if [dx, dy] == [0, 0] => {}
+            _ => {
+                // A cell on the other side of an edge; (x + dy, y − dx) is one step to the right.
+                let cell = [x.min(to_x).min(x + dy).min(to_x + dy), y.min(to_y).min(y - dx).min(to_y - dx)];
+                if cells.insert(cell) {
+                    ring.splice(place + 1..place + 1, [[x + dy, y - dx], [to_x + dy, to_y - dx]]);
+                }
+            }
+        }
+    }
+    (ring, cells.len())
+}
+
 proptest! {
+    /// Rectilinear outlines that touch themselves in corners and edges, with corners doubled, sheared.
+    #[test]
+    fn outlines_that_touch_themselves_are_cut_exactly(
+        choices in proptest::collection::vec((0..1000usize, 0..20u8), 0..40), shear in -2..3i32,
+    ) {
+        let (ring, count) = grown_outline(&choices);
+        let sheared: Vec<_> = ring.iter().map(|&[x, y]| [f64::from(x + shear * y), f64::from(y)]).collect();
+        check_touching(&sheared, count as f64);
+    }
+
     /// Star-shaped polygons in any plane, far from the origin or not.
     #[test]
     fn star_shaped_polygons_are_cut_exactly(
