@@ -66,7 +66,7 @@ impl<'a> Textures<'a> {
             filter: filter(&sampler),
             wrap: [sampler.wrap_s, sampler.wrap_t].map(wrap),
             factor: base.base_color_factor.map_or(1.0, |[.., alpha]| alpha.clamp(0.0, 1.0)),
-            cutoff: material.alpha_cutoff.unwrap_or(0.5).max(0.0),
+            cutoff: least_opaque(material.alpha_cutoff.unwrap_or(0.5)),
         };
         Ok(MaskMaterial { cut_out, reference, missing })
     }
@@ -102,6 +102,14 @@ impl<'a> Textures<'a> {
         // The reason is told for every primitive with that picture.
         alpha.map(|map| map.map(Arc::new)).map_err(|reason| brief(&format!("{place}: {reason}")).into_owned())
     }
+}
+
+/// The least alpha that is opaque. Renderers compare 32-bit floats, so what such a float does not tell from the cutoff reaches it: a
+/// texel of 51 / 255 is a little below the f64 that is nearest to 0.2. Halfway to the float below holds texels, factors and
+/// colours to one rule; texels of 16 bits are 256 such halves apart, or more.
+fn least_opaque(cutoff: f64) -> f64 {
+    let single = cutoff as f32;
+    if single.is_finite() { f64::midpoint(single.next_down().into(), single.into()).max(0.0) } else { cutoff.max(0.0) }
 }
 
 /// What pictures in buffer views and data URIs begin with, where their bytes are at hand: something else than their types say is told.

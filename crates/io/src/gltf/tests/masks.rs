@@ -91,6 +91,32 @@ fn factor_cutoff_and_vertex_colour_count() {
     assert_eq!(found(coloured), []);
 }
 
+/// Fractions of 255 that f64 has only nearly, as decimals or as quotients.
+#[test]
+fn alpha_at_the_cutoff_is_opaque_wherever_it_comes_from() {
+    for (alpha, cutoff) in [(51u8, 0.2), (102, 0.4), (153, 0.6), (204, 0.8)] {
+        let sheet = |texel: u8, colour: u8, factor: f64, cutoff: f64| {
+            let mut bytes = Vec::new();
+            let pixels = [texel, texel - 1, texel, texel].map(|alpha| [0, 0, 0, alpha]);
+            let encoder = PngEncoder::new(&mut bytes);
+            encoder.write_image(pixels.as_flattened(), 2, 2, ExtendedColorType::Rgba8).expect("a picture");
+            let picture = base64::engine::general_purpose::STANDARD.encode(bytes);
+            pattern(&model(sheet(|document, data| {
+                let colors = data.add(&[0, 0, 0, colour].repeat(4), 5121, "VEC4", 4, true);
+                document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
+                document["images"] = json!([{ "uri": format!("data:image/png;base64,{picture}") }]);
+                document["materials"][0]["alphaCutoff"] = json!(cutoff);
+                document["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([1, 1, 1, factor]);
+            })))
+        };
+        let all_but_one = [true, false, true, true];
+        assert_eq!(sheet(alpha, 255, 1.0, cutoff), all_but_one, "a texel of {alpha}");
+        assert_eq!(sheet(alpha, 255, 0.5, cutoff / 2.0), all_but_one, "half a texel of {alpha}");
+        assert_eq!(sheet(255, alpha, 1.0, cutoff), all_but_one, "a colour of {alpha}");
+        assert_eq!(sheet(255, 255, cutoff, cutoff), all_but_one, "a factor of {alpha} / 255");
+    }
+}
+
 /// An older extension has its own colour, whose alpha counts in place of the base colour's.
 #[test]
 fn specular_glossiness_takes_the_place_of_the_base_colour() {
