@@ -74,6 +74,15 @@ impl Used {
     }
 }
 
+/// Which vertices of a primitive are wanted, and how they are morphed.
+struct Shown<'p> {
+    /// How many vertices there are, used or not.
+    count: usize,
+    used: &'p Used,
+    /// Of its morph targets.
+    weights: &'p [f64],
+}
+
 /// Where the content of a primitive comes from.
 struct Source<'p> {
     primitive: &'p Primitive,
@@ -100,6 +109,8 @@ pub(super) struct Primitives<'a> {
     positions: HashMap<usize, Shared<[f64; 3]>>,
     places: HashMap<usize, Shared<[f64; 2]>>,
     alphas: HashMap<usize, Shared<f64>>,
+    /// What colours of morph targets add to alphas.
+    alpha_steps: HashMap<usize, Shared<f64>>,
     /// The accessors of positions that were found sound.
     accepted: HashSet<usize>,
     /// Why streams are not read, by their views: decoding up to a fault may take long.
@@ -110,9 +121,20 @@ pub(super) struct Primitives<'a> {
 
 impl<'a> Primitives<'a> {
     pub(super) fn new(accessors: &'a Accessors<'a>, quantized: bool, lightmap_set: Option<u32>) -> Self {
-        let (positions, places, alphas) = Default::default();
+        let (positions, places, alphas, alpha_steps) = Default::default();
         let (accepted, refused_streams, findings) = Default::default();
-        Self { accessors, quantized, lightmap_set, positions, places, alphas, accepted, refused_streams, findings }
+        Self {
+            accessors,
+            quantized,
+            lightmap_set,
+            positions,
+            places,
+            alphas,
+            alpha_steps,
+            accepted,
+            refused_streams,
+            findings,
+        }
     }
 
     /// Enters a primitive into the account of the scene, whatever it holds.
@@ -138,11 +160,12 @@ impl<'a> Primitives<'a> {
             self.findings.add(FindingKind::BrokenRule, &format!("{place}: corners are left over"), 1);
         }
         let used = Used::by(&faces);
+        let shown = Shown { count: vertices.len(), used: &used, weights };
         let texture = match self.lightmap_set {
-            Some(set) => self.places(&source, vertices.len(), set)?.map(|places| used.of(&places)),
+            Some(set) => self.places(&source, &shown, set)?,
             None => None,
         };
-        let mask = mask.map(|mask| self.mask(&source, vertices.len(), mask, &used)).transpose()?.unwrap_or_default();
+        let mask = mask.map(|mask| self.mask(&source, &shown, mask)).transpose()?.unwrap_or_default();
         let vertices = self.morphed(&source, &vertices, weights, &used)?;
         Ok(Geometry { vertices, faces: used.renumbered(faces), texture, mask })
     }

@@ -4,20 +4,23 @@ use std::rc::Rc;
 
 use umbriel_scene::FindingKind;
 
-use super::{MaskVertices, Primitives, Shared, Source, Used};
+use super::{MaskVertices, Primitives, Shown, Source};
 use crate::{
     error::LoadProblem,
     gltf::{accessor::within, json::TextureReference, textures::MaskMaterial},
 };
 
+/// The vertex colours that count.
+const COLOR: &str = "COLOR_0";
+
 impl Primitives<'_> {
-    /// A set of texture coordinates, one pair a vertex, if the primitive has it.
+    /// A set of texture coordinates, morphed, one pair a vertex in use, if the primitive has it.
     pub(super) fn places(
         &mut self,
         source: &Source,
-        count: usize,
+        shown: &Shown,
         set: u32,
-    ) -> Result<Option<Shared<[f64; 2]>>, LoadProblem> {
+    ) -> Result<Option<Vec<[f64; 2]>>, LoadProblem> {
         let name = format!("TEXCOORD_{set}");
         let Some(&accessor) = source.primitive.attributes.get(&name) else { return Ok(None) };
         let places = match self.places.get(&accessor).filter(|_| !source.streams(&name)) {
@@ -27,42 +30,75 @@ impl Primitives<'_> {
         if !source.streams(&name) {
             self.places.insert(accessor, Rc::clone(&places));
         }
-        check_count(source, &name, places.len(), count).map(|()| Some(places))
+        check_count(&format!("{}, {name}", source.place), places.len(), shown.count)?;
+        let mut morphed = shown.used.of(&places);
+        for (weight, accessor, place) in targets(source, shown, &name) {
+            let steps = match self.places.get(&accessor) {
+                Some(steps) => Rc::clone(steps),
+                None => Rc::new(self.finite::<2>(accessor, &place)?),
+            };
+            self.places.insert(accessor, Rc::clone(&steps));
+            check_count(&place, steps.len(), shown.count)?;
+            self.accessors.count(morphed.len())?;
+            for (at, step) in morphed.iter_mut().zip(shown.used.of(&steps)) {
+                at.iter_mut().zip(step).for_each(|(coordinate, step)| *coordinate += weight * step);
+            }
+        }
+        Ok(Some(morphed))
     }
 
     /// What cuts out the vertices of a primitive.
     pub(super) fn mask(
         &mut self,
         source: &Source,
-        count: usize,
+        shown: &Shown,
         mask: &MaskMaterial,
-        used: &Used,
     ) -> Result<MaskVertices, LoadProblem> {
         let set = mask.reference.filter(|_| mask.cut_out.map.is_some()).map(TextureReference::set);
         let places = match set {
-            Some(set) => self.places(source, count, set)?.map(|places| used.of(&places)),
+            Some(set) => self.places(source, shown, set)?,
             None => None,
         };
-        let alphas = self.alphas(source, count)?.map(|alphas| used.of(&alphas));
-        Ok(MaskVertices { places, alphas })
+        Ok(MaskVertices { places, alphas: self.alphas(source, shown)? })
     }
 
-    /// The alphas of the vertices' colours, if these have any.
-    fn alphas(&mut self, source: &Source, count: usize) -> Result<Option<Shared<f64>>, LoadProblem> {
-        const NAME: &str = "COLOR_0";
-        let Some(&accessor) = source.primitive.attributes.get(NAME) else { return Ok(None) };
-        let (declared, _) = self.accessors.declared(accessor).map_err(|problem| within(problem, source.place))?;
-        if declared.kind != "VEC4" {
+    /// The alphas of the vertices' colours, morphed, if these have any.
+    fn alphas(&mut self, source: &Source, shown: &Shown) -> Result<Option<Vec<f64>>, LoadProblem> {
+        let Some(&accessor) = source.primitive.attributes.get(COLOR) else { return Ok(None) };
+        if !self.has_alpha(accessor, source.place)? {
             return Ok(None);
         }
-        let alphas = match self.alphas.get(&accessor).filter(|_| !source.streams(NAME)) {
+        let alphas = match self.alphas.get(&accessor).filter(|_| !source.streams(COLOR)) {
             Some(alphas) => Rc::clone(alphas),
-            None => Rc::new(self.read_alphas(source, NAME, accessor)?),
+            None => Rc::new(self.read_alphas(source, COLOR, accessor)?),
         };
-        if !source.streams(NAME) {
+        if !source.streams(COLOR) {
             self.alphas.insert(accessor, Rc::clone(&alphas));
         }
-        check_count(source, NAME, alphas.len(), count).map(|()| Some(alphas))
+        check_count(&format!("{}, {COLOR}", source.place), alphas.len(), shown.count)?;
+        let mut morphed = shown.used.of(&alphas);
+        for (weight, accessor, place) in targets(source, shown, COLOR) {
+            if !self.has_alpha(accessor, &place)? {
+                continue;
+            }
+            let steps = match self.alpha_steps.get(&accessor) {
+                Some(steps) => Rc::clone(steps),
+                None => Rc::new(self.finite::<4>(accessor, &place)?.into_iter().map(|color| color[3]).collect()),
+            };
+            self.alpha_steps.insert(accessor, Rc::clone(&steps));
+            check_count(&place, steps.len(), shown.count)?;
+            self.accessors.count(morphed.len())?;
+            morphed.iter_mut().zip(shown.used.of(&steps)).for_each(|(alpha, step)| *alpha += weight * step);
+        }
+        // All targets are added before colours are brought between 0 and 1.
+        morphed.iter_mut().for_each(|alpha| *alpha = alpha.clamp(0.0, 1.0));
+        Ok(Some(morphed))
+    }
+
+    /// Whether colours have a fourth component.
+    fn has_alpha(&self, accessor: usize, place: &str) -> Result<bool, LoadProblem> {
+        let (declared, _) = self.accessors.declared(accessor).map_err(|problem| within(problem, place))?;
+        Ok(declared.kind == "VEC4")
     }
 
     /// The alphas of colours, brought between 0 and 1.
@@ -81,25 +117,42 @@ impl Primitives<'_> {
         name: &str,
         accessor: usize,
     ) -> Result<Vec<[f64; N]>, LoadProblem> {
-        let vectors = match self.compressed::<N>(source, name, accessor)? {
-            Some(vectors) => vectors,
-            None => self.accessors.vectors::<N>(accessor).map_err(|problem| within(problem, source.place))?,
-        };
-        match vectors.iter().position(|vector| !vector.iter().all(|coordinate| coordinate.is_finite())) {
-            Some(vertex) => {
-                let message = format!("vertex {vertex} has a coordinate that is not finite");
-                Err(LoadProblem::element(format!("{}, {name}", source.place), message))
-            }
-            None => Ok(vectors),
+        let place = format!("{}, {name}", source.place);
+        match self.compressed::<N>(source, name, accessor)? {
+            Some(vectors) => all_finite(vectors, &place),
+            None => self.finite(accessor, &place),
         }
+    }
+
+    /// The finite numbers of an accessor.
+    fn finite<const N: usize>(&self, accessor: usize, place: &str) -> Result<Vec<[f64; N]>, LoadProblem> {
+        let vectors = self.accessors.vectors::<N>(accessor).map_err(|problem| within(problem, place))?;
+        all_finite(vectors, place)
     }
 }
 
-/// Whether an attribute has an element for each vertex.
-fn check_count(source: &Source, name: &str, elements: usize, vertices: usize) -> Result<(), LoadProblem> {
+/// The morph targets of an attribute that count: their weights, their accessors, and what messages call them.
+fn targets<'p>(source: &'p Source, shown: &'p Shown, name: &'p str) -> impl Iterator<Item = (f64, usize, String)> + 'p {
+    let weighted = source.primitive.targets.iter().zip(shown.weights).enumerate();
+    weighted.filter(|(_, (_, weight))| **weight != 0.0).filter_map(move |(number, (target, &weight))| {
+        let &accessor = target.get(name)?;
+        Some((weight, accessor, format!("{}, morph target {number}, {name}", source.place)))
+    })
+}
+
+fn all_finite<const N: usize>(vectors: Vec<[f64; N]>, place: &str) -> Result<Vec<[f64; N]>, LoadProblem> {
+    match vectors.iter().position(|vector| !vector.iter().all(|coordinate| coordinate.is_finite())) {
+        Some(vertex) => {
+            let message = format!("vertex {vertex} has a coordinate that is not finite");
+            Err(LoadProblem::element(place, message))
+        }
+        None => Ok(vectors),
+    }
+}
+
+fn check_count(place: &str, elements: usize, vertices: usize) -> Result<(), LoadProblem> {
     if elements == vertices {
         return Ok(());
     }
-    let message = format!("{elements} elements for {vertices} vertices");
-    Err(LoadProblem::element(format!("{}, {name}", source.place), message))
+    Err(LoadProblem::element(place, format!("{elements} elements for {vertices} vertices")))
 }

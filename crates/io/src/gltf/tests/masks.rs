@@ -228,3 +228,28 @@ fn blending_surfaces_block_or_do_not() {
     assert_eq!(pattern(&ignored), [false; 4]);
     assert_eq!(found(ignored), [(FindingKind::BlendIgnored, "node0".to_owned(), 2)]);
 }
+
+#[test]
+fn morph_targets_move_textures_and_add_to_colours() {
+    let morphed = |weight: f64, target: fn(&mut Data) -> Value| {
+        let sheet = model(sheet(|document, data| {
+            let colors = data.floats(&[[1.0, 1.0, 1.0, 1.0]; 4]);
+            let target = target(data);
+            let primitive = &mut document["meshes"][0]["primitives"][0];
+            primitive["attributes"]["COLOR_0"] = json!(colors);
+            primitive["targets"] = json!([{ "POSITION": primitive["attributes"]["POSITION"] }, target]);
+            document["meshes"][0]["weights"] = json!([0, weight]);
+        }));
+        pattern(&sheet)
+    };
+    let unmorphed = [true, true, false, true];
+    let moved = |data: &mut Data| json!({ "TEXCOORD_0": data.floats(&[[1.0, 0.0]; 4]) });
+    assert_eq!(morphed(0.5, moved), [true, true, true, false], "by one texel");
+    assert_eq!(morphed(0.0, moved), unmorphed);
+    let faded = |data: &mut Data| json!({ "COLOR_0": data.floats(&[[0.0, 0.0, 0.0, -1.0]; 4]) });
+    assert_eq!(morphed(0.25, faded), [true, false, false, true], "128 of 255 of three quarters");
+    assert_eq!(morphed(-3.0, faded), unmorphed, "alphas end at one");
+    assert_eq!(morphed(3.0, faded), [false; 4], "and at zero");
+    let tinted = |data: &mut Data| json!({ "COLOR_0": data.floats(&[[-1.0, 0.0, 0.0]; 4]) });
+    assert_eq!(morphed(1.0, tinted), unmorphed, "colours without alpha");
+}
