@@ -156,7 +156,8 @@ impl<'a> Buffers<'a> {
         let is_unread = |&index: &usize| self.loaded[index].get().is_none() && !is_left_out(index);
         let unread = (0..self.declared.len()).filter(is_unread);
         let mut problems: Vec<_> = unread.filter_map(|index| self.look_up(index).err()).collect();
-        if let Some(binary) = self.binary {
+        // One without bytes is for nothing, and may be left in.
+        if let Some(binary) = self.binary.filter(|binary| !binary.is_empty()) {
             let needed = self.declared.first().filter(|buffer| buffer.uri.is_none()).map(|buffer| buffer.byte_length);
             if needed.is_none_or(|needed| binary.len() > needed.saturating_add(3)) {
                 problems.push(LoadProblem::element("binary chunk", "it is longer than the buffer that it is for"));

@@ -530,6 +530,17 @@ fn binary_files_and_their_faults() {
 }
 
 #[test]
+fn an_empty_binary_chunk_is_no_fault() {
+    let document = json!({ "asset": { "version": "2.0" }, "nodes": [{}] });
+    let found = |binary: &[u8]| {
+        let model = read(&glb(&document, binary), &folder(), &reading()).unwrap_or_else(|problem| panic!("{problem}"));
+        found(model).into_iter().map(|(_, subject, _)| subject).collect::<Vec<_>>()
+    };
+    assert_eq!(found(&[]), Vec::<String>::new());
+    assert_eq!(found(&[0; 4]), ["unused: binary chunk: it is longer than the buffer that it is for"]);
+}
+
+#[test]
 fn buffers_come_from_files_in_the_folder() {
     let directory = tempfile::tempdir().expect("a folder");
     let folder = Folder::of_scene(&directory.path().join("scene.gltf"), Outside::Refused);
