@@ -17,7 +17,7 @@ pub(super) struct Row {
 /// What of an element's rows is not as the format has it, and read all the same.
 #[derive(Debug, Default)]
 pub(super) struct Oddities {
-    /// How many words of unused properties were no number of their type.
+    /// How many words were too large for their type, or of unused properties no number of it.
     pub(super) numbers: usize,
     /// How many rows of text were not just a line.
     pub(super) lines: usize,
@@ -122,7 +122,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Reads a row; answers how many numbers of unused properties are none.
+    /// Reads a row; answers how many numbers are none of their type.
     fn row(&mut self, element: &Element, used: &[usize], row: &mut Row) -> Result<usize, Fault> {
         let mut odd = 0;
         row.numbers.clear();
@@ -140,6 +140,7 @@ impl<'a> Source<'a> {
                     }
                     number => number?,
                 };
+                odd += usize::from(property.item.is_exceeded_by(number));
                 row.numbers.push(number);
             }
             row.ends.push(row.numbers.len());

@@ -70,6 +70,11 @@ impl Type {
         };
         number.fract() == 0.0 && (least..=most).contains(&number)
     }
+
+    /// Whether a number that was written out is too large for that type of floats.
+    pub(super) fn is_exceeded_by(self, number: f64) -> bool {
+        self == Self::F32 && number.is_finite() && (number as f32).is_infinite()
+    }
 }
 
 /// A column of an element.
@@ -85,6 +90,11 @@ impl Property {
     /// The type of what every row has at least.
     pub(super) fn first(&self) -> Type {
         self.length.unwrap_or(self.item)
+    }
+
+    /// Whether it lists vertices; both names are in use.
+    pub(super) fn is_index_list(&self) -> bool {
+        matches!(self.name.as_str(), "vertex_indices" | "vertex_index") && self.length.is_some()
     }
 }
 
@@ -107,12 +117,9 @@ impl Element {
         Ok(columns)
     }
 
-    /// The place of the list of vertices; both names are in use.
+    /// The place of the list of vertices.
     pub(super) fn index_list(&self) -> Result<usize, LoadProblem> {
-        let is_list = |property: &Property| {
-            matches!(property.name.as_str(), "vertex_indices" | "vertex_index") && property.length.is_some()
-        };
-        self.properties.iter().position(is_list).ok_or_else(|| self.lacks("list vertex_indices"))
+        self.properties.iter().position(Property::is_index_list).ok_or_else(|| self.lacks("list vertex_indices"))
     }
 
     fn lacks(&self, name: &str) -> LoadProblem {

@@ -23,7 +23,7 @@ use crate::{
     z_up::tell_z_up,
 };
 use data::{Oddities, Row, Source};
-use header::{Element, Header};
+use header::{Element, Header, Property};
 
 /// Reads a PLY file; `stem` names its object.
 pub(crate) fn read(bytes: &[u8], stem: &str, reading: &Reading) -> Result<Model, LoadProblem> {
@@ -102,14 +102,19 @@ impl Surface {
             "vertex" | "face" | "tristrips" if element.count == 0 => Oddities::default(),
             "vertex" => {
                 let columns = element.columns(["x", "y", "z"])?;
-                let take = |_, row: &Row| {
+                let normals = ["nx", "ny", "nz"].map(|name| element.columns([name]).ok());
+                let take = |number, row: &Row| {
                     self.positions.push(columns.map(|column| row.number(column)));
+                    if normals.iter().flatten().any(|&[column]| !row.number(column).is_finite()) {
+                        let subject = "element vertex: normals that are no numbers";
+                        model.findings.add_at(FindingKind::BrokenRule, subject, format_args!("vertex {number}"));
+                    }
                     Ok(())
                 };
                 source.rows(element, &columns, take)?
             }
-            "face" => self.take_polygons(Kind::Face, element, source)?,
-            "tristrips" => self.take_polygons(Kind::Strip, element, source)?,
+            "face" => self.take_polygons(Kind::Face, element, source, model)?,
+            "tristrips" => self.take_polygons(Kind::Strip, element, source, model)?,
             "edge" => {
                 let rows = if element.properties.is_empty() { 0 } else { element.count as usize };
                 model.findings.add(FindingKind::NotTriangles, "", rows);
@@ -129,8 +134,20 @@ impl Surface {
         Ok(())
     }
 
-    fn take_polygons(&mut self, kind: Kind, element: &Element, source: &mut Source) -> Result<Oddities, LoadProblem> {
+    fn take_polygons(
+        &mut self,
+        kind: Kind,
+        element: &Element,
+        source: &mut Source,
+        model: &mut Model,
+    ) -> Result<Oddities, LoadProblem> {
         let column = element.index_list()?;
+        let is_second = element.properties[column + 1..].iter().any(Property::is_index_list);
+        let is_float = !element.properties[column].item.is_whole();
+        for (rule, is_broken) in [("two lists of vertices", is_second), ("indices of a type of floats", is_float)] {
+            let subject = format!("element {}: {rule}", kind.name());
+            model.findings.add(FindingKind::BrokenRule, &subject, usize::from(is_broken));
+        }
         source.rows(element, &[column], |number, row: &Row| {
             // Some writers list indices as floats.
             if let Some(index) = row.list(column).iter().find(|index| index.fract() != 0.0) {

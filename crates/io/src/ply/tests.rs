@@ -166,10 +166,32 @@ fn numbers_are_written_in_many_ways() {
     assert_eq!(
         found,
         [
+            (FindingKind::BrokenRule, "element face: indices of a type of floats".to_owned()),
             (FindingKind::BrokenRule, "element face: numbers that are none of their type".to_owned()),
             (FindingKind::BrokenRule, "element vertex: numbers that are none of their type".to_owned())
         ]
     );
+}
+
+#[test]
+fn types_and_lists_that_the_format_does_not_have_are_told() {
+    let lines = SQUARE.replace("property uchar red", "property float nx");
+    let second = format!("{lines}property list uchar int vertex_index\n");
+    let vertices = "0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n";
+    let face = "0 3 0 1 2";
+    for (lines, vertices, face, rule) in [
+        (lines.replace("uchar int", "uchar double"), vertices, face, "element face: indices of a type of floats"),
+        (second, vertices, "0 3 0 1 2 0", "element face: two lists of vertices"),
+        (lines.clone(), "0 0 0 1\n1e39 0 0 1\n1 1 0 1\n0 1 0 1\n", face, "element vertex: numbers that are none of"),
+        (lines.clone(), "0 0 0 1\n1 0 0 nan\n1 1 0 1\n0 1 0 1\n", face, "element vertex: normals that are no numbers"),
+    ] {
+        let model = parse(&text(&lines, &format!("{vertices}{face}\n"))).expect("loads");
+        assert_eq!(mesh(&model).triangles(), [[0, 1, 2]], "{rule}");
+        let found = model.findings.into_list();
+        let told: Vec<_> = found.iter().map(|found| (found.kind, found.count)).collect();
+        assert_eq!(told, [(FindingKind::BrokenRule, 1)], "{rule}");
+        assert!(found[0].subject.starts_with(rule), "{found:?}");
+    }
 }
 
 #[test]
