@@ -8,22 +8,22 @@ use std::borrow::Cow;
 
 use crate::error::LoadProblem;
 
-/// The text, without a byte order mark.
+/// The text, without a byte order mark, and the first line with something that is no character of its encoding, taken as U+FFFD.
 ///
 /// # Errors
 /// A zero character (binary data, or UTF-32), or half a character at the end, by its line.
-pub(crate) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, LoadProblem> {
-    let text = match bytes {
+pub(crate) fn decode(bytes: &[u8]) -> Result<(Cow<'_, str>, Option<usize>), LoadProblem> {
+    let (text, odd_line) = match bytes {
         [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes)?,
         [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes)?,
         [first, 0, ..] if *first != 0 => utf16(bytes, u16::from_le_bytes)?,
         [0, second, ..] if *second != 0 => utf16(bytes, u16::from_be_bytes)?,
-        [0xef, 0xbb, 0xbf, rest @ ..] => String::from_utf8_lossy(rest),
-        _ => String::from_utf8_lossy(bytes),
+        [0xef, 0xbb, 0xbf, rest @ ..] => utf8(rest),
+        _ => utf8(bytes),
     };
     match text.find('\0') {
         Some(at) => Err(LoadProblem::line(last_line(&text[..at]), "a zero character: this is no text")),
-        None => Ok(without_end_mark(text)),
+        None => Ok((without_end_mark(text), odd_line)),
     }
 }
 
@@ -40,12 +40,25 @@ fn without_end_mark(text: Cow<'_, str>) -> Cow<'_, str> {
     }
 }
 
-fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<Cow<'static, str>, LoadProblem> {
+/// See [`decode`].
+fn utf8(bytes: &[u8]) -> (Cow<'_, str>, Option<usize>) {
+    let text = String::from_utf8_lossy(bytes);
+    let odd = str::from_utf8(bytes).err().map(|fault| last_line(&text[..fault.valid_up_to()]));
+    (text, odd)
+}
+
+/// See [`decode`].
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<(Cow<'static, str>, Option<usize>), LoadProblem> {
     let (units, rest) = bytes.as_chunks::<2>();
-    let characters = char::decode_utf16(units.iter().map(|&bytes| unit(bytes)));
-    let text: String = characters.map(|read| read.unwrap_or(char::REPLACEMENT_CHARACTER)).collect();
+    let (mut text, mut odd) = (String::new(), None);
+    for character in char::decode_utf16(units.iter().map(|&bytes| unit(bytes))) {
+        if character.is_err() {
+            odd = odd.or_else(|| Some(last_line(&text)));
+        }
+        text.push(character.unwrap_or(char::REPLACEMENT_CHARACTER));
+    }
     if rest.is_empty() {
-        Ok(text.into())
+        Ok((text.into(), odd))
     } else {
         Err(LoadProblem::line(last_line(&text), "the file ends within a character of UTF-16"))
     }
@@ -94,11 +107,18 @@ mod tests {
             encoded(&marked, u16::to_be_bytes),
         ];
         for bytes in forms {
-            assert_eq!(decode(&bytes).expect("text"), text);
+            assert_eq!(decode(&bytes).expect("text"), (text.into(), None));
         }
-        assert_eq!(decode(b"o t\xe4st").expect("text"), "o t\u{fffd}st");
-        assert_eq!(decode(b"v 1 2 3\x1a\n").expect("text"), "v 1 2 3");
-        assert_eq!(decode(b"").expect("text"), "");
+        assert_eq!(decode(b"v 1 2 3\x1a\n").expect("text").0, "v 1 2 3");
+        assert_eq!(decode(b"").expect("text").0, "");
+    }
+
+    #[test]
+    fn what_is_no_character_is_replaced_and_told() {
+        assert_eq!(decode(b"v\no t\xe4st\no \xff").expect("text"), ("v\no t\u{fffd}st\no \u{fffd}".into(), Some(2)));
+        assert_eq!(decode(b"\xff\xfeo\0\n\0\0\xd8s\0").expect("text"), ("o\n\u{fffd}s".into(), Some(2)));
+        let written = "o t\u{fffd}st";
+        assert_eq!(decode(written.as_bytes()).expect("text"), (written.into(), None));
     }
 
     #[test]

@@ -35,10 +35,13 @@ use parser::{Owner, Parser, Polygon};
 
 /// Reads an OBJ file. `stem` names what stands before any object or group.
 pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, reading: &Reading) -> Result<Model, LoadProblem> {
-    let text = text::decode(bytes)?;
+    let (text, odd_line) = text::decode(bytes)?;
     let mut parser = Parser::new(reading.lightmap_set.is_some());
     for (line, statement) in statements(&text) {
         parser.statement(&statement, line).map_err(|message| LoadProblem::line(line, message))?;
+    }
+    if let Some(line) = odd_line {
+        parser.require(false, "text: neither UTF-8 nor UTF-16, taken as U+FFFD", line);
     }
     parser.check_ranges()?;
     let mut model = build(&parser, stem)?;

@@ -100,21 +100,23 @@ impl Parser {
                 })?;
                 let position = accept_point([numbers[0], numbers[1], numbers[2]]);
                 self.positions.push(position.map_err(|(axis, defect)| format!("coordinate {axis} {defect}"))?);
-                // A weight and a colour may follow.
-                let is_sound = words().nth(3).is_none() || finite(words().skip(3), 0..=4);
-                self.require(is_sound, "v: not up to four numbers after the position", line);
+                self.behind_position(words().skip(3), line);
             }
             "vt" => self.texture_coordinate(words(), line),
             "vn" => {
                 self.normals += 1;
                 self.require(finite(words(), 3..=3), "vn: not three numbers", line);
             }
-            "f" | "fo" => self.face(words(), line)?,
+            "f" | "fo" => {
+                self.whole_corners(words(), line);
+                self.face(words(), line)?;
+            }
             "o" => self.begin_object(rest.trim()),
             "g" => self.begin_group(&rest.split_whitespace().collect::<Vec<_>>().join(" ")),
             "mtllib" if rest.trim().is_empty() => self.require(false, "mtllib: no file", line),
             "mtllib" => *self.libraries.entry(rest.trim().to_owned()).or_default() += 1,
             "p" | "l" => {
+                self.whole_corners(words(), line);
                 for word in words() {
                     self.indices(word, line)?;
                 }
@@ -128,10 +130,21 @@ impl Parser {
     }
 
     /// A rule of the format that no surface hangs on: where it is broken, that is told.
-    fn require(&mut self, is_kept: bool, fault: &str, line: usize) {
+    pub(super) fn require(&mut self, is_kept: bool, fault: &str, line: usize) {
         if !is_kept {
             self.findings.add_at(FindingKind::BrokenRule, fault, format_args!("line {line}"));
         }
+    }
+
+    fn whole_corners<'a>(&mut self, mut words: impl Iterator<Item = &'a str>, line: usize) {
+        self.require(!words.any(|word| word.ends_with('/')), "f, l or p: a slash at the end of a corner", line);
+    }
+
+    /// A weight and a colour may follow a position: one number, three, or four.
+    fn behind_position<'a>(&mut self, words: impl Iterator<Item = &'a str>, line: usize) {
+        let numbers = numbers(words, 0..=4).unwrap_or(vec![0.0; 2]);
+        self.require(numbers.len() != 2, "v: not a weight, a colour, or both after the position", line);
+        self.require(numbers != [0.0], "v: a weight of 0, which is a point at infinity", line);
     }
 
     fn tell_not_triangles(&mut self, line: usize) {

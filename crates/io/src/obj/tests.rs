@@ -39,10 +39,41 @@ fn fault(text: &str) -> (usize, String) {
 
 #[test]
 fn loose_ways_of_writing_are_read() {
-    let text = "v 0 0 0#corner\nv 1 0 0 # one\nv 0 1 1\no plate #1\nf 1// 2// 3//\n\u{1a}";
+    let text = "v 0 0 0#corner\nv 1 0 0 # one\nv 0 1 1\no plate #1\nf 1 2 3\n\u{1a}";
     let model = model(text);
     assert_eq!(names(&model), ["plate #1"]);
     assert_eq!(findings(model), []);
+}
+
+#[test]
+fn corners_that_end_in_slashes_are_read_and_told() {
+    for corners in ["1// 2// 3//", "1/ 2/ 3/"] {
+        let model = model(&format!("v 0 0 0\nv 1 0 0\nv 0 1 1\nf {corners}\n"));
+        assert_eq!(mesh(&model, 0).triangles(), [[0, 1, 2]]);
+        let told = "f, l or p: a slash at the end of a corner".to_owned();
+        assert_eq!(findings(model), [(FindingKind::BrokenRule, told, 1)]);
+    }
+}
+
+#[test]
+fn what_follows_positions_is_told_where_it_is_none_of_the_formats() {
+    let told = |rest: &str| findings(model(&format!("v 0 0 0{rest}\nv 1 0 0\nv 0 1 1\nf 1 2 3\n")));
+    for rest in ["", " 1", " 2.5", " 1 0 0", " 1 0 0 0", " 1 1 0 0"] {
+        assert_eq!(told(rest), [], "{rest}");
+    }
+    for (rest, words) in [(" 0", "a weight of 0"), (" 4 5", "not a weight"), (" 1 1 1 1 1", "not a weight")] {
+        let found = told(rest);
+        assert!(matches!(&found[..], [(FindingKind::BrokenRule, told, 1)] if told.contains(words)), "{found:?}");
+    }
+}
+
+#[test]
+fn text_of_no_known_encoding_is_told_by_its_line() {
+    let folder = Folder::of_scene(std::path::Path::new("scene.obj"), Outside::Refused);
+    let bytes = b"v 0 0 0\nv 1 0 0\nv 0 1 1\no t\xe4st\nf 1 2 3\n";
+    let found = read(bytes, "scene", &folder, &Reading::default()).expect("loads").findings.into_list();
+    let told: Vec<_> = found.iter().map(|found| (found.kind, found.places.join(", "))).collect();
+    assert_eq!(told, [(FindingKind::BrokenRule, "line 4".to_owned())]);
 }
 
 #[test]
