@@ -304,7 +304,13 @@ pub(super) fn head_of_data(uri: &str) -> Option<(&str, Vec<u8>)> {
     let (kind, content) = data_of(uri)?.split_once(',')?;
     let head = content.get(..HEAD).unwrap_or(content);
     let (bytes, _) = decode_data(&format!("{kind},{head}")).ok()?;
-    Some((kind.split(';').next().unwrap_or(kind).trim(), bytes))
+    Some((media_type(uri)?, bytes))
+}
+
+/// The media type of a data URI, which may be empty.
+pub(super) fn media_type(uri: &str) -> Option<&str> {
+    let (kind, _) = data_of(uri)?.split_once(',')?;
+    kind.split(';').next().map(str::trim)
 }
 
 /// Characters of a data URI that hold its first bytes: whole groups of base64, or bytes of which each takes three.

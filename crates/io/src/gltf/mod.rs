@@ -114,8 +114,8 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     let accessors = Accessors::new(&document, Views::new(&document.buffer_views, buffers));
     let hierarchy = hierarchy::Hierarchy::new(&document)?;
     let meshes = Meshes::new(&document, &accessors, reading);
-    let mut model = nodes::read(&document, &hierarchy, &accessors, meshes, reading.colliders)?;
-    model.findings.absorb(validate::check(&document)?, str::to_owned);
+    let (mut model, cameras) = nodes::read(&document, &hierarchy, &accessors, meshes, reading.colliders)?;
+    model.findings.absorb(validate::check(&document, &cameras)?, str::to_owned);
     model.findings.absorb(unread::check(&document, &accessors), str::to_owned);
     model.findings.absorb(skins::check(&document, &accessors), str::to_owned);
     model.findings.absorb(textures::check(&document, &accessors), str::to_owned);

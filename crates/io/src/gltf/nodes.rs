@@ -1,6 +1,6 @@
 //! From nodes to objects, families, lights and the camera.
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 use umbriel_geometry::{Placement, PlacementDefect};
@@ -28,21 +28,21 @@ use crate::{
 /// Instances that may be given without any bytes, so that all stand in one place: more of them mean nothing but work.
 const MOST_ALIKE: usize = 256;
 
-/// Walks the nodes of the scene.
+/// Walks the nodes of the scene. With the model come the cameras that it looked at, whose faults it tells.
 pub(super) fn read<'a>(
     document: &'a Document,
     hierarchy: &'a Hierarchy,
     accessors: &'a Accessors<'a>,
     mut meshes: Meshes<'a>,
     colliders: Colliders,
-) -> Result<Model, LoadProblem> {
+) -> Result<(Model, BTreeSet<usize>), LoadProblem> {
     let mut model = Model::default();
     for &node in &hierarchy.tiny {
         model.tell(&place(node, &document.nodes[node]), TINY);
     }
     let rooms = rooms::of_nodes(document, hierarchy, &mut meshes, &mut model.findings, accessors.ledger())?;
     let skins = Skins::new(document, hierarchy, accessors);
-    let mut walk = Walk { document, accessors, meshes, skins, colliders, model };
+    let mut walk = Walk { document, accessors, meshes, skins, colliders, model, cameras: BTreeSet::new() };
     let mut objects_of = Vec::with_capacity(hierarchy.len());
     for (placed, room) in hierarchy.iter().zip(rooms) {
         let first = walk.model.objects.len();
@@ -50,11 +50,11 @@ pub(super) fn read<'a>(
         objects_of.push(first..walk.model.objects.len());
         walk.see(&placed)?;
     }
-    let Walk { mut model, meshes, skins, .. } = walk;
+    let Walk { mut model, meshes, skins, cameras, .. } = walk;
     model.findings.absorb(meshes.into_findings(), str::to_owned);
     model.findings.absorb(skins.into_findings(), str::to_owned);
     add_families(&mut model, document, hierarchy, &objects_of);
-    Ok(model)
+    Ok((model, cameras))
 }
 
 /// What is needed along the way, and what came of it so far.
@@ -65,6 +65,8 @@ struct Walk<'a> {
     skins: Skins<'a>,
     colliders: Colliders,
     model: Model,
+    /// Those that were looked at.
+    cameras: BTreeSet<usize>,
 }
 
 impl Walk<'_> {
@@ -117,6 +119,7 @@ impl Walk<'_> {
         }
         if let (Some(index), None) = (node.camera, &self.model.camera) {
             let declared = element(&self.document.cameras, index, "camera").map_err(refused)?;
+            self.cameras.insert(index);
             match eye(declared, &placed.map) {
                 Ok(camera) => self.model.camera = Some(camera),
                 Err(fault) => {

@@ -13,6 +13,8 @@ mod references;
 mod rules;
 mod uses;
 
+use std::collections::BTreeSet;
+
 use umbriel_scene::FindingKind;
 
 use super::{
@@ -22,8 +24,8 @@ use super::{
 };
 use crate::{error::LoadProblem, model::Findings};
 
-/// Checks a document that was read without fault.
-pub(super) fn check(document: &Document) -> Result<Findings, LoadProblem> {
+/// Checks a document that was read without fault. Of `cameras` the projection was looked at where they were read.
+pub(super) fn check(document: &Document, cameras: &BTreeSet<usize>) -> Result<Findings, LoadProblem> {
     let mut check = Check { document, findings: Findings::default() };
     check.buffers();
     for (index, view) in document.buffer_views.iter().enumerate() {
@@ -42,7 +44,7 @@ pub(super) fn check(document: &Document) -> Result<Findings, LoadProblem> {
     check.animations()?;
     check.textures()?;
     check.extensions();
-    check.looks();
+    check.looks(cameras);
     Ok(check.findings)
 }
 
@@ -84,6 +86,9 @@ impl Check<'_> {
         }
         if view.byte_stride.is_some_and(|stride| !(4..=252).contains(&stride) || !stride.is_multiple_of(4)) {
             self.tell(place, "its stride is not one of 4, 8, ... 252");
+        }
+        if view.byte_stride.is_some_and(|stride| stride > view.byte_length) {
+            self.tell(place, "its stride is more than its bytes");
         }
         if view.target.is_some_and(|target| !matches!(target, 34962 | 34963)) {
             self.tell(place, "its target is none of glTF's");

@@ -203,7 +203,7 @@ fn strides_of_compressed_views_that_differ_are_told() {
 fn buffers_that_stand_for_compressed_content_need_no_bytes() {
     let (mut document, mut data) = meshopt("EXT_meshopt_compression", |_| ());
     let uri = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
-    let own = json!({ "uri": format!("data:;base64,{uri}"), "byteLength": data.bytes.len() });
+    let own = json!({ "uri": format!("data:application/octet-stream;base64,{uri}"), "byteLength": data.bytes.len() });
     document["buffers"] = json!([own, { "byteLength": 36 }]);
     data.views[0]["buffer"] = json!(1);
     data.views[0]["byteOffset"] = json!(0);

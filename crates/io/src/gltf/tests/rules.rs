@@ -194,17 +194,20 @@ fn buffers_that_nothing_reads_are_looked_up() {
     let with = |buffer: Value| {
         told(move |document, data| {
             let uri = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
-            let uri = format!("Data:;BASE64,{uri}").replace("AAAA", "AA\n AA");
+            let uri = format!("Data:Application/Octet-Stream;BASE64,{uri}");
             document["buffers"] = json!([{ "uri": uri, "byteLength": data.bytes.len() }, buffer]);
         })
     };
-    assert_eq!(with(json!({ "uri": "data:;base64,AAAA", "byteLength": 3 })), "");
+    assert_eq!(with(json!({ "uri": "data:application/octet-stream;base64,AAAA", "byteLength": 3 })), "");
     let fallback = json!({ "EXT_meshopt_compression": { "fallback": true } });
     assert_eq!(with(json!({ "byteLength": 9, "extensions": fallback })), "");
     for (buffer, fault) in [
         (json!({ "byteLength": 4 }), "unused: buffer 1: it has no uri"),
-        (json!({ "uri": "data:;base64,AAAA", "byteLength": 4 }), "it should have 4 bytes, but 3 are there"),
-        (json!({ "uri": "data:;base64,A!AA", "byteLength": 3 }), "not base64"),
+        (
+            json!({ "uri": "data:application/octet-stream;base64,AAAA", "byteLength": 4 }),
+            "it should have 4 bytes, but 3 are there",
+        ),
+        (json!({ "uri": "data:application/octet-stream;base64,A!AA", "byteLength": 3 }), "not base64"),
         (json!({ "uri": "../other.bin", "byteLength": 3 }), "leads out of the folder"),
         (json!({ "uri": "http://a/b", "byteLength": 3 }), "is not a file"),
         (json!({ "uri": "missing.bin", "byteLength": 3 }), "cannot be read"),
@@ -235,6 +238,24 @@ fn meshes_that_no_node_shows_are_looked_at() {
     });
     assert!(target.contains("accessor 1: position 0: coordinate 1 is not finite"), "{target}");
     assert_eq!(mesh(|_| json!({ "attributes": { "POSITION": 0 }, "mode": 1 })), "");
+}
+
+#[test]
+fn data_uris_of_buffers_have_their_type_and_no_white_space() {
+    let with = |kind: &str, from: &str, to: &str| {
+        told(|document, data| {
+            let encoded = base64::engine::general_purpose::STANDARD.encode(&data.bytes).replace(from, to);
+            let uri = format!("data:{kind};base64,{encoded}");
+            document["buffers"] = json!([{ "uri": uri, "byteLength": data.bytes.len() }]);
+        })
+    };
+    for kind in ["application/octet-stream", "application/gltf-buffer"] {
+        assert_eq!(with(kind, "", ""), "");
+        assert_eq!(with(kind, "AAAA", "AA\n AA"), "buffer 0: its data URI has white space");
+    }
+    for kind in ["", "image/png"] {
+        assert_eq!(with(kind, "", ""), "buffer 0: its data URI's type is none of buffers'");
+    }
 }
 
 /// What is told of a document with this value.
@@ -270,6 +291,13 @@ fn broken_rules_of_accessors_and_extensions_are_told() {
         ),
         (told(|_, data| data.views[0]["target"] = json!(34963)), "accessor 0: its buffer view is not for vertices"),
         (told(|_, data| data.views[0]["target"] = json!(1)), "buffer view 0: its target is none"),
+        (
+            told(|_, data| {
+                let one = data.floats(&[[0.0; 3]]);
+                data.views[one]["byteStride"] = json!(16);
+            }),
+            "buffer view 1: its stride is more than its bytes",
+        ),
         (
             told(|document, data| {
                 let colors = data.add(&[0; 12], 5121, "VEC3", 3, true);
@@ -493,8 +521,9 @@ fn views_of_indices_hold_no_vertices() {
 fn buffers_without_bytes_and_uneven_instances_are_told() {
     let empty = told(|document, data| {
         let uri = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
-        let own = json!({ "uri": format!("data:;base64,{uri}"), "byteLength": data.bytes.len() });
-        document["buffers"] = json!([own, { "uri": "data:,", "byteLength": 0 }]);
+        let own =
+            json!({ "uri": format!("data:application/octet-stream;base64,{uri}"), "byteLength": data.bytes.len() });
+        document["buffers"] = json!([own, { "uri": "data:application/octet-stream,", "byteLength": 0 }]);
     });
     assert_eq!(empty, "buffer 1: it has no bytes");
     let uneven = told(|document, data| {
@@ -575,6 +604,23 @@ fn broken_rules_of_cameras_are_told() {
 }
 
 #[test]
+fn cameras_that_are_not_read_are_looked_at() {
+    let perspective = |yfov: f64| json!({ "type": "perspective", "perspective": { "yfov": yfov, "znear": 1 } });
+    let of = |camera: Value, roots: Value| {
+        told(|document, _| {
+            document["cameras"] = json!([perspective(1.0), camera]);
+            document["nodes"] = json!([{ "mesh": 0 }, { "camera": 0 }, { "camera": 1 }]);
+            document["scenes"] = json!([{ "nodes": roots }]);
+        })
+    };
+    for roots in [json!([0, 1, 2]), json!([0, 1]), json!([0])] {
+        assert_eq!(of(perspective(2.0), roots.clone()), "");
+        assert!(of(perspective(0.0), roots.clone()).contains("camera 1: its yfov is not between"), "{roots}");
+        assert!(of(json!({ "type": "perspective" }), roots).contains("camera 1: it is not either"));
+    }
+}
+
+#[test]
 fn references_of_what_only_shades_are_checked() {
     let material = |material: Value| {
         unused(|document, _| document["materials"] = json!([material])).expect_err("refused").to_string()
@@ -610,7 +656,8 @@ fn extras_may_be_anything() {
     let deep = format!("{}0.0{}", "[".repeat(300), "]".repeat(300));
     let (mut document, data) = triangle(&json!([{ "mesh": 0, "extras": "HERE" }, { "mesh": 0.0 }]));
     let encoded = base64::engine::general_purpose::STANDARD.encode(&data.bytes);
-    document["buffers"] = json!([{ "uri": format!("data:;base64,{encoded}"), "byteLength": data.bytes.len() }]);
+    document["buffers"] =
+        json!([{ "uri": format!("data:application/octet-stream;base64,{encoded}"), "byteLength": data.bytes.len() }]);
     document["bufferViews"] = data.views.into();
     document["accessors"] = data.accessors.into();
     let text = document.to_string().replace("\"HERE\"", &deep);

@@ -13,6 +13,8 @@ const FLOATS: Components = &[(F32, false)];
 const FLOATS_OR_SHARES: Components = &[(F32, false), (U8, true), (U16, true)];
 const DIRECTIONS: Components = &[(F32, false), (I8, true), (I16, true)];
 const NUMBERS: Components = &[(U8, false), (U16, false)];
+/// The type of components that are whole numbers of 32 bits, which only indices are.
+const UNSIGNED_INT: u32 = 5125;
 /// Texture coordinates of quantised meshes.
 const ANY_SMALL: Components = &[
     (F32, false),
@@ -77,7 +79,8 @@ fn is_format(name: &str, accessor: &Accessor, is_target: bool, is_quantized: boo
     let base = name.split('_').next().unwrap_or_default();
     let is_named = match base {
         "TEXCOORD" | "COLOR" | "JOINTS" | "WEIGHTS" => set_of(name, base).is_some(),
-        "" => true,
+        // The attributes of others begin with an underscore.
+        "" => !name.is_empty() && accessor.component_type != UNSIGNED_INT,
         _ => name == base,
     };
     if !is_named {

@@ -1,7 +1,7 @@
 //! Rules that a document breaks without leaving a doubt about what it shows: they are told.
 
 use std::{
-    collections::HashSet,
+    collections::{BTreeSet, HashSet},
     f64::consts::{FRAC_PI_2, FRAC_PI_4, PI},
 };
 
@@ -56,8 +56,8 @@ impl Check<'_> {
         }
     }
 
-    /// Lights, bodies, materials, images, cameras and variants that say too much or too little.
-    pub(super) fn looks(&mut self) {
+    /// Lights, bodies, materials, images, cameras and variants that say too much or too little; the projections of `read` cameras are sound, or told.
+    pub(super) fn looks(&mut self, read: &BTreeSet<usize>) {
         let document = self.document;
         let lights = document.extensions.lights.iter().flat_map(|lights| &lights.lights);
         for (index, light) in lights.enumerate() {
@@ -79,10 +79,8 @@ impl Check<'_> {
         for (index, image) in document.images.iter().enumerate() {
             self.image(image, &format!("image {index}"));
         }
-        // A camera of a node is looked at where it is read.
-        let placed: HashSet<usize> = document.nodes.iter().filter_map(|node| node.camera).collect();
         for (index, camera) in document.cameras.iter().enumerate() {
-            self.camera(camera, placed.contains(&index), &format!("camera {index}"));
+            self.camera(camera, read.contains(&index), &format!("camera {index}"));
         }
         let variants = document.extensions.variants.iter().flat_map(|variants| &variants.variants);
         for (index, _) in variants.enumerate().filter(|(_, variant)| variant.name.is_none()) {
@@ -119,6 +117,7 @@ impl Check<'_> {
         if image.uri.is_some() == image.buffer_view.is_some() {
             self.tell(place, "it has not just one of uri and bufferView");
         }
+        image.uri.iter().for_each(|uri| self.data_uri(uri, place));
         let view = image.buffer_view.and_then(|view| self.document.buffer_views.get(view));
         if view.is_some_and(|view| view.byte_stride.is_some()) {
             self.tell(place, "its buffer view has a stride");
@@ -132,11 +131,11 @@ impl Check<'_> {
         }
     }
 
-    fn camera(&mut self, camera: &Eye, is_placed: bool, place: &str) {
-        if !is_placed && camera.perspective.is_some() == camera.orthographic.is_some() {
+    fn camera(&mut self, camera: &Eye, is_read: bool, place: &str) {
+        if !is_read && camera.perspective.is_some() == camera.orthographic.is_some() {
             self.tell(place, "it is not either perspective or orthographic");
         }
-        if !is_placed && camera.perspective.as_ref().is_some_and(|eye| eye.yfov <= 0.0 || eye.yfov >= PI) {
+        if !is_read && camera.perspective.as_ref().is_some_and(|eye| eye.yfov <= 0.0 || eye.yfov >= PI) {
             self.tell(place, "its yfov is not between 0 and half a turn");
         }
         if !has_sound_planes(camera) {

@@ -3,7 +3,10 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::{Check, Component, element_size};
-use crate::gltf::json::{Accessor, BufferView, Primitive};
+use crate::gltf::{
+    container::media_type,
+    json::{Accessor, BufferView, Primitive},
+};
 
 /// What a buffer view says that it is for: vertices or indices.
 const VERTICES: u32 = 34962;
@@ -11,8 +14,26 @@ const INDICES: u32 = 34963;
 
 impl Check<'_> {
     pub(super) fn buffers(&mut self) {
-        for (index, _) in self.document.buffers.iter().enumerate().filter(|(_, buffer)| buffer.byte_length == 0) {
-            self.tell(&format!("buffer {index}"), "it has no bytes");
+        let is_for_buffers = |kind: &str| {
+            ["application/octet-stream", "application/gltf-buffer"].iter().any(|due| kind.eq_ignore_ascii_case(due))
+        };
+        for (index, buffer) in self.document.buffers.iter().enumerate() {
+            let place = format!("buffer {index}");
+            if buffer.byte_length == 0 {
+                self.tell(&place, "it has no bytes");
+            }
+            let Some(uri) = buffer.uri.as_deref() else { continue };
+            if media_type(uri).is_some_and(|kind| !is_for_buffers(kind)) {
+                self.tell(&place, "its data URI's type is none of buffers'");
+            }
+            self.data_uri(uri, &place);
+        }
+    }
+
+    /// White space stands in no URI; in those of data it is passed over.
+    pub(super) fn data_uri(&mut self, uri: &str, place: &str) {
+        if media_type(uri).is_some() && uri.contains(|character: char| character.is_ascii_whitespace()) {
+            self.tell(place, "its data URI has white space");
         }
     }
 
