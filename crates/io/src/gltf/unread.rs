@@ -199,6 +199,8 @@ impl Elements<'_> {
                 let mut last = f64::NEG_INFINITY;
                 let wrong = self.count(accessor, component, |time| std::mem::replace(&mut last, time) >= time);
                 tell(findings, &format!("accessor {index}: times that do not ascend"), wrong);
+                let wrong = self.count(accessor, component, |time| time < 0.0);
+                tell(findings, &format!("accessor {index}: times below 0"), wrong);
             }
         } else if let Some(&joints) = joints {
             *left = rest;

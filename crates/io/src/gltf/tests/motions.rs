@@ -106,6 +106,63 @@ fn times_ascend() {
 }
 
 #[test]
+fn times_are_not_negative_and_curves_have_two_ends() {
+    let input = |times: &[[f32; 1]], way: &str, values: usize| {
+        told(|document, data| {
+            let input = data.floats(times);
+            data.accessors[input]["min"] = json!([0]);
+            let output = data.floats(&vec![[1.0; 3]; values]);
+            document["animations"][0]["samplers"][0] =
+                json!({ "input": input, "output": output, "interpolation": way });
+        })
+    };
+    assert_eq!(input(&[[0.0]], "LINEAR", 1), Vec::<String>::new());
+    assert!(input(&[[-1.0], [1.0]], "LINEAR", 2).contains(&"unused: accessor 3: times below 0".to_owned()));
+    let fault = "animation 0, sampler 0: a curve through fewer than two values";
+    assert_eq!(input(&[[0.0]], "CUBICSPLINE", 3), [fault]);
+}
+
+#[test]
+fn values_are_made_of_components_that_paths_may_have() {
+    let output = |of: &'static str, component: u32, kind: &'static str, normalized: bool| {
+        let size = if component == 5121 { 1 } else { 4 };
+        // Both values are (0 0 0 1), or begin so.
+        let one: &[u8] = if size == 1 { &[0, 0, 0, 255] } else { &[0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 128, 63] };
+        path(of, |data| data.add(&[one, one].concat(), component, kind, 2, normalized))
+    };
+    for sound in [output("rotation", 5121, "VEC4", true), output("translation", 5126, "VEC3", false)] {
+        assert_eq!(sound, Vec::<String>::new());
+    }
+    let fault = "animation 0, channel 0: the components of its output are none that its path may have";
+    for found in [
+        output("translation", 5125, "VEC3", false),
+        output("scale", 5121, "VEC3", true),
+        output("rotation", 5121, "VEC4", false),
+    ] {
+        assert!(found.contains(&fault.to_owned()), "{found:?}");
+    }
+}
+
+#[test]
+fn rotations_have_length_one() {
+    let turned = |way: &str, values: &[[f32; 4]]| {
+        told(|document, data| {
+            let output = data.floats(values);
+            document["animations"][0]["samplers"][0] = json!({ "input": 1, "output": output, "interpolation": way });
+            document["animations"][0]["channels"][0]["target"]["path"] = json!("rotation");
+        })
+    };
+    let (unit, none) = ([0.1826, 0.3651, 0.5477, 0.7303], [0.0; 4]);
+    assert_eq!(turned("STEP", &[unit; 2]), Vec::<String>::new());
+    assert_eq!(turned("CUBICSPLINE", &[none, unit, none, none, unit, none]), Vec::<String>::new());
+    let fault = "accessor 3: rotations that are not of length 1";
+    for wrong in [none, [0.0, 0.0, 0.0, 2.0]] {
+        assert_eq!(turned("LINEAR", &[unit, wrong]), [fault]);
+        assert_eq!(turned("CUBICSPLINE", &[none, unit, none, none, wrong, none]), [fault]);
+    }
+}
+
+#[test]
 fn channels_move_what_they_may() {
     let animation = |change: fn(&mut Value)| told(|document, _| change(&mut document["animations"][0]));
     let twice = animation(|animation| {

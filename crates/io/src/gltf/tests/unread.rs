@@ -166,6 +166,8 @@ fn attributes_have_types_of_their_own() {
         ("JOINTS_0", 5126, "VEC4", false),
         ("WEIGHTS_0", 5126, "VEC2", false),
         ("ANYTHING", 5126, "VEC3", false),
+        ("_ANYTHING", 5125, "SCALAR", false),
+        ("", 5126, "SCALAR", false),
     ] {
         let told = plain(name, component, kind, normalized);
         assert!(told.iter().any(|told| told.contains(&format!("{name} is no attribute"))), "{name}: {told:?}");
@@ -393,6 +395,21 @@ fn directions_have_length_one() {
     }
     // What is not finite is told once.
     assert_eq!(tangents(f32::NAN), ["1 unused: accessor 1: components that are not finite"]);
+}
+
+#[test]
+fn an_accessor_of_two_attributes_keeps_the_rules_of_both() {
+    let shared = |second: [f32; 4]| {
+        told(|document, data| {
+            let both = data.floats(&[[1.0, 0.0, 0.0, 1.0], second, [0.0, 1.0, 0.0, 1.0]]);
+            let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
+            (attributes["COLOR_0"], attributes["TANGENT"]) = (json!(both), json!(both));
+            attributes["NORMAL"] = json!(data.floats(&[[0.0, 0.0, 1.0]; 3]));
+        })
+    };
+    assert_eq!(shared([0.0, 0.6, 0.8, 1.0]), Vec::<String>::new());
+    assert_eq!(shared([0.5, 0.0, 0.0, 1.0]), ["1 accessor 1: tangents that are not of length 1"]);
+    assert_eq!(shared([0.0, 0.0, -1.0, 1.0]), ["1 accessor 1: colours that are not between 0 and 1"]);
 }
 
 #[test]

@@ -5,7 +5,10 @@ use std::collections::HashSet;
 use super::{Check, named};
 use crate::{
     error::LoadProblem,
-    gltf::json::{Accessor, Animation, AnimationChannel, AnimationSampler, Node},
+    gltf::{
+        accessor::Component,
+        json::{Accessor, Animation, AnimationChannel, AnimationSampler, Node},
+    },
 };
 
 /// The type of components that are 32-bit floats.
@@ -45,9 +48,13 @@ impl Check<'_> {
             self.tell(place, "it has no channels");
         }
         for (number, sampler) in animation.samplers.iter().enumerate() {
-            if !is_clock(&self.document.accessors[sampler.input]) {
-                let place = format!("{place}, sampler {number}");
+            let times = &self.document.accessors[sampler.input];
+            let place = format!("{place}, sampler {number}");
+            if !is_clock(times) {
                 self.tell(&place, "its input is none of 32-bit floats with min and max, 0 or more");
+            }
+            if is_cubic(sampler) && times.count < 2 {
+                self.tell(&place, "a curve through fewer than two values");
             }
         }
         let mut targets = HashSet::new();
@@ -82,7 +89,10 @@ impl Check<'_> {
         if kind != "SCALAR" && node.is_some_and(|node| node.matrix.is_some()) {
             self.tell(place, "its node has a matrix");
         }
-        let values = if sampler.interpolation.as_deref() == Some("CUBICSPLINE") { 3 } else { 1 };
+        if !is_format(output, kind != "VEC3") {
+            self.tell(place, "the components of its output are none that its path may have");
+        }
+        let values = if is_cubic(sampler) { 3 } else { 1 };
         if output.kind != kind || Some(output.count) != input.count.checked_mul(values * each) {
             self.tell(place, "its output is not of the type of its path, or not as many as its input");
         }
@@ -92,6 +102,19 @@ impl Check<'_> {
     fn morph_targets(&self, node: &Node) -> Option<usize> {
         let primitive = self.document.meshes[node.mesh?].primitives.first()?;
         Some(primitive.targets.len()).filter(|&targets| targets > 0)
+    }
+}
+
+fn is_cubic(sampler: &AnimationSampler) -> bool {
+    sampler.interpolation.as_deref() == Some("CUBICSPLINE")
+}
+
+/// Whether an accessor may hold what nodes are moved by: floats, or `small_too` (of rotations and weights) normalised numbers of 8 or 16 bits.
+fn is_format(output: &Accessor, small_too: bool) -> bool {
+    match Component::of(output.component_type) {
+        Ok(Component::F32) => true,
+        Ok(Component::U32) | Err(_) => false,
+        Ok(_) => small_too && output.normalized,
     }
 }
 
