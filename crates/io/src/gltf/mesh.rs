@@ -102,9 +102,12 @@ impl<'a> Meshes<'a> {
     /// As many weights as there are morph targets.
     fn weights(&mut self, index: usize, declared: &MeshPrimitives, own: Option<&[f64]>) -> Vec<f64> {
         let targets = declared.primitives.iter().map(|primitive| primitive.targets.len()).max().unwrap_or(0);
-        let given = own.or(declared.weights.as_deref()).unwrap_or_default();
-        let is_whole = |length: usize| length == 0 || length == targets;
-        if !is_whole(given.len()) || declared.primitives.iter().any(|primitive| primitive.targets.len() != targets) {
+        let of_mesh = declared.weights.as_deref();
+        let given = own.or(of_mesh).unwrap_or_default();
+        let is_whole = |weights: &[f64]| weights.is_empty() || weights.len() == targets;
+        if ![own, of_mesh].into_iter().flatten().all(is_whole)
+            || declared.primitives.iter().any(|primitive| primitive.targets.len() != targets)
+        {
             let subject = format!("mesh {index}: its primitives and weights differ in their number of morph targets");
             self.primitives.findings.add(FindingKind::BrokenRule, &subject, 1);
         }

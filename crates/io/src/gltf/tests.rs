@@ -392,7 +392,7 @@ fn instances_of_all_types() {
     let input = instanced(|data| {
         let translations = data.floats(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
         // 90° about y, and nothing.
-        let turns: Vec<u8> = [0_i16, 32767, 0, 32767, 0, 0, 0, 32767].iter().flat_map(|c| c.to_le_bytes()).collect();
+        let turns: Vec<u8> = [0_i16, 23170, 0, 23170, 0, 0, 0, 32767].iter().flat_map(|c| c.to_le_bytes()).collect();
         let rotations = data.add(&turns, 5122, "VEC4", 2, true);
         let scales = data.floats(&[[1.0, 1.0, 1.0], [-2.0, 1.0, 1.0]]);
         json!({ "TRANSLATION": translations, "ROTATION": rotations, "SCALE": scales, "_ID": scales })

@@ -2,8 +2,9 @@
 //!
 //! They say nothing about surfaces, but a file that is broken there is broken. Only bytes that are at hand are looked at: of buffers
 //! that something else has read, as many elements as the scene has left, each one twice at most. What is wrong with them is told. Of sparse accessors the places and values are
-//! looked at, too, whether the weights of joints add up, and the [`values`] of attributes.
+//! looked at, too, whether the weights of joints add up, whether each joint moves a vertex once ([`joints`]), and the [`values`] of attributes.
 
+mod joints;
 mod values;
 
 use std::{
@@ -56,6 +57,7 @@ pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
         tell(&mut findings, &format!("accessor {index}: sparse components that are not finite"), wrong);
     }
     check_weights(document, accessors, &mut left, &mut findings);
+    joints::check(document, accessors, &mut left, &mut findings);
     values::check(document, accessors, &mut left, &mut findings);
     findings
 }

@@ -207,6 +207,10 @@ impl Check<'_> {
         if primitive.targets.iter().any(|target| target.is_empty()) {
             self.tell(place, "a morph target of it has no attributes");
         }
+        let is_own = |name: &String| primitive.attributes.contains_key(name);
+        if !primitive.targets.iter().flat_map(|target| target.keys()).all(is_own) {
+            self.tell(place, "a morph target moves an attribute that it does not have");
+        }
         self.views_of(primitive);
         self.formats(primitive, place);
         self.variants(primitive, place);
@@ -242,7 +246,7 @@ impl Check<'_> {
 
     fn skins(&mut self) -> Result<(), LoadProblem> {
         let document = self.document;
-        let roots = references::roots_of(&document.nodes);
+        let branches = references::branches_of(&document.nodes);
         for (index, skin) in document.skins.iter().enumerate() {
             let place = format!("skin {index}");
             for &joint in &skin.joints {
@@ -260,7 +264,7 @@ impl Check<'_> {
             if joints.is_empty() || joints.len() < skin.joints.len() {
                 self.tell(&place, "it has no joints, or one of them twice");
             }
-            self.skin(skin, &roots, &place);
+            self.skin(skin, &branches, &place);
         }
         Ok(())
     }

@@ -537,6 +537,37 @@ fn buffers_without_bytes_and_uneven_instances_are_told() {
 }
 
 #[test]
+fn attributes_of_instances_have_names_of_theirs_and_rotations_length_one() {
+    let with = |name: &str, value: [f32; 4]| {
+        told(|document, data| {
+            let attributes = json!({ "TRANSLATION": data.floats(&[[0.0; 3]]), name: data.floats(&[value]) });
+            document["nodes"][0]["extensions"] = json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } });
+        })
+    };
+    assert_eq!([with("ROTATION", [0.0, 0.6, 0.0, 0.8]), with("_ID", [0.0; 4])], [""; 2]);
+    assert_eq!(with("ROTATION", [0.0, 0.0, 0.0, 2.0]), "accessor 2: rotations that are not of length 1");
+    for name in ["FOO", "rotation"] {
+        assert_eq!(with(name, [0.0; 4]), format!("node 0: {name} is no attribute of instances"));
+    }
+}
+
+#[test]
+fn morph_targets_move_what_is_there_by_as_many_weights() {
+    let with = |target: &str, weights: Value| {
+        told(|document, data| {
+            let steps = data.floats(&[[0.0, 0.0, 0.0]; 3]);
+            let primitive = json!({ "attributes": { "POSITION": 0 }, "targets": [{ target: steps }] });
+            document["meshes"][0] = json!({ "primitives": [primitive], "weights": weights });
+            document["nodes"][0]["weights"] = json!([0]);
+        })
+    };
+    assert_eq!(with("POSITION", json!([1])), "node0");
+    let fault = "mesh 0, primitive 0: a morph target moves an attribute that it does not have";
+    assert!(with("NORMAL", json!([1])).contains(fault));
+    assert!(with("POSITION", json!([0, 0])).contains("mesh 0: its primitives and weights differ in their number"));
+}
+
+#[test]
 fn extents_of_indices_are_told_where_they_are_not_theirs() {
     let saying = |max: u32| {
         told(|document, data| {
@@ -565,6 +596,15 @@ fn broken_rules_of_nodes_and_skins_are_told() {
                 document["skins"] = json!([{ "joints": [1, 2] }, { "joints": [2, 3] }]);
             }),
             "skin 1: its joints have no common root",
+        ),
+        (
+            told(|document, _| {
+                document["nodes"] = json!([{ "mesh": 0 }, { "children": [2, 3] }, {}, {}]);
+                document["skins"] = json!([
+                    { "joints": [2, 3], "skeleton": 1 }, { "joints": [3], "skeleton": 3 }, { "joints": [2, 3], "skeleton": 3 }
+                ]);
+            }),
+            "skin 2: its joints do not hang on its skeleton",
         ),
         (of("skins", json!([{ "joints": [0, 0] }])), "skin 0: it has no joints, or one of them twice"),
         (node(json!({ "weights": [1.0] })), "node 1: it has weights and no mesh"),

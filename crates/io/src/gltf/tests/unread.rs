@@ -112,6 +112,25 @@ fn joints_are_those_of_the_skin() {
 }
 
 #[test]
+fn joints_have_one_weight_for_a_vertex() {
+    let moved = |joints: [u8; 4], weights: [f32; 4], second: u8| {
+        told(|document, data| {
+            let bytes: Vec<u8> = joints.iter().copied().cycle().take(12).collect();
+            let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
+            attributes["JOINTS_0"] = json!(data.add(&bytes, 5121, "VEC4", 3, false));
+            attributes["WEIGHTS_0"] = json!(data.floats(&[weights; 3]));
+            attributes["JOINTS_1"] = json!(data.add(&[second; 12], 5121, "VEC4", 3, false));
+            attributes["WEIGHTS_1"] = json!(data.floats(&[[0.25, 0.0, 0.0, 0.0]; 3]));
+        })
+    };
+    let weights = [0.5, 0.25, 0.0, 0.0];
+    assert_eq!(moved([1, 2, 0, 0], weights, 3), Vec::<String>::new());
+    let fault = "3 unused: accessor 1: joints that have two weights for a vertex";
+    assert_eq!(moved([1, 1, 0, 0], weights, 3), [fault]);
+    assert_eq!(moved([1, 2, 0, 0], weights, 2), [fault]);
+}
+
+#[test]
 fn weights_add_up() {
     // Of three vertices, in one set and in two.
     let weights = |first: [[f32; 4]; 3], second: [[f32; 4]; 3]| {
@@ -119,8 +138,9 @@ fn weights_add_up() {
             let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
             attributes["WEIGHTS_0"] = json!(data.floats(&first));
             attributes["WEIGHTS_1"] = json!(data.floats(&second));
-            attributes["JOINTS_0"] = json!(data.add(&[0; 12], 5121, "VEC4", 3, false));
-            attributes["JOINTS_1"] = attributes["JOINTS_0"].clone();
+            for (name, joints) in [("JOINTS_0", [0, 1, 2, 3]), ("JOINTS_1", [4, 5, 6, 7])] {
+                attributes[name] = json!(data.add(&[joints; 3].concat(), 5121, "VEC4", 3, false));
+            }
         }));
         let found = model.findings.into_list().into_iter().filter(|finding| finding.subject.contains("weights"));
         found.map(|finding| (finding.subject, finding.count, finding.places)).collect::<Vec<_>>()
@@ -444,7 +464,7 @@ fn colours_and_weights_are_shares() {
     let weights = told(|document, data| {
         let attributes = &mut document["meshes"][0]["primitives"][0]["attributes"];
         attributes["WEIGHTS_0"] = json!(data.floats(&[[2.0, -1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.25; 4]]));
-        attributes["JOINTS_0"] = json!(data.add(&[0; 12], 5121, "VEC4", 3, false));
+        attributes["JOINTS_0"] = json!(data.add(&[[0, 1, 2, 3]; 3].concat(), 5121, "VEC4", 3, false));
     });
     assert_eq!(weights, ["1 accessor 1: weights that are not between 0 and 1"]);
 }

@@ -1,5 +1,5 @@
 //! Values that attributes may have (glTF 2.0, 3.7.2.1): directions have length 1, the handedness of a tangent is 1 or −1, and colours
-//! and weights lie between 0 and 1. Rotations of animations are of length 1, too.
+//! and weights lie between 0 and 1. Rotations of animations and instances are of length 1, too.
 
 use std::collections::BTreeSet;
 
@@ -76,16 +76,19 @@ impl Rule {
     }
 }
 
-/// Accessors of the rotations of animations.
+/// Accessors of the rotations of animations and of instances.
 fn rotations(document: &Document) -> impl Iterator<Item = (usize, Rule)> {
-    document.animations.iter().flat_map(|animation| {
+    let instances = document.nodes.iter().filter_map(|node| node.extensions().instancing.as_ref());
+    let of_instances = instances.filter_map(|instances| Some((*instances.attributes.get("ROTATION")?, Rule::Rotation)));
+    let of_animations = document.animations.iter().flat_map(|animation| {
         let turning = animation.channels.iter().filter(|channel| channel.target.path.as_deref() == Some("rotation"));
         turning.map(|channel| {
             let sampler = &animation.samplers[channel.sampler];
             let is_cubic = sampler.interpolation.as_deref() == Some("CUBICSPLINE");
             (sampler.output, if is_cubic { Rule::CubicRotation } else { Rule::Rotation })
         })
-    })
+    });
+    of_animations.chain(of_instances)
 }
 
 /// Looks at the attributes of all primitives and at rotations, each accessor once for each rule. What is not finite is told elsewhere.

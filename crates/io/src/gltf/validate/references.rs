@@ -2,7 +2,7 @@
 
 use super::{Check, named};
 use crate::{
-    error::LoadProblem,
+    error::{LoadProblem, excerpt},
     gltf::{
         accessor::within,
         hierarchy,
@@ -31,6 +31,13 @@ impl Check<'_> {
         if let Some(light) = &node.extensions().light {
             let lights = document.extensions.lights.as_ref().map_or(&[][..], |lights| &lights.lights);
             existing(lights, light.light, "light").map_err(told)?;
+        }
+        for name in node.extensions().instancing.iter().flat_map(|instancing| instancing.attributes.keys()) {
+            let is_of_extension = name.split_once(':').is_some_and(|(extension, _)| document.uses(extension));
+            let is_known = matches!(name.as_str(), "TRANSLATION" | "ROTATION" | "SCALE") || name.starts_with('_');
+            if !is_known && !is_of_extension {
+                self.tell(&place, &format!("{} is no attribute of instances", excerpt(name)));
+            }
         }
         let mut instances = None;
         for &accessor in node.extensions().instancing.iter().flat_map(|instancing| instancing.attributes.values()) {
@@ -95,10 +102,14 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// The joints of a skin hang on one root; its matrices are as many as they, or more.
-    pub(super) fn skin(&mut self, skin: &Skin, roots: &[usize], place: &str) {
-        if skin.joints.windows(2).any(|two| roots[two[0]] != roots[two[1]]) {
+    /// The joints of a skin hang on one root, and on its skeleton; its matrices are as many as they, or more.
+    pub(super) fn skin(&mut self, skin: &Skin, branches: &[Branch], place: &str) {
+        if skin.joints.windows(2).any(|two| branches[two[0]].root != branches[two[1]].root) {
             self.tell(place, "its joints have no common root");
+        }
+        let holds = |skeleton: usize| skin.joints.iter().all(|&joint| branches[skeleton].holds(&branches[joint]));
+        if skin.skeleton.is_some_and(|skeleton| !holds(skeleton)) {
+            self.tell(place, "its joints do not hang on its skeleton");
         }
         let Some(matrices) = skin.inverse_bind_matrices.map(|accessor| &self.document.accessors[accessor]) else {
             return;
@@ -147,19 +158,45 @@ impl Check<'_> {
     }
 }
 
-/// For every node the one that it hangs on in the end. There are no cycles.
-pub(super) fn roots_of(nodes: &[Node]) -> Vec<usize> {
-    let mut roots: Vec<usize> = (0..nodes.len()).collect();
+/// Where a node stands among all, when each is counted before its children and with all below it.
+#[derive(Clone, Copy)]
+pub(super) struct Branch {
+    /// The node that it hangs on in the end.
+    root: usize,
+    /// Its number.
+    first: usize,
+    /// The number behind the last one below it.
+    end: usize,
+}
+
+impl Branch {
+    /// Whether another is this one or below it.
+    fn holds(&self, other: &Self) -> bool {
+        (self.first..self.end).contains(&other.first)
+    }
+}
+
+/// The branch of every node. There are no cycles.
+pub(super) fn branches_of(nodes: &[Node]) -> Vec<Branch> {
+    let mut branches: Vec<Branch> = (0..nodes.len()).map(|root| Branch { root, first: 0, end: 0 }).collect();
     let mut is_child = vec![false; nodes.len()];
     nodes.iter().flat_map(|node| &node.children).for_each(|&child| is_child[child] = true);
     let mut open: Vec<usize> = (0..nodes.len()).filter(|&node| !is_child[node]).collect();
+    let mut counted = Vec::with_capacity(nodes.len());
     while let Some(node) = open.pop() {
+        (branches[node].first, branches[node].end) = (counted.len(), counted.len() + 1);
+        counted.push(node);
         for &child in &nodes[node].children {
-            roots[child] = roots[node];
+            branches[child].root = branches[node].root;
             open.push(child);
         }
     }
-    roots
+    // Children are counted after their parents, so the way back meets them first.
+    for node in counted.into_iter().rev() {
+        let ends = nodes[node].children.iter().map(|&child| branches[child].end);
+        branches[node].end = ends.fold(branches[node].end, usize::max);
+    }
+    branches
 }
 
 /// Whether all primitives of a mesh say which joints move them, and how much.
