@@ -116,12 +116,13 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     let meshes = Meshes::new(&document, &accessors, reading);
     let (mut model, cameras) = nodes::read(&document, &hierarchy, &accessors, meshes, reading.colliders)?;
     model.findings.absorb(validate::check(&document, &cameras)?, str::to_owned);
-    model.findings.absorb(unread::check(&document, &accessors), str::to_owned);
-    model.findings.absorb(skins::check(&document, &accessors), str::to_owned);
-    model.findings.absorb(textures::check(&document, &accessors), str::to_owned);
+    // What data URIs hold is at hand from here on.
     for problem in accessors.views().unused_problems() {
         model.tell("unused", &problem.to_string());
     }
+    model.findings.absorb(unread::check(&document, &accessors), str::to_owned);
+    model.findings.absorb(skins::check(&document, &accessors), str::to_owned);
+    model.findings.absorb(textures::check(&document, &accessors), str::to_owned);
     for rule in accessors.views().broken_rules() {
         model.findings.add(FindingKind::BrokenRule, &rule, 1);
     }

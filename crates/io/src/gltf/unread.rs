@@ -2,8 +2,10 @@
 //!
 //! They say nothing about surfaces, but a file that is broken there is broken. Only bytes that are at hand are looked at: of buffers
 //! that something else has read, as many elements as the scene has left, each one twice at most. What is wrong with them is told. Of sparse accessors the places and values are
-//! looked at, too, whether the weights of joints add up, whether each joint moves a vertex once ([`joints`]), and the [`values`] of attributes.
+//! looked at, too, whether the weights of joints add up, whether each joint moves a vertex once ([`joints`]), the [`values`] of attributes, and
+//! the [`extents`] that accessors declare.
 
+mod extents;
 mod joints;
 mod values;
 
@@ -59,6 +61,7 @@ pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
     check_weights(document, accessors, &mut left, &mut findings);
     joints::check(document, accessors, &mut left, &mut findings);
     values::check(document, accessors, &mut left, &mut findings);
+    extents::check(document, accessors, &mut left, &mut findings);
     findings
 }
 
@@ -107,6 +110,11 @@ struct Plain<'a> {
 }
 
 impl<'a> Plain<'a> {
+    /// The same with its components as they are stored.
+    fn stored(self) -> Self {
+        Self { normalized: false, ..self }
+    }
+
     /// Takes what looking at them costs from `left`; `None` where that is too little.
     fn of(document: &Document, accessors: &'a Accessors, index: usize, left: &mut u64) -> Option<Self> {
         let accessor = &document.accessors[index];

@@ -418,6 +418,45 @@ fn directions_have_length_one() {
 }
 
 #[test]
+fn extents_of_all_elements_are_theirs() {
+    let normals = |key: &str, value: Value| {
+        attribute("NORMAL", |data| {
+            let normals = data.floats(&[[0.0, 0.6, 0.8], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]);
+            data.accessors[normals][key] = value;
+            normals
+        })
+    };
+    assert!(normals("max", json!([0, 0.600_000_1, 1])).is_empty());
+    let fault = "1 accessor 1: its min and max are not those of its elements";
+    assert_eq!(normals("max", json!([0, 0.6, 1.1])), [fault]);
+    assert_eq!(normals("min", json!([0, 0, 0])), [fault]);
+    let colors = |max: u32| {
+        attribute("COLOR_0", |data| {
+            let colors = data.add(&[0, 9, 255, 0, 7, 7, 7, 7, 0, 0, 0, 0], 5121, "VEC4", 3, true);
+            data.accessors[colors]["max"] = json!([7, 9, max, 7]);
+            colors
+        })
+    };
+    assert!(colors(255).is_empty(), "as they are stored");
+    assert_eq!(colors(1), [fault]);
+}
+
+#[test]
+fn data_uris_that_nothing_else_reads_are_looked_at() {
+    let found = told(|document, data| {
+        let encode = |bytes: &[u8]| {
+            let encoded = base64::engine::general_purpose::STANDARD.encode(bytes);
+            json!({ "uri": format!("data:application/octet-stream;base64,{encoded}"), "byteLength": bytes.len() })
+        };
+        document["buffers"] = json!([encode(&data.bytes), encode(&f32::NAN.to_le_bytes().repeat(9))]);
+        data.views.push(json!({ "buffer": 1, "byteLength": 36 }));
+        data.accessors.push(json!({ "bufferView": 1, "componentType": 5126, "type": "VEC3", "count": 3 }));
+        document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(1);
+    });
+    assert_eq!(found, ["9 unused: accessor 1: components that are not finite"]);
+}
+
+#[test]
 fn an_accessor_of_two_attributes_keeps_the_rules_of_both() {
     let shared = |second: [f32; 4]| {
         told(|document, data| {
