@@ -170,10 +170,24 @@ impl<'a> Buffers<'a> {
         let declared = &self.declared[index];
         let uri = declared.uri.as_deref().filter(|uri| is_file(uri));
         let Some(uri) = uri else { return self.bytes(index).map(|_| ()) };
-        let file = self.file(uri, &format!("buffer {index}"))?;
-        let metadata = std::fs::metadata(&file.real);
-        let length = metadata.map_err(|source| LoadProblem::Unreadable { path: file.shown, source })?.len();
+        let length = self.length(uri, &format!("buffer {index}"))?;
         if length < declared.byte_length as u64 { Err(too_short(index, declared, length)) } else { Ok(()) }
+    }
+
+    /// The bytes of the file that a URI names.
+    fn length(&self, uri: &str, place: &str) -> Result<u64, LoadProblem> {
+        let file = self.file(uri, place)?;
+        let metadata = std::fs::metadata(&file.real);
+        metadata.map(|metadata| metadata.len()).map_err(|source| LoadProblem::Unreadable { path: file.shown, source })
+    }
+
+    /// Whether something is behind a URI that is no buffer's. What is elsewhere is not looked for.
+    pub(super) fn check(&self, uri: &str, place: &str) -> Result<(), LoadProblem> {
+        match data_of(uri) {
+            Some(_) => self.resource(uri, place, 0).map(|_| ()),
+            None if has_scheme(uri) => Ok(()),
+            None => self.length(uri, place).map(|_| ()),
+        }
     }
 
     /// The file that a URI names; what is odd about the URI is told.

@@ -8,7 +8,11 @@ mod motion;
 mod node;
 mod shading;
 
-use serde::{Deserialize, de::IgnoredAny};
+use serde::{
+    Deserialize, Deserializer,
+    de::{DeserializeOwned, IgnoredAny},
+};
+use serde_json::value::RawValue;
 
 use crate::error::LoadProblem;
 pub(super) use buffers::{Buffer, BufferView, MeshoptFilter, MeshoptMode, MeshoptView};
@@ -268,8 +272,31 @@ impl Material {
 
 /// A texture that changes nothing but shading.
 #[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
 pub(super) struct TextureIndex {
     pub(super) index: usize,
+    #[serde(default, deserialize_with = "lenient")]
+    tex_coord: f64,
+    #[serde(default, deserialize_with = "lenient")]
+    extensions: TextureReferenceExtensions,
+}
+
+impl TextureIndex {
+    /// What else changes shading alone.
+    fn of(texture: &TextureReference) -> Self {
+        Self { index: texture.index, tex_coord: texture.set().into(), extensions: Default::default() }
+    }
+
+    /// Which texture coordinates it takes.
+    pub(super) fn set(&self) -> u32 {
+        self.extensions.transform.as_ref().and_then(|transform| transform.tex_coord).unwrap_or(self.tex_coord as u32)
+    }
+}
+
+/// What is there, or the default for what it may not be, which is told elsewhere.
+fn lenient<'de, T: DeserializeOwned + Default, D: Deserializer<'de>>(value: D) -> Result<T, D::Error> {
+    let written = Box::<RawValue>::deserialize(value)?;
+    Ok(serde_json::from_str(written.get()).unwrap_or_default())
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -123,6 +123,7 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     model.findings.absorb(unread::check(&document, &accessors), str::to_owned);
     model.findings.absorb(skins::check(&document, &accessors), str::to_owned);
     model.findings.absorb(textures::check(&document, &accessors), str::to_owned);
+    model.findings.absorb(textures::check_rest(&document, &accessors), str::to_owned);
     for rule in accessors.views().broken_rules() {
         model.findings.add(FindingKind::BrokenRule, &rule, 1);
     }

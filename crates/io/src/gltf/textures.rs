@@ -4,7 +4,10 @@
 //! by `minFilter` as far as it speaks of texels, else linearly. KHR_texture_transform moves texture coordinates by scale, turn, offset, in
 //! that order. Only the alpha of textures that a MASK material needs is decoded, once for each image.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{
+    collections::{HashMap, HashSet},
+    sync::Arc,
+};
 
 use umbriel_geometry::cut_out::{AlphaMap, CutOut, Filter, Wrap};
 use umbriel_scene::FindingKind;
@@ -110,6 +113,22 @@ impl<'a> Textures<'a> {
 fn least_opaque(cutoff: f64) -> f64 {
     let single = cutoff as f32;
     if single.is_finite() { f64::midpoint(single.next_down().into(), single.into()).max(0.0) } else { cutoff.max(0.0) }
+}
+
+/// Pictures that no material cuts out with, so that nothing reads them: those that are not there are told.
+pub(super) fn check_rest(document: &Document, accessors: &Accessors) -> Findings {
+    let masks = document.materials.iter().filter(|material| material.alpha_mode.as_deref() == Some("MASK"));
+    let textures = masks.filter_map(|material| material.base_color().base_color_texture.as_ref());
+    let read: HashSet<usize> = textures.filter_map(|texture| document.textures.get(texture.index)?.source).collect();
+    let mut findings = Findings::default();
+    for (index, image) in document.images.iter().enumerate().filter(|(index, _)| !read.contains(index)) {
+        let place = format!("image {index}");
+        let found = image.uri.as_deref().map(|uri| accessors.views().check(uri, &place));
+        if let Some(Err(problem)) = found {
+            findings.add(FindingKind::BrokenRule, &format!("unused: {problem}"), 1);
+        }
+    }
+    findings
 }
 
 /// What pictures in buffer views and data URIs begin with, where their bytes are at hand: something else than their types say is told.

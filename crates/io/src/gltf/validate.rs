@@ -192,6 +192,7 @@ impl Check<'_> {
         }
         if let Some(material) = primitive.material {
             named(&self.document.materials, material, "material", place)?;
+            self.coordinates(primitive, &self.document.materials[material], place);
         }
         if let Some(draco) = &primitive.extensions.draco {
             named(&self.document.buffer_views, draco.buffer_view, "buffer view", place)?;

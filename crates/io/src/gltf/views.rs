@@ -61,6 +61,11 @@ impl<'a> Views<'a> {
         self.buffers.resource(uri, place, usize::MAX)
     }
 
+    /// See [`Buffers::check`].
+    pub(super) fn check(&self, uri: &str, place: &str) -> Result<(), LoadProblem> {
+        self.buffers.check(uri, place)
+    }
+
     /// The declared view and its bytes.
     pub(super) fn get(&self, index: usize) -> Result<(&'a BufferView, &[u8]), LoadProblem> {
         let declared = existing(self.declared, index, "buffer view")?;

@@ -123,7 +123,7 @@ impl<'de> Visitor<'de> for OfMaterial {
         while let Some(name) = map.next_key::<String>()? {
             if name == "diffuseTexture" {
                 let texture: TextureReference = map.next_value()?;
-                found.textures.push(TextureIndex { index: texture.index });
+                found.textures.push(TextureIndex::of(&texture));
                 found.diffuse.base_color_texture = Some(texture);
             } else if name == "diffuseFactor" {
                 found.diffuse.base_color_factor = Some(map.next_value()?);

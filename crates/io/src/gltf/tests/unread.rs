@@ -217,7 +217,7 @@ fn references_of_extensions_lead_somewhere() {
         }),
         "texture" => told(&|document| {
             document["textures"] = json!([{ "extensions": { "EXT_texture_webp": { "source": index } } }]);
-            document["images"] = json!([{ "uri": "a.webp" }]);
+            document["images"] = json!([{ "uri": "data:image/webp,RIFF....WEBP" }]);
         }),
         "variant" => told(&|document| {
             document["meshes"][0]["primitives"][0]["extensions"] = json!({ "KHR_materials_variants":
@@ -243,6 +243,90 @@ fn references_of_extensions_lead_somewhere() {
             told.len() == count && told[0].contains("names") && told[0].contains(" 1, but there are 1"),
             "{told:?}"
         );
+    }
+}
+
+#[test]
+fn variants_map_each_name_once() {
+    let found = |mappings: Value| {
+        told(|document, _| {
+            document["extensionsUsed"] = json!(["KHR_materials_variants"]);
+            document["extensions"] = json!({ "KHR_materials_variants": { "variants": [{ "name": "a" }] } });
+            document["materials"] = json!([{}]);
+            document["meshes"][0]["primitives"][0]["extensions"] = json!({ "KHR_materials_variants": mappings });
+        })
+    };
+    assert!(found(json!({ "mappings": [{ "material": 0, "variants": [0] }] })).is_empty());
+    for mappings in [json!({ "mappings": [] }), json!({})] {
+        assert_eq!(found(mappings), ["1 mesh 0, primitive 0: its variants map nothing"]);
+    }
+    let fault = "1 mesh 0, primitive 0: a mapping has no variants, or one that is mapped twice";
+    for mapping in [json!({ "material": 0 }), json!({ "material": 0, "variants": [0, 0] })] {
+        assert_eq!(found(json!({ "mappings": [mapping] })), [fault]);
+    }
+    assert!(found(json!({ "mappings": [[0]] })).contains(&"1 mappings: a list where none is due".to_owned()));
+}
+
+#[test]
+fn members_of_materials_extensions_are_of_their_kinds() {
+    let found = |name: &str, member: &str, value: Value| {
+        told(|document, _| {
+            document["extensionsUsed"] = json!([name]);
+            document["textures"] = json!([{}]);
+            document["materials"] = json!([{ "extensions": { name: { member: value } } }]);
+        })
+    };
+    for (name, member, sound, wrong) in [
+        ("KHR_materials_clearcoat", "clearcoatFactor", json!(1), json!("x")),
+        ("KHR_materials_clearcoat", "clearcoatFactor", json!(0), json!(-1)),
+        ("KHR_materials_clearcoat", "clearcoatFactor", json!(0.5), Value::Null),
+        ("KHR_materials_clearcoat", "clearcoatTexture", json!({ "index": 0 }), json!([0])),
+        ("KHR_materials_transmission", "transmissionFactor", json!(1), json!(2)),
+        ("KHR_materials_volume", "attenuationColor", json!([1, 0, 1]), json!([1, 1])),
+        ("KHR_materials_emissive_strength", "emissiveStrength", json!(9), json!(-1)),
+        ("KHR_materials_ior", "ior", json!(1.5), json!("x")),
+    ] {
+        assert!(found(name, member, sound).is_empty(), "{member}");
+        let found = found(name, member, wrong);
+        assert!(matches!(&found[..], [told] if told.starts_with(&format!("1 {member}: "))), "{found:?}");
+    }
+}
+
+#[test]
+fn primitives_have_the_coordinates_of_their_textures() {
+    let found = |material: Value| {
+        told(|document, data| {
+            let primitive = &mut document["meshes"][0]["primitives"][0];
+            primitive["attributes"]["TEXCOORD_0"] = json!(data.floats(&[[0.0; 2]; 3]));
+            primitive["material"] = json!(0);
+            document["extensionsUsed"] = json!(["KHR_texture_transform", "KHR_materials_clearcoat"]);
+            document["textures"] = json!([{}]);
+            document["materials"] = json!([material]);
+        })
+    };
+    let at = |set: u32| json!({ "index": 0, "texCoord": set });
+    let moved = json!({ "index": 0, "texCoord": 3, "extensions": { "KHR_texture_transform": { "texCoord": 0 } } });
+    for sound in [at(0), json!({ "index": 0 }), moved] {
+        assert!(found(json!({ "normalTexture": sound })).is_empty(), "{sound}");
+    }
+    let fault = "1 mesh 0, primitive 0: it has no TEXCOORD_1, which its material takes";
+    for material in [
+        json!({ "pbrMetallicRoughness": { "baseColorTexture": at(1) } }),
+        json!({ "pbrMetallicRoughness": { "metallicRoughnessTexture": at(1) }, "emissiveTexture": at(1) }),
+        json!({ "extensions": { "KHR_materials_clearcoat": { "clearcoatTexture": at(1) } } }),
+    ] {
+        assert_eq!(found(material), [fault]);
+    }
+}
+
+#[test]
+fn pictures_that_nothing_reads_are_there() {
+    let found = |uri: &str| told(|document, _| document["images"] = json!([{ "uri": uri }]));
+    for elsewhere in ["https://example.invalid/a.png", "data:image/png;base64,iVBORw0KGgo="] {
+        assert!(found(elsewhere).is_empty(), "{elsewhere}");
+    }
+    for missing in ["nowhere.png", "data:image/png;base64,!!!!"] {
+        assert!(matches!(&found(missing)[..], [told] if told.starts_with("1 unused: ")), "{:?}", found(missing));
     }
 }
 

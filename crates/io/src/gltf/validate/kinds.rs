@@ -2,7 +2,7 @@
 //! absent, and the others for the members of an object in order; so the text is walked once more, without keeping it. On the way empty lists are told, and
 //! values of members that nothing reads where they are of another kind than theirs.
 //!
-//! What `extras` and extensions that are not read hold may be anything; whether an extension is among those that the document says it uses is looked at on the way. Depth is
+//! What `extras` and extensions that are not known hold may be anything; whether an extension is among those that the document says it uses is looked at on the way. Depth is
 //! limited by the reader of JSON.
 
 use std::{collections::BTreeMap, fmt};
@@ -14,7 +14,7 @@ use serde::{
 
 use crate::{
     error::excerpt,
-    gltf::{READ, json::ExtensionNames},
+    gltf::{READ, WITHOUT_EFFECT, json::ExtensionNames},
 };
 
 /// Members that are objects and never lists.
@@ -69,6 +69,14 @@ const NEVER_EMPTY: [&str; 18] = [
     "weights",
 ];
 
+/// How the names of extensions of materials begin.
+const OF_MATERIALS: &str = "KHR_materials_";
+
+/// Whether it is looked at what an extension holds: it is read, or its members are known.
+fn is_looked_into(extension: &str) -> bool {
+    READ.contains(&extension) || extension.starts_with(OF_MATERIALS) && WITHOUT_EFFECT.contains(&extension)
+}
+
 /// What is wrong, by the member's name, and how often; `used` are the extensions that the document uses. Nothing for a text that is no JSON.
 pub(in crate::gltf) fn check(text: &[u8], used: &ExtensionNames) -> BTreeMap<String, usize> {
     let mut told = BTreeMap::new();
@@ -89,6 +97,8 @@ enum Kind {
     Text,
     Flag,
     Number,
+    /// A number, 0 or more.
+    Magnitude,
     /// A number between 0 and 1.
     Share,
     /// A list of three shares.
@@ -109,6 +119,28 @@ impl Kind {
             }
             ("normalTexture", "scale") => Self::Number,
             (_, "texCoord") => Self::Index,
+            _ => parent.strip_prefix(OF_MATERIALS).map_or(Self::Any, |extension| Self::of_material(extension, name)),
+        }
+    }
+
+    /// That of a member of a material's extension.
+    fn of_material(extension: &str, name: &str) -> Self {
+        match (extension, name) {
+            ("clearcoat", "clearcoatFactor" | "clearcoatRoughnessFactor")
+            | ("transmission", "transmissionFactor")
+            | ("diffuse_transmission", "diffuseTransmissionFactor")
+            | ("sheen", "sheenRoughnessFactor")
+            | ("specular", "specularFactor")
+            | ("iridescence", "iridescenceFactor")
+            | ("anisotropy", "anisotropyStrength") => Self::Share,
+            ("sheen", "sheenColorFactor")
+            | ("volume", "attenuationColor")
+            | ("diffuse_transmission", "diffuseTransmissionColorFactor") => Self::Color,
+            ("ior", "ior")
+            | ("dispersion", "dispersion")
+            | ("emissive_strength", "emissiveStrength")
+            | ("volume", "thicknessFactor" | "attenuationDistance") => Self::Magnitude,
+            ("anisotropy", "anisotropyRotation") => Self::Number,
             _ => Self::Any,
         }
     }
@@ -128,6 +160,7 @@ impl Kind {
             Self::Text => "not a text",
             Self::Flag => "neither true nor false",
             Self::Number => "not a number",
+            Self::Magnitude => "not a number, 0 or more",
             Self::Share => "not a number between 0 and 1",
             Self::Color => "not three numbers between 0 and 1",
             Self::Index => "not a whole number, 0 or more",
@@ -201,6 +234,7 @@ impl<'de> Visitor<'de> for Member<'_> {
     fn visit_f64<E>(self, number: f64) -> Result<(), E> {
         let is_fitting = match self.kind {
             Kind::Number => true,
+            Kind::Magnitude => number >= 0.0,
             Kind::Share => (0.0..=1.0).contains(&number),
             Kind::Index => number >= 0.0 && number.fract() == 0.0,
             _ => false,
@@ -215,7 +249,8 @@ impl<'de> Visitor<'de> for Member<'_> {
 
     fn visit_seq<A: SeqAccess<'de>>(mut self, mut list: A) -> Result<(), A::Error> {
         let kind = self.kind.of_elements();
-        let is_due = !self.is_in_list && !self.is_open && !OBJECTS.contains(&self.name);
+        let is_object = OBJECTS.contains(&self.name) || self.name.ends_with("Texture");
+        let is_due = !self.is_in_list && !self.is_open && !is_object;
         let Some(kind) = kind.filter(|_| is_due) else {
             self.tell(if is_due { self.kind.fault() } else { "a list where none is due" });
             while list.next_element::<IgnoredAny>()?.is_some() {}
@@ -239,7 +274,7 @@ impl<'de> Visitor<'de> for Member<'_> {
         }
         let Self { name: own, is_open, used, told, .. } = self;
         while let Some(name) = map.next_key::<String>()? {
-            if is_open && !READ.contains(&own) || name == "extras" {
+            if is_open && !is_looked_into(own) || name == "extras" {
                 map.next_value::<IgnoredAny>()?;
             } else {
                 let is_open = own == "extensions";

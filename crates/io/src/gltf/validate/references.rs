@@ -1,12 +1,14 @@
 //! References that nothing here follows: of extensions, and of nodes and scenes that are not shown.
 
+use std::collections::{BTreeSet, HashSet};
+
 use super::{Check, named};
 use crate::{
     error::{LoadProblem, excerpt},
     gltf::{
         accessor::within,
         hierarchy,
-        json::{Collider, MeshPrimitives, Node, Primitive, Skin, existing},
+        json::{Collider, Material, MeshPrimitives, Node, Primitive, Skin, TextureIndex, TextureReference, existing},
     },
 };
 
@@ -126,10 +128,34 @@ impl Check<'_> {
     pub(super) fn variants(&mut self, primitive: &Primitive, place: &str) {
         let document = self.document;
         let variants = document.extensions.variants.as_ref().map_or(0, |variants| variants.variants.len());
-        for mapping in primitive.extensions.variants.iter().flat_map(|variants| &variants.mappings) {
+        let Some(declared) = &primitive.extensions.variants else { return };
+        if declared.mappings.is_empty() {
+            self.tell(place, "its variants map nothing");
+        }
+        let mut mapped = HashSet::new();
+        for mapping in &declared.mappings {
             self.refer((mapping.material, document.materials.len()), "material", place);
+            if mapping.variants.is_empty() || !mapping.variants.iter().all(|variant| mapped.insert(variant)) {
+                self.tell(place, "a mapping has no variants, or one that is mapped twice");
+            }
             for &variant in &mapping.variants {
                 self.refer((variant, variants), "variant", place);
+            }
+        }
+    }
+
+    /// The texture coordinates of the textures of a primitive's material. Those that cut something out are looked at where they are read.
+    pub(super) fn coordinates(&mut self, primitive: &Primitive, material: &Material, place: &str) {
+        let base = &material.pbr_metallic_roughness;
+        let is_mask = material.alpha_mode.as_deref() == Some("MASK");
+        let cutting = base.base_color_texture.as_ref().filter(|_| !is_mask).map(TextureReference::set);
+        let others = [&material.normal_texture, &material.occlusion_texture, &material.emissive_texture];
+        let of_extensions = material.extensions.iter().flat_map(|extension| &extension.textures);
+        let others = others.into_iter().chain([&base.metallic_roughness_texture]).flatten().chain(of_extensions);
+        for set in others.map(TextureIndex::set).chain(cutting).collect::<BTreeSet<_>>() {
+            let name = format!("TEXCOORD_{set}");
+            if !primitive.attributes.contains_key(&name) {
+                self.tell(place, &format!("it has no {name}, which its material takes"));
             }
         }
     }
