@@ -222,7 +222,7 @@ fn report(object: usize, layout: &Layout, lit: &LitSamples) -> ObjectReport {
     let upper = layout.areas.whole();
     let (area, area_error) = layout.areas.area();
     let samples = SampleCount { samples: layout.samples, lit: lit.count };
-    let estimate = if samples.lit == samples.samples { area } else { lit.area.nearest() };
+    let estimate = if samples.lit == samples.samples { area } else { lit.area };
     ObjectReport {
         object,
         area,

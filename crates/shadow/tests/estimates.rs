@@ -73,6 +73,6 @@ fn samples_count_by_the_area_they_stand_for() {
         let report = bake(&scene, &request, &Silent).expect("nobody cancels").lights[0].objects[0].clone();
         let samples = report.samples.expect("samples");
         assert!(samples.samples - samples.lit == 10_000 && samples.lit > 0, "{samples:?}");
-        assert!((report.lit.estimate - 1600.0).abs() < 1e-9, "{} m² of {}", report.lit.estimate, report.area);
+        assert!((report.lit.estimate - 1600.0).abs() < 1e-3, "{} m² of {}", report.lit.estimate, report.area);
     }
 }

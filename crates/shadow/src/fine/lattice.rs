@@ -51,6 +51,14 @@ pub(crate) enum Spacing {
     About(f64),
 }
 
+impl Spacing {
+    /// A square as wide, m².
+    pub(crate) fn square(self) -> f64 {
+        let (Self::AtMost(edge) | Self::About(edge)) = self;
+        edge * edge
+    }
+}
+
 impl Lattice {
     /// With so many rows and columns, at most.
     #[inline(always)]

@@ -52,8 +52,10 @@ pub(crate) struct Layout {
     pub(crate) samples: u64,
     /// The faces' areas.
     pub(crate) areas: AreaSums,
-    /// Each face's own, m².
-    area_of: Vec<f64>,
+    /// Each face's own, in squares as wide as samples are apart: about as many as it has samples, unless it is small.
+    squares: Vec<f32>,
+    /// The area of such a square, m².
+    square: f64,
 }
 
 /// What of an object's samples is lit.
@@ -61,19 +63,20 @@ pub(crate) struct Layout {
 pub(crate) struct LitSamples {
     /// How many.
     pub(crate) count: u64,
-    /// The area that they stand for, m²: each sample of a face for as much of it as any other.
-    pub(crate) area: ExactSum,
+    /// The area that they stand for, m²: each sample of a face for as much of it as any other. To single precision, the same whatever the order of faces.
+    pub(crate) area: f64,
 }
 
 impl Layout {
     /// Of faces with area; others have no samples.
     pub(crate) fn new(facets: &Facets, spacing: Spacing) -> Self {
-        let (mut faces, mut area_of) = (vec![Packed::default(); facets.len()], vec![0.0; facets.len()]);
-        let parts = faces.par_chunks_mut(FACES).zip(area_of.par_chunks_mut(FACES)).enumerate().map(
-            |(number, (faces, area_of))| dispatch(Part { facets, spacing, first: number * FACES, faces, area_of }),
+        let (mut faces, mut squares) = (vec![Packed::default(); facets.len()], vec![0.0; facets.len()]);
+        let parts = faces.par_chunks_mut(FACES).zip(squares.par_chunks_mut(FACES)).enumerate().map(
+            |(number, (faces, squares))| dispatch(Part { facets, spacing, first: number * FACES, faces, squares }),
         );
         let totals: Vec<Totals> = parts.collect();
-        let mut layout = Self { faces, parts: vec![0], samples: 0, areas: AreaSums::default(), area_of };
+        let (parts, samples, areas, square) = (vec![0], 0, AreaSums::default(), spacing.square());
+        let mut layout = Self { faces, parts, samples, areas, squares, square };
         let mut end = 0;
         for totals in totals {
             end += totals.bytes;
@@ -102,14 +105,14 @@ impl Layout {
     /// What is lit.
     pub(crate) fn lit(&self, lit: &mut LitBits) -> LitSamples {
         let parts = lit.parts(&self.parts).into_par_iter().zip(self.faces.par_chunks(FACES));
-        let parts = parts.zip(self.area_of.par_chunks(FACES));
-        let parts = parts.map(|((bytes, faces), area_of)| dispatch(LitPart { faces, area_of, bytes }));
-        let mut all = LitSamples::default();
-        for part in parts.collect::<Vec<LitSamples>>() {
-            all.count += part.count;
-            all.area.append(part.area);
+        let parts = parts.zip(self.squares.par_chunks(FACES));
+        let parts = parts.map(|((bytes, faces), squares)| dispatch(LitPart { faces, squares, bytes }));
+        let (mut count, mut squares) = (0, ExactSum::default());
+        for (count_of_part, squares_of_part) in parts.collect::<Vec<_>>() {
+            count += count_of_part;
+            squares.append(squares_of_part);
         }
-        all
+        LitSamples { count, area: squares.nearest() * self.square }
     }
 
     /// How many bytes answers take.
@@ -148,7 +151,7 @@ struct Part<'a> {
     spacing: Spacing,
     first: usize,
     faces: &'a mut [Packed],
-    area_of: &'a mut [f64],
+    squares: &'a mut [f32],
 }
 
 /// What a part takes.
@@ -163,14 +166,16 @@ impl Kernel for Part<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, _: S) -> Totals {
-        let Self { facets, spacing, first, faces, area_of } = self;
+        let Self { facets, spacing, first, faces, squares } = self;
         let mut totals = Totals { bytes: 0, samples: 0, areas: AreaSums::default() };
-        let mut measures = Measures::default();
+        let (mut measures, a_square) = (Measures::default(), 1.0 / spacing.square());
         for (block, faces) in faces.chunks_mut(Measures::MOST).enumerate() {
             let start = first + block * Measures::MOST;
             measures.measure(facets, start..start + faces.len());
             totals.areas.add_wholes(measures.areas(), measures.errors());
-            area_of[block * Measures::MOST..][..faces.len()].copy_from_slice(measures.areas());
+            for (squares, area) in squares[block * Measures::MOST..].iter_mut().zip(measures.areas()) {
+                *squares = (area * a_square) as f32;
+            }
             for (lane, packed) in faces.iter_mut().enumerate() {
                 if measures.area(lane).upper() <= 0.0 {
                     continue;
@@ -191,26 +196,27 @@ impl Kernel for Part<'_> {
 /// The answers of some faces, to be counted.
 struct LitPart<'a> {
     faces: &'a [Packed],
-    area_of: &'a [f64],
+    squares: &'a [f32],
     bytes: &'a mut [AtomicU8],
 }
 
 impl Kernel for LitPart<'_> {
-    type Output = LitSamples;
+    /// How many are lit, and the squares that they stand for.
+    type Output = (u64, ExactSum);
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> LitSamples {
-        let Self { faces, area_of, bytes } = self;
-        let mut lit = LitSamples::default();
-        for (packed, &area) in faces.iter().zip(area_of) {
+    fn run<S: Simd>(self, _: S) -> (u64, ExactSum) {
+        let Self { faces, squares, bytes } = self;
+        let (mut all, mut sum) = (0, ExactSum::default());
+        for (packed, &squares) in faces.iter().zip(squares) {
             let face = packed.counted_from(0);
             let bytes_of_face = u64::from(face.lattice.counts()[0]) * face.row_bytes();
             let count = count(&mut bytes[face.first_byte as usize..][..bytes_of_face as usize]);
             if count > 0 {
-                lit.count += count;
-                lit.area.add(area * (count as f64 / face.lattice.len() as f64));
+                all += count;
+                sum.add(f64::from(squares) * (count as f64 / face.lattice.len() as f64));
             }
         }
-        lit
+        (all, sum)
     }
 }
