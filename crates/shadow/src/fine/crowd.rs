@@ -3,7 +3,8 @@
 //! Such a face is divided without a list of what is over it. Cells with the fewest facets over them go on as any other ([`FlatFace::divide`]); for the rest up
 //! to 1,024 facets over the face, picked evenly (fewer where more than 8,192 faces are crowded), are asked whether one of them covers the cell alone, and some of them together at the last. What some of the
 //! occluders cover is in shadow whatever the others do, so a cell's verdict is a proof here too; but none of these is proved lit, and some stay undecided that all
-//! facets together would prove shadowed (a sheet of small triangles). Guarantee: [`PAIRS`] facets are measured for a face, [`PARTS`] for each of at most 64 cells, and
+//! facets together would prove shadowed (a sheet of small triangles). A face is divided so only where measuring what is over it comes to more than [`LEFT`] facets and its share, by area, of what all may have
+//! together ([`PAIRS_BY_AREA`]): a floor has all of it measured. Guarantee for the others: [`PAIRS`] facets are measured for a face, [`PARTS`] for each of at most 64 cells, and
 //! those picked are measured once each, by floats, and looked at for each of at most 85, fewer where there are more than 16,384 faces, whatever the detail; which they are goes by the light, the face and what may shadow it, not by their
 //! order. Estimates of undecided cells ask the few parts alone, so they lean to lit. Cost: half a millisecond a face, some where very many facets are beside a
 //! cell though their boxes hold it. Not bounded: samples are looked up one by one. The limit is one of each receiver by itself, whose occluders are asked object by
@@ -28,6 +29,9 @@ use crate::report::Verdict;
 
 /// Facets that may be measured for cells of a face in a crowd.
 pub(crate) const PAIRS: usize = 128;
+
+/// Facets that floats leave in question, with what finding them takes, that any face of a crowd may be measured against: about as many as of [`PAIRS`] over its box.
+const LEFT: usize = 32;
 
 /// The finest level of cells: finer ones would be as many as the detail says, for each of thousands of faces.
 const FINEST: u8 = 3;
@@ -69,10 +73,10 @@ impl Effort {
     }
 }
 
-/// What a face of a crowd may have over it and be measured against all of that still: [`PAIRS`], and its share by area of what all may have `together`.
+/// What a face of a crowd may have over it and be measured against all of that still: [`LEFT`], and its share by area of what all may have `together`.
 pub(crate) fn allowed_of_face(area: f64, of_all: f64, together: usize) -> usize {
     let share = if area < of_all { area / of_all } else { 1.0 };
-    PAIRS + (share * together as f64) as usize
+    LEFT + (share * together as f64) as usize
 }
 
 /// Pairs that so many faces may have with so many facets over them.

@@ -61,7 +61,7 @@ pub(crate) struct Spot<'a> {
 }
 
 /// Facets that are looked at in the time in which one is measured.
-const LOOKS: usize = 64;
+const LOOKS: usize = 32;
 
 /// What the items of a tree stand for.
 enum Items<'a> {
