@@ -187,7 +187,10 @@ impl<'a> EarClipping<'a> {
     }
 
     fn cut(&mut self, tip: usize) -> [usize; 3] {
-        let ear = self.rings.cut(tip);
+        let [before, after] = self.rings.neighbours(tip);
+        // The last triangle of a ring is cut at its first corner, whichever was come to.
+        let is_last = self.rings.neighbours(before)[0] == after;
+        let ear = self.rings.cut(if is_last { tip.min(before).min(after) } else { tip });
         self.triangles.push(ear);
         for corner in ear.into_iter().filter(|&corner| !self.rings.is_left(corner)) {
             self.blockers.remove(corner);
