@@ -251,17 +251,14 @@ impl<'a> Occluders<'a> {
     /// What of these may block some point of the hull of `points`.
     pub(crate) fn candidates(&self, among: Among, points: &[Point]) -> Candidates {
         let mut found = Candidates::default();
-        for (frame, view) in self.frames.iter().enumerate() {
-            let Some(query) = view.bounds(points).map(over) else { continue };
-            let _ = self.for_each_among(among, frame, &query, |id| {
-                if self.bodies.is_analytic(id.object as usize) {
-                    found.bodies.push(id.object);
-                } else {
-                    found.facets.push(id);
-                }
-                ControlFlow::Continue(())
-            });
-        }
+        let _ = self.for_each_over(among, points, |id| {
+            if self.bodies.is_analytic(id.object as usize) {
+                found.bodies.push(id.object);
+            } else {
+                found.facets.push(id);
+            }
+            ControlFlow::Continue(())
+        });
         found.facets.sort_unstable();
         found.facets.dedup();
         found.bodies.sort_unstable();
@@ -270,6 +267,19 @@ impl<'a> Occluders<'a> {
         found.facets.retain(|&id| self.is_over_in(&ties, id));
         found.bodies.retain(|&object| self.is_over_in(&ties, FacetId { object, facet: 0 }));
         found
+    }
+
+    /// Visits the facets and bodies whose boxes are over the hull of `points`, for every frame that sees them, until `visit` breaks.
+    fn for_each_over(
+        &self,
+        among: Among,
+        points: &[Point],
+        mut visit: impl FnMut(FacetId) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        self.frames.iter().enumerate().try_for_each(|(frame, view)| match view.bounds(points).map(over) {
+            Some(query) => self.for_each_among(among, frame, &query, &mut visit),
+            None => ControlFlow::Continue(()),
+        })
     }
 
     /// Visits the facets whose boxes in a frame meet `query` (of an analytic body the first), until `visit` breaks.

@@ -116,10 +116,10 @@ struct Placed {
 }
 
 /// Nothing.
-const NOWHERE: [f64; 4] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+pub(super) const NOWHERE: [f64; 4] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
 
 /// A rectangle that holds two.
-fn union([a, b, c, d]: [f64; 4], other: &[f64; 4]) -> [f64; 4] {
+pub(super) fn union([a, b, c, d]: [f64; 4], other: &[f64; 4]) -> [f64; 4] {
     [a.min(other[0]), b.min(other[1]), c.max(other[2]), d.max(other[3])]
 }
 

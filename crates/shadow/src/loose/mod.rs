@@ -187,6 +187,15 @@ impl Points<'_> {
         }
     }
 
+    /// What a coordinate of a slack box differs from the point's by at most, for points no greater than `size`.
+    fn slack(&self, size: f64) -> f64 {
+        match self {
+            Self::FreeSingle(_) | Self::FreeDouble(_) | Self::OnFaces(_) => 0.0,
+            Self::OrientedSingle(_) => size * 2f64.powi(-24) + 2f64.powi(-150),
+            Self::OrientedDouble(_) => size * f64::EPSILON * 0.5,
+        }
+    }
+
     /// The greatest magnitude of a coordinate that is given.
     fn size(&self) -> f64 {
         // Axis by axis, so that no comparison waits for the last one.
@@ -214,17 +223,6 @@ impl Points<'_> {
             Self::OrientedSingle(rows) => greatest(rows),
             Self::OrientedDouble(rows) => greatest_double(rows),
             Self::OnFaces(_) => 0.0,
-        }
-    }
-}
-
-impl Points<'_> {
-    /// What a coordinate of a slack box differs from the point's by at most, for points no greater than `size`.
-    fn slack(&self, size: f64) -> f64 {
-        match self {
-            Self::FreeSingle(_) | Self::FreeDouble(_) | Self::OnFaces(_) => 0.0,
-            Self::OrientedSingle(_) => size * 2f64.powi(-24) + 2f64.powi(-150),
-            Self::OrientedDouble(_) => size * f64::EPSILON * 0.5,
         }
     }
 }

@@ -14,6 +14,7 @@ use crate::{
     light_space::View,
     loose::{
         CHUNK, Points,
+        grid::{NOWHERE, union},
         on_faces::OnFaces,
         pieces::Pieces,
         seen::{BLOCK, Block, PointError, Row},
@@ -74,13 +75,14 @@ impl Occupancy {
         let starts: Vec<usize> = (0..points.len()).step_by(CHUNK).collect();
         let parts = starts.par_iter().map_init(OnFaces::default, |on_faces, &start| {
             let part = points.part(start, points.len().min(start + CHUNK));
-            let own = |size| (part.slack(size), size);
+            let size = part.size();
+            let off = (part.slack(size), size);
             let see = |rows: &[[f64; 3]], (slack, size)| Spots::of(views, pieces, rows, slack, size);
             match part {
-                Points::FreeSingle(rows) => see(&positions(rows), own(part.size())),
-                Points::FreeDouble(rows) => see(rows, own(part.size())),
-                Points::OrientedSingle(rows) => see(&positions(rows), own(part.size())),
-                Points::OrientedDouble(rows) => see(&positions(rows), own(part.size())),
+                Points::FreeSingle(rows) => see(&positions(rows), off),
+                Points::FreeDouble(rows) => see(rows, off),
+                Points::OrientedSingle(rows) => see(&positions(rows), off),
+                Points::OrientedDouble(rows) => see(&positions(rows), off),
                 Points::OnFaces(points) => {
                     // A point that is refused is told of where the others are answered.
                     on_faces.gather(queries, pieces, points, light).ok()?;
@@ -95,10 +97,7 @@ impl Occupancy {
 
     fn of_view(view: usize, parts: &[Spots], off: f64) -> Self {
         let spots = || parts.iter().flat_map(|part| &part.spots).filter(|spot| spot.view == view);
-        let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-        for Spot { place: [u, v], .. } in spots() {
-            bounds = [bounds[0].min(*u), bounds[1].min(*v), bounds[2].max(*u), bounds[3].max(*v)];
-        }
+        let bounds = spots().fold(NOWHERE, |bounds, &Spot { place: [u, v], .. }| union(bounds, &[u, v, u, v]));
         let side = ((spots().count() as f64 * CELLS_A_POINT).sqrt() as usize).clamp(1, MOST_CELLS);
         let density = |length: f64| if length > 0.0 { side as f64 / length } else { 0.0 };
         let density = [density(bounds[2] - bounds[0]), density(bounds[3] - bounds[1])];

@@ -85,16 +85,10 @@ impl Occluders<'_> {
     /// [`Occluders::candidates`] finds; counting ends at `most`.
     pub(crate) fn count(&self, among: Among, points: &[Point], most: usize) -> usize {
         let (mut count, ties) = (0, self.ties_over(points));
-        for (frame, view) in self.frames.iter().enumerate() {
-            let Some(query) = view.bounds(points).map(over) else { continue };
-            let ended = self.for_each_among(among, frame, &query, |id| {
-                count += usize::from(self.is_over_in(&ties, id));
-                if count < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-            });
-            if ended.is_break() {
-                return count;
-            }
-        }
+        let _ = self.for_each_over(among, points, |id| {
+            count += usize::from(self.is_over_in(&ties, id));
+            if count < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
         count
     }
 
@@ -103,18 +97,12 @@ impl Occluders<'_> {
     pub(crate) fn burden(&self, among: Among, face: &Receiver<FLAT>, most: usize) -> usize {
         let (clearance, ties) = (Clearance::of(face), self.ties_over(&face.points));
         let (mut looked, mut left) = (0, 0);
-        for (frame, view) in self.frames.iter().enumerate() {
-            let Some(query) = view.bounds(&face.points).map(over) else { continue };
-            let ended = self.for_each_among(among, frame, &query, |id| {
-                looked += 1;
-                let is_clear = clearance.as_ref().is_some_and(|face| self.is_clear(id, face));
-                left += usize::from(!is_clear && self.is_over_in(&ties, id));
-                if left + looked / LOOKS < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-            });
-            if ended.is_break() {
-                break;
-            }
-        }
+        let _ = self.for_each_over(among, &face.points, |id| {
+            looked += 1;
+            let is_clear = clearance.as_ref().is_some_and(|face| self.is_clear(id, face));
+            left += usize::from(!is_clear && self.is_over_in(&ties, id));
+            if left + looked / LOOKS < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
         left + looked / LOOKS
     }
 
