@@ -89,6 +89,10 @@ impl Parser {
         // A remark may follow a number without a space; names may hold its sign.
         let numeric = rest.split_once('#').map_or(rest, |(numeric, _)| numeric);
         let words = || numeric.split_whitespace();
+        if !numeric.is_ascii() && matches!(keyword, "v" | "vt" | "vn" | "f" | "fo" | "p" | "l") {
+            let is_plain = !numeric.contains(|character: char| !character.is_ascii() && character.is_whitespace());
+            self.require(is_plain, "white space between numbers that other readers do not take for such", line);
+        }
         match keyword {
             "" => {}
             _ if keyword.starts_with('#') => {}

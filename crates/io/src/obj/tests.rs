@@ -68,6 +68,16 @@ fn what_follows_positions_is_told_where_it_is_none_of_the_formats() {
 }
 
 #[test]
+fn white_space_that_only_some_readers_know_is_told() {
+    let told = |face: &str| findings(model(&format!("o a\u{a0}b\nv 0 0 0\nv 1 0 0\nv 0 1 1\n{face}\n")));
+    for plain in ["f 1 2 3", "f\t1\t2   3 # \u{a0}"] {
+        assert_eq!(told(plain), [], "{plain}");
+    }
+    let found = told("f 1\u{a0}2 3");
+    assert!(matches!(&found[..], [(FindingKind::BrokenRule, told, 1)] if told.starts_with("white space")), "{found:?}");
+}
+
+#[test]
 fn text_of_no_known_encoding_is_told_by_its_line() {
     let folder = Folder::of_scene(std::path::Path::new("scene.obj"), Outside::Refused);
     let bytes = b"v 0 0 0\nv 1 0 0\nv 0 1 1\no t\xe4st\nf 1 2 3\n";

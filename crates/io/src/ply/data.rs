@@ -17,7 +17,7 @@ pub(super) struct Row {
 /// What of an element's rows is not as the format has it, and read all the same.
 #[derive(Debug, Default)]
 pub(super) struct Oddities {
-    /// How many words were too large for their type, or of unused properties no number of it.
+    /// How many words were too large for their type, whole numbers written as floats (`3.0`), or of unused properties no number of their type.
     pub(super) numbers: usize,
     /// How many rows of text were not just a line.
     pub(super) lines: usize,
@@ -129,11 +129,11 @@ impl<'a> Source<'a> {
         row.ends.clear();
         for (place, property) in element.properties.iter().enumerate() {
             let length = match property.length {
-                Some(kind) => self.length(kind)?,
+                Some(kind) => self.length(kind, &mut odd)?,
                 None => 1,
             };
             for _ in 0..length {
-                let number = match self.number(property.item) {
+                let number = match self.number(property.item, &mut odd) {
                     Err(Fault::Wrong(_)) if !used.contains(&place) => {
                         odd += 1;
                         f64::NAN
@@ -149,16 +149,19 @@ impl<'a> Source<'a> {
     }
 
     /// The length of a list; what does not fit into the file ends the reading soon enough.
-    fn length(&mut self, kind: Type) -> Result<u64, Fault> {
-        let length = self.number(kind)?;
+    fn length(&mut self, kind: Type, odd: &mut usize) -> Result<u64, Fault> {
+        let length = self.number(kind, odd)?;
         if length < 0.0 { Err(Fault::Wrong(format!("a list of {length} numbers"))) } else { Ok(length as u64) }
     }
 
-    fn number(&mut self, kind: Type) -> Result<f64, Fault> {
+    /// A number of a type; one more is `odd` where a whole number is written as a float, which others do not read.
+    fn number(&mut self, kind: Type, odd: &mut usize) -> Result<f64, Fault> {
         match self {
             Self::Text(tokens) => {
                 let word = tokens.next().ok_or(Fault::Ended)?;
                 let number = word.parse().ok().filter(|&number| kind.holds(number));
+                let is_float = kind.is_whole() && number.is_some() && word.contains(['.', 'e', 'E']);
+                *odd += usize::from(is_float);
                 let expected = if kind.is_whole() { "whole number of its type" } else { "number" };
                 number.ok_or_else(|| Fault::Wrong(format!("\"{}\" is not a {expected}", excerpt(word))))
             }

@@ -183,6 +183,8 @@ fn types_and_lists_that_the_format_does_not_have_are_told() {
         (lines.replace("uchar int", "uchar double"), vertices, face, "element face: indices of a type of floats"),
         (second, vertices, "0 3 0 1 2 0", "element face: two lists of vertices"),
         (lines.clone(), "0 0 0 1\n1e39 0 0 1\n1 1 0 1\n0 1 0 1\n", face, "element vertex: numbers that are none of"),
+        (lines.clone(), vertices, "0 3.0 0 1 2", "element face: numbers that are none of their type"),
+        (lines.clone(), vertices, "0 3 0 1e0 2", "element face: numbers that are none of their type"),
         (lines.clone(), "0 0 0 1\n1 0 0 nan\n1 1 0 1\n0 1 0 1\n", face, "element vertex: normals that are no numbers"),
     ] {
         let model = parse(&text(&lines, &format!("{vertices}{face}\n"))).expect("loads");
