@@ -24,6 +24,40 @@ pub(crate) fn alpha(bytes: &[u8], ledger: &Ledger) -> Result<Option<AlphaMap>, S
     }
 }
 
+/// What is wrong with a PNG or JPEG as far as that is seen without decoding it: that it is cut off, or has no size. Others are not looked at.
+pub(crate) fn fault(bytes: &[u8]) -> Option<&'static str> {
+    let (is_broken, fault) = match bytes {
+        [0x89, b'P', b'N', b'G', ..] => (!has_png_chunks(bytes), "its PNG is cut off or broken"),
+        [0xff, 0xd8, 0xff, ..] => (!is_jpeg(bytes), "its JPEG is cut off or broken"),
+        _ => return None,
+    };
+    is_broken.then_some(fault)
+}
+
+/// Whether the chunks of a PNG (3rd edition, 5) follow each other from a header with a size to the end, with pixels among them.
+fn has_png_chunks(bytes: &[u8]) -> bool {
+    let Some(mut rest) = bytes.strip_prefix(b"\x89PNG\r\n\x1a\n") else { return false };
+    let (mut has_size, mut has_pixels) = (false, false);
+    while let Some((length, named)) = rest.split_first_chunk::<4>() {
+        let length = u32::from_be_bytes(*length) as usize;
+        // The name, the content, and a checksum.
+        let Some((chunk, behind)) = length.checked_add(8).and_then(|length| named.split_at_checked(length)) else {
+            return false;
+        };
+        match &chunk[..4] {
+            b"IHDR" => has_size = length == 13 && chunk[4..8] != [0; 4] && chunk[8..12] != [0; 4],
+            b"IDAT" => has_pixels = true,
+            b"IEND" => return has_pixels,
+            _ => {}
+        }
+        if !has_size {
+            return false;
+        }
+        rest = behind;
+    }
+    false
+}
+
 /// Whether the segments of a JPEG (ITU-T T.81, annex B) follow each other up to its lines of pixels, with a size among them, and it has
 /// an end.
 fn is_jpeg(bytes: &[u8]) -> bool {
@@ -42,7 +76,7 @@ fn is_jpeg(bytes: &[u8]) -> bool {
             0xc0..=0xcf if !matches!(kind, 0xc4 | 0xc8 | 0xcc) => {
                 has_size = segment.get(1..5).is_some_and(|size| size[..2] != [0, 0] && size[2..] != [0, 0]);
             }
-            0xda => return has_size && behind[length..].windows(2).any(|pair| pair == [0xff, 0xd9]),
+            0xda => return has_size && behind[length..].windows(2).rev().any(|pair| pair == [0xff, 0xd9]),
             _ => {}
         }
         rest = &behind[length..];
@@ -223,6 +257,20 @@ mod tests {
             bytes.drain(at - 4..at + 11);
         }
         bytes
+    }
+
+    #[test]
+    fn faults_are_seen_without_decoding() {
+        let whole = png(&[7; 400], [10, 10], ExtendedColorType::Rgba8);
+        assert_eq!([fault(&whole), fault(&[&whole[..], b"more"].concat()), fault(b"RIFF....WEBP")], [None; 3]);
+        assert!((4..whole.len()).all(|length| fault(&whole[..length]).is_some()));
+        let mut flat = whole.clone();
+        flat[20..24].fill(0);
+        assert!(fault(&flat).is_some());
+        // Header and end, and no pixels between them.
+        let empty = [&whole[..33], &whole[whole.len() - 12..]].concat();
+        assert!(fault(&empty).is_some());
+        assert_eq!((fault(&jpeg()), fault(&jpeg()[..20]).is_some()), (None, true));
     }
 
     #[test]

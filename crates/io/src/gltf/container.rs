@@ -177,16 +177,19 @@ impl<'a> Buffers<'a> {
     /// The bytes of the file that a URI names.
     fn length(&self, uri: &str, place: &str) -> Result<u64, LoadProblem> {
         let file = self.file(uri, place)?;
-        let metadata = std::fs::metadata(&file.real);
-        metadata.map(|metadata| metadata.len()).map_err(|source| LoadProblem::Unreadable { path: file.shown, source })
+        match std::fs::metadata(&file.real) {
+            Ok(metadata) if metadata.is_file() => Ok(metadata.len()),
+            Ok(_) => Err(LoadProblem::element(place, format!("\"{}\" is not a file", excerpt(uri)))),
+            Err(source) => Err(LoadProblem::Unreadable { path: file.shown, source }),
+        }
     }
 
-    /// Whether something is behind a URI that is no buffer's. What is elsewhere is not looked for.
-    pub(super) fn check(&self, uri: &str, place: &str) -> Result<(), LoadProblem> {
+    /// Whether something is behind a URI that is no buffer's; its bytes, if the URI itself holds them. What is elsewhere is not looked for.
+    pub(super) fn check(&self, uri: &str, place: &str) -> Result<Option<Rc<Vec<u8>>>, LoadProblem> {
         match data_of(uri) {
-            Some(_) => self.resource(uri, place, 0).map(|_| ()),
-            None if has_scheme(uri) => Ok(()),
-            None => self.length(uri, place).map(|_| ()),
+            Some(_) => self.resource(uri, place, 0).map(Some),
+            None if has_scheme(uri) => Ok(None),
+            None => self.length(uri, place).map(|_| None),
         }
     }
 

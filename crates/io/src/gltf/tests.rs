@@ -14,9 +14,11 @@ mod limits;
 mod masks;
 mod members;
 mod motions;
+mod pictures;
 mod rooms;
 mod rules;
 mod unread;
+mod views;
 
 /// Bytes of a buffer, with the views and accessors that describe them.
 #[derive(Clone, Default)]

@@ -16,6 +16,7 @@ use super::{
     accessor::Accessors,
     container::head_of_data,
     json::{Document, Image, Material, Sampler, TextureReference, TextureTransform, existing},
+    views::Views,
 };
 use crate::{
     error::{LoadProblem, brief},
@@ -115,30 +116,40 @@ fn least_opaque(cutoff: f64) -> f64 {
     if single.is_finite() { f64::midpoint(single.next_down().into(), single.into()).max(0.0) } else { cutoff.max(0.0) }
 }
 
-/// Pictures that no material cuts out with, so that nothing reads them: those that are not there are told.
+/// Pictures that no material cuts out with, so that nothing decodes them: those that are not there are told, and of those in buffer views and
+/// data URIs whose bytes are at hand those that are cut off.
 pub(super) fn check_rest(document: &Document, accessors: &Accessors) -> Findings {
     let masks = document.materials.iter().filter(|material| material.alpha_mode.as_deref() == Some("MASK"));
     let textures = masks.filter_map(|material| material.base_color().base_color_texture.as_ref());
     let read: HashSet<usize> = textures.filter_map(|texture| document.textures.get(texture.index)?.source).collect();
     let mut findings = Findings::default();
     for (index, image) in document.images.iter().enumerate().filter(|(index, _)| !read.contains(index)) {
-        let place = format!("image {index}");
-        let found = image.uri.as_deref().map(|uri| accessors.views().check(uri, &place));
-        if let Some(Err(problem)) = found {
+        if let Err(problem) = check_unread(image, accessors.views(), &format!("image {index}")) {
             findings.add(FindingKind::BrokenRule, &format!("unused: {problem}"), 1);
         }
     }
     findings
 }
 
+/// See [`check_rest`].
+fn check_unread(image: &Image, views: &Views, place: &str) -> Result<(), LoadProblem> {
+    let fault = match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => views.check(uri, place)?.and_then(|bytes| picture::fault(&bytes)),
+        (None, Some(view)) if views.is_at_hand(view) => picture::fault(views.get(view)?.1),
+        _ => None,
+    };
+    fault.map_or(Ok(()), |fault| Err(LoadProblem::element(place, fault)))
+}
+
 /// What pictures in buffer views and data URIs begin with, where their bytes are at hand: something else than their types say is told.
 pub(super) fn check(document: &Document, accessors: &Accessors) -> Findings {
     let mut findings = Findings::default();
     for (index, image) in document.images.iter().enumerate() {
-        let is_known = |stated: &&str| KINDS.iter().any(|(kind, _)| kind == stated);
-        let stated = image.mime_type.as_deref().filter(is_known);
+        // Types are written in letters of either size.
+        let known = |stated: &str| KINDS.iter().map(|(kind, _)| *kind).find(|kind| kind.eq_ignore_ascii_case(stated));
+        let stated = image.mime_type.as_deref().and_then(known);
         let data = image.uri.as_deref().and_then(head_of_data);
-        let in_uri = data.as_ref().map(|(kind, _)| *kind).filter(is_known);
+        let in_uri = data.as_ref().and_then(|(kind, _)| known(kind));
         // Pictures do not stand in compressed views.
         let view = image.buffer_view.filter(|&view| stated.is_some() && accessors.views().is_at_hand(view));
         let bytes = match (&data, view.map(|view| accessors.views().get(view))) {

@@ -62,7 +62,7 @@ impl<'a> Views<'a> {
     }
 
     /// See [`Buffers::check`].
-    pub(super) fn check(&self, uri: &str, place: &str) -> Result<(), LoadProblem> {
+    pub(super) fn check(&self, uri: &str, place: &str) -> Result<Option<Rc<Vec<u8>>>, LoadProblem> {
         self.buffers.check(uri, place)
     }
 

@@ -108,7 +108,8 @@ fn joints_are_those_of_the_skin() {
         let skins = document["skins"].as_array_mut().expect("skins");
         skins.push(json!({ "joints": [1, 2], "inverseBindMatrices": 0 }));
     };
-    assert!(matches!(&skinned(0, two)[..], [told] if told.contains("skin 1: its inverse bind matrices")));
+    let told = skinned(0, two);
+    assert!(told.iter().any(|told| told.contains("skin 1: its inverse bind matrices")), "{told:?}");
 }
 
 #[test]
@@ -312,21 +313,11 @@ fn primitives_have_the_coordinates_of_their_textures() {
     let fault = "1 mesh 0, primitive 0: it has no TEXCOORD_1, which its material takes";
     for material in [
         json!({ "pbrMetallicRoughness": { "baseColorTexture": at(1) } }),
+        json!({ "pbrMetallicRoughness": { "baseColorTexture": at(1) }, "alphaMode": "MASK" }),
         json!({ "pbrMetallicRoughness": { "metallicRoughnessTexture": at(1) }, "emissiveTexture": at(1) }),
         json!({ "extensions": { "KHR_materials_clearcoat": { "clearcoatTexture": at(1) } } }),
     ] {
         assert_eq!(found(material), [fault]);
-    }
-}
-
-#[test]
-fn pictures_that_nothing_reads_are_there() {
-    let found = |uri: &str| told(|document, _| document["images"] = json!([{ "uri": uri }]));
-    for elsewhere in ["https://example.invalid/a.png", "data:image/png;base64,iVBORw0KGgo="] {
-        assert!(found(elsewhere).is_empty(), "{elsewhere}");
-    }
-    for missing in ["nowhere.png", "data:image/png;base64,!!!!"] {
-        assert!(matches!(&found(missing)[..], [told] if told.starts_with("1 unused: ")), "{:?}", found(missing));
     }
 }
 

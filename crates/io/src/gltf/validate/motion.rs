@@ -50,6 +50,9 @@ impl Check<'_> {
         for (number, sampler) in animation.samplers.iter().enumerate() {
             let times = &self.document.accessors[sampler.input];
             let place = format!("{place}, sampler {number}");
+            for view in [sampler.input, sampler.output].map(|accessor| self.document.accessors[accessor].buffer_view) {
+                view.into_iter().for_each(|view| self.plain_view(view, &place));
+            }
             if !is_clock(times) {
                 self.tell(&place, "its input is none of 32-bit floats with min and max, 0 or more");
             }

@@ -144,15 +144,14 @@ impl Check<'_> {
         }
     }
 
-    /// The texture coordinates of the textures of a primitive's material. Those that cut something out are looked at where they are read.
+    /// The texture coordinates of the textures of a primitive's material.
     pub(super) fn coordinates(&mut self, primitive: &Primitive, material: &Material, place: &str) {
         let base = &material.pbr_metallic_roughness;
-        let is_mask = material.alpha_mode.as_deref() == Some("MASK");
-        let cutting = base.base_color_texture.as_ref().filter(|_| !is_mask).map(TextureReference::set);
+        let base_color = base.base_color_texture.as_ref().map(TextureReference::set);
         let others = [&material.normal_texture, &material.occlusion_texture, &material.emissive_texture];
         let of_extensions = material.extensions.iter().flat_map(|extension| &extension.textures);
         let others = others.into_iter().chain([&base.metallic_roughness_texture]).flatten().chain(of_extensions);
-        for set in others.map(TextureIndex::set).chain(cutting).collect::<BTreeSet<_>>() {
+        for set in others.map(TextureIndex::set).chain(base_color).collect::<BTreeSet<_>>() {
             let name = format!("TEXCOORD_{set}");
             if !primitive.attributes.contains_key(&name) {
                 self.tell(place, &format!("it has no {name}, which its material takes"));

@@ -5,6 +5,9 @@ use std::{
     f64::consts::{FRAC_PI_2, FRAC_PI_4, PI},
 };
 
+use glam::DAffine3;
+use umbriel_geometry::MAX_MAGNITUDE;
+
 use super::Check;
 use crate::{
     gltf::{
@@ -36,7 +39,7 @@ impl Check<'_> {
         }
     }
 
-    /// Skins and weights of nothing, rotations that are none, and matrices that are no product of a translation, a rotation and scales.
+    /// Skins and weights of nothing, rotations that are none, matrices that are no product of a translation, a rotation and scales, and numbers that no scene has.
     pub(super) fn node(&mut self, index: usize, node: &Node) {
         let place = || hierarchy::place(index, node);
         if node.skin.is_some() && node.mesh.is_none() {
@@ -53,6 +56,11 @@ impl Check<'_> {
         }
         if node.matrix.as_ref().is_some_and(|matrix| !is_affine(matrix)) {
             self.tell(&place(), "the last row of its matrix is not quite 0 0 0 1");
+        }
+        // What is shown there is refused where it is placed.
+        let is_far = |map: DAffine3| map.to_cols_array().iter().any(|entry| entry.abs() > MAX_MAGNITUDE);
+        if hierarchy::own_map(node).is_ok_and(is_far) {
+            self.tell(&place(), "numbers of its matrix, translation or scale are above 2^200");
         }
     }
 
@@ -118,9 +126,8 @@ impl Check<'_> {
             self.tell(place, "it has not just one of uri and bufferView");
         }
         image.uri.iter().for_each(|uri| self.data_uri(uri, place));
-        let view = image.buffer_view.and_then(|view| self.document.buffer_views.get(view));
-        if view.is_some_and(|view| view.byte_stride.is_some()) {
-            self.tell(place, "its buffer view has a stride");
+        if let Some(view) = image.buffer_view.filter(|&view| view < self.document.buffer_views.len()) {
+            self.plain_view(view, place);
         }
         match image.mime_type.as_deref() {
             None if image.buffer_view.is_some() => self.tell(place, "it is in a buffer view and has no mimeType"),

@@ -1,6 +1,6 @@
 //! What buffers and their views say about what they are used for (glTF 2.0, 3.6.2 and 5.11).
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::{Check, Component, element_size};
 use crate::gltf::{
@@ -42,7 +42,7 @@ impl Check<'_> {
         if primitive.extensions.draco.is_some() {
             return;
         }
-        for &index in primitive.attributes.values() {
+        for &index in attributes_of(primitive) {
             self.purpose(index, VERTICES, "its buffer view is not for vertices");
             if self.is_packed(index) {
                 self.tell(&format!("accessor {index}"), "its vertices do not begin at multiples of four bytes");
@@ -56,23 +56,30 @@ impl Check<'_> {
         }
     }
 
-    /// Views of vertices that several accessors share need a stride; those of indices hold no vertices.
+    /// Views of vertices that several accessors share need a stride; and no view holds two of vertices, indices, matrices of skins and pictures.
     pub(super) fn shared_views(&mut self) {
-        let primitives = self.document.meshes.iter().flat_map(|mesh| &mesh.primitives);
+        let document = self.document;
+        let primitives = document.meshes.iter().flat_map(|mesh| &mesh.primitives);
         let plain = primitives.filter(|primitive| primitive.extensions.draco.is_none());
-        let indices = plain.clone().filter_map(|primitive| self.document.accessors[primitive.indices?].buffer_view);
-        let lists = plain.flat_map(|primitive| primitive.targets.iter().chain([&primitive.attributes]));
+        let view_of = |accessor: usize| document.accessors.get(accessor)?.buffer_view;
         let (mut first, mut shared) = (HashMap::new(), BTreeSet::new());
-        for &accessor in lists.flat_map(|list| list.values()) {
-            let Some(view) = self.document.accessors[accessor].buffer_view else { continue };
-            let has_stride = self.document.buffer_views[view].byte_stride.is_some();
+        for &accessor in plain.clone().flat_map(attributes_of) {
+            let Some(view) = view_of(accessor) else { continue };
+            let has_stride = document.buffer_views[view].byte_stride.is_some();
             if *first.entry(view).or_insert(accessor) != accessor && !has_stride {
                 shared.insert(view);
             }
         }
-        let mixed: BTreeSet<usize> = indices.filter(|view| first.contains_key(view)).collect();
-        for view in mixed {
-            self.tell(&format!("buffer view {view}"), "it holds indices and vertices");
+        let mut held: BTreeMap<usize, BTreeSet<&str>> = BTreeMap::new();
+        let mut hold = |view: usize, content: &'static str| _ = held.entry(view).or_default().insert(content);
+        first.keys().for_each(|&view| hold(view, "vertices"));
+        plain.filter_map(|primitive| view_of(primitive.indices?)).for_each(|view| hold(view, "indices"));
+        let matrices = document.skins.iter().filter_map(|skin| view_of(skin.inverse_bind_matrices?));
+        matrices.for_each(|view| hold(view, "inverse bind matrices"));
+        document.images.iter().filter_map(|image| image.buffer_view).for_each(|view| hold(view, "pictures"));
+        for (view, contents) in held.into_iter().filter(|(_, contents)| contents.len() > 1) {
+            let contents: Vec<&str> = contents.into_iter().collect();
+            self.tell(&format!("buffer view {view}"), &format!("it holds {}", contents.join(" and ")));
         }
         for view in shared {
             self.tell(&format!("buffer view {view}"), "several accessors of vertices share it, and it has no stride");
@@ -105,4 +112,9 @@ impl Check<'_> {
         let has_no_stride = self.view_of(index).is_some_and(|view| view.byte_stride.is_none());
         has_no_stride && size.is_some_and(|size| !size.is_multiple_of(4))
     }
+}
+
+/// The accessors of a primitive's attributes, and of those of its morph targets.
+fn attributes_of(primitive: &Primitive) -> impl Iterator<Item = &usize> {
+    primitive.targets.iter().chain([&primitive.attributes]).flat_map(|list| list.values())
 }
