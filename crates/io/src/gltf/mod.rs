@@ -25,6 +25,7 @@ mod container;
 mod draco;
 mod hierarchy;
 mod json;
+mod keys;
 mod lights;
 mod mesh;
 mod meshopt;
@@ -127,9 +128,8 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
     for rule in accessors.views().broken_rules() {
         model.findings.add(FindingKind::BrokenRule, &rule, 1);
     }
-    for (fault, count) in validate::kinds::check(&text, &document.extensions_used) {
-        model.findings.add(FindingKind::BrokenRule, &fault, count);
-    }
+    model.findings.absorb(validate::kinds::check(&text, &document.extensions_used), str::to_owned);
+    model.findings.absorb(keys::check(&text), str::to_owned);
     if let Cow::Owned(_) = text {
         let subject = "JSON: halves of characters, which no text has, taken as U+FFFD";
         model.findings.add(FindingKind::BrokenRule, subject, text::halves(container.text));

@@ -29,7 +29,14 @@ pub(super) fn halves(text: &[u8]) -> usize {
 }
 
 /// Strings, numbers, and what is between them byte by byte.
-struct Tokens<'a>(&'a [u8]);
+pub(super) struct Tokens<'a>(&'a [u8]);
+
+impl<'a> Tokens<'a> {
+    /// Those of a text.
+    pub(super) fn of(text: &'a [u8]) -> Self {
+        Self(text)
+    }
+}
 
 impl<'a> Iterator for Tokens<'a> {
     type Item = &'a [u8];

@@ -7,6 +7,7 @@
 //! Only declarations are looked at, no bytes, so the time is linear in the text.
 
 mod attributes;
+mod homes;
 pub(super) mod kinds;
 mod motion;
 mod references;

@@ -2,19 +2,23 @@
 //! absent, and the others for the members of an object in order; so the text is walked once more, without keeping it. On the way empty lists are told, and
 //! values of members that nothing reads where they are of another kind than theirs.
 //!
-//! What `extras` and extensions that are not known hold may be anything; whether an extension is among those that the document says it uses is looked at on the way. Depth is
-//! limited by the reader of JSON.
+//! What `extras` and extensions that are not known hold may be anything; whether an extension is among those that the document says it uses, and stands where it may
+//! ([`homes`](super::homes)), is looked at on the way. Depth is limited by the reader of JSON.
 
-use std::{collections::BTreeMap, fmt};
+use std::{collections::HashSet, fmt, fmt::Write};
 
 use serde::{
     Deserializer,
     de::{self, DeserializeSeed, IgnoredAny, MapAccess, SeqAccess, Visitor},
 };
 
+use umbriel_scene::FindingKind;
+
+use super::homes;
 use crate::{
     error::excerpt,
-    gltf::{READ, WITHOUT_EFFECT, json::ExtensionNames},
+    gltf::{READ, WITHOUT_EFFECT, json::ExtensionNames, keys::push_name},
+    model::Findings,
 };
 
 /// Members that are objects and never lists.
@@ -48,7 +52,7 @@ const OBJECTS: [&str; 26] = [
 ];
 
 /// Members that are left out rather than empty. Those whose elements something needs are looked at where they are read.
-const NEVER_EMPTY: [&str; 18] = [
+const NEVER_EMPTY: [&str; 20] = [
     "accessors",
     "animations",
     "buffers",
@@ -58,11 +62,13 @@ const NEVER_EMPTY: [&str; 18] = [
     "extensionsRequired",
     "extensionsUsed",
     "images",
+    "lights",
     "materials",
     "meshes",
     "nodes",
     "samplers",
     "scenes",
+    "shapes",
     "skins",
     "targets",
     "textures",
@@ -77,16 +83,55 @@ fn is_looked_into(extension: &str) -> bool {
     READ.contains(&extension) || extension.starts_with(OF_MATERIALS) && WITHOUT_EFFECT.contains(&extension)
 }
 
-/// What is wrong, by the member's name, and how often; `used` are the extensions that the document uses. Nothing for a text that is no JSON.
-pub(in crate::gltf) fn check(text: &[u8], used: &ExtensionNames) -> BTreeMap<String, usize> {
-    let mut told = BTreeMap::new();
-    let member =
-        Member { name: "the document", kind: Kind::Any, is_in_list: false, is_open: false, used, told: &mut told };
+/// What is wrong, with the JSON pointers (RFC 6901) of the first places; `used` are the extensions that the document uses. Nothing for a text that is no JSON.
+pub(in crate::gltf) fn check(text: &[u8], used: &ExtensionNames) -> Findings {
+    let mut walk = Walk { used, undeclared: HashSet::new(), findings: Findings::default() };
+    let name = homes::DOCUMENT;
+    let member = Member { name, kind: Kind::Any, is_in_list: false, is_open: false, place: None, walk: &mut walk };
     // A text that is no JSON was refused before.
     if let Err(fault) = member.deserialize(&mut serde_json::Deserializer::from_slice(text)) {
-        told.insert(format!("JSON: what follows is not looked at: {fault}"), 1);
+        let subject = format!("JSON: what follows is not looked at: {fault}");
+        walk.findings.add(FindingKind::BrokenRule, &subject, 1);
     }
-    told
+    walk.findings
+}
+
+/// What stays the same all the way.
+struct Walk<'a> {
+    used: &'a ExtensionNames,
+    /// Extensions that are used and not said to be, told once each.
+    undeclared: HashSet<String>,
+    findings: Findings,
+}
+
+/// A member or an element of a list, below those around it.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    above: Option<&'a Place<'a>>,
+    step: Step<'a>,
+}
+
+#[derive(Clone, Copy)]
+enum Step<'a> {
+    Name(&'a str),
+    Number(usize),
+}
+
+impl Place<'_> {
+    /// Its JSON pointer.
+    fn pointer(&self) -> String {
+        let mut steps: Vec<Step> =
+            std::iter::successors(Some(self), |place| place.above).map(|place| place.step).collect();
+        steps.reverse();
+        let mut pointer = String::new();
+        for step in steps {
+            match step {
+                Step::Name(name) => push_name(&mut pointer, name),
+                Step::Number(number) => _ = write!(pointer, "/{number}"),
+            }
+        }
+        pointer
+    }
 }
 
 /// What the values of a member are, where nothing else reads them.
@@ -103,6 +148,8 @@ enum Kind {
     Share,
     /// A list of three shares.
     Color,
+    /// A list of two numbers.
+    Pair,
     /// A whole number, 0 or more.
     Index,
 }
@@ -119,6 +166,8 @@ impl Kind {
             }
             ("normalTexture", "scale") => Self::Number,
             (_, "texCoord") => Self::Index,
+            ("KHR_texture_transform", "offset" | "scale") => Self::Pair,
+            ("KHR_texture_transform", "rotation") => Self::Number,
             _ => parent.strip_prefix(OF_MATERIALS).map_or(Self::Any, |extension| Self::of_material(extension, name)),
         }
     }
@@ -150,6 +199,7 @@ impl Kind {
         match self {
             Self::Any => Some(Self::Any),
             Self::Color => Some(Self::Share),
+            Self::Pair => Some(Self::Number),
             _ => None,
         }
     }
@@ -163,30 +213,34 @@ impl Kind {
             Self::Magnitude => "not a number, 0 or more",
             Self::Share => "not a number between 0 and 1",
             Self::Color => "not three numbers between 0 and 1",
+            Self::Pair => "not two numbers",
             Self::Index => "not a whole number, 0 or more",
         }
     }
 }
 
 /// The value of a member, or an element of a list that is one.
-struct Member<'a> {
+struct Member<'a, 'w> {
     name: &'a str,
     kind: Kind,
     is_in_list: bool,
     /// An extension: what it holds is looked at where something reads it.
     is_open: bool,
-    used: &'a ExtensionNames,
-    told: &'a mut BTreeMap<String, usize>,
+    /// The document itself has none.
+    place: Option<&'a Place<'a>>,
+    walk: &'a mut Walk<'w>,
 }
 
-impl Member<'_> {
+impl<'w> Member<'_, 'w> {
     fn tell(&mut self, fault: &str) {
-        *self.told.entry(format!("{}: {fault}", excerpt(self.name))).or_default() += 1;
+        let pointer = self.place.map(Place::pointer).unwrap_or_default();
+        let subject = format!("{}: {fault}", excerpt(self.name));
+        self.walk.findings.add_at(FindingKind::BrokenRule, &subject, pointer);
     }
 
     /// An element of the list that this member is.
-    fn element(&mut self, kind: Kind) -> Member<'_> {
-        Member { name: self.name, kind, is_in_list: true, is_open: false, used: self.used, told: &mut *self.told }
+    fn element<'b>(&'b mut self, kind: Kind, place: &'b Place<'b>) -> Member<'b, 'w> {
+        Member { name: self.name, kind, is_in_list: true, is_open: false, place: Some(place), walk: &mut *self.walk }
     }
 
     /// Tells a value that is none of those that the member may have.
@@ -196,9 +250,24 @@ impl Member<'_> {
         }
         Ok(())
     }
+
+    /// Tells an extension of what this member, `extensions`, belongs to, if the document does not say that it uses it or it has nothing to say there.
+    fn extension(&mut self, name: &str) {
+        let findings = &mut self.walk.findings;
+        if !self.walk.used.contains(name) && self.walk.undeclared.insert(name.to_owned()) {
+            let subject = format!("{}: it is not among the extensionsUsed", excerpt(name));
+            findings.add(FindingKind::BrokenRule, &subject, 1);
+        }
+        let around = std::iter::successors(self.place.and_then(|place| place.above), |place| place.above);
+        let owner = around.filter_map(|place| if let Step::Name(name) = place.step { Some(name) } else { None }).next();
+        if !homes::may_stand_in(name, owner.unwrap_or(homes::DOCUMENT)) {
+            let pointer = self.place.map(Place::pointer).unwrap_or_default();
+            findings.add_at(FindingKind::BrokenRule, &format!("{name}: it means nothing where it stands"), pointer);
+        }
+    }
 }
 
-impl<'de> DeserializeSeed<'de> for Member<'_> {
+impl<'de> DeserializeSeed<'de> for Member<'_, '_> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<(), D::Error> {
@@ -206,7 +275,7 @@ impl<'de> DeserializeSeed<'de> for Member<'_> {
     }
 }
 
-impl<'de> Visitor<'de> for Member<'_> {
+impl<'de> Visitor<'de> for Member<'_, '_> {
     type Value = ();
 
     fn expecting(&self, text: &mut fmt::Formatter) -> fmt::Result {
@@ -257,10 +326,11 @@ impl<'de> Visitor<'de> for Member<'_> {
             return Ok(());
         };
         let mut count = 0;
-        while list.next_element_seed(self.element(kind))?.is_some() {
+        let above = self.place;
+        while list.next_element_seed(self.element(kind, &Place { above, step: Step::Number(count) }))?.is_some() {
             count += 1;
         }
-        if self.kind == Kind::Color && count != 3 {
+        if self.kind == Kind::Color && count != 3 || self.kind == Kind::Pair && count != 2 {
             self.tell(self.kind.fault());
         } else if count == 0 && NEVER_EMPTY.contains(&self.name) {
             self.tell("an empty list");
@@ -272,18 +342,26 @@ impl<'de> Visitor<'de> for Member<'_> {
         if self.kind != Kind::Any {
             self.tell(self.kind.fault());
         }
-        let Self { name: own, is_open, used, told, .. } = self;
+        let (own, above) = (self.name, self.place);
         while let Some(name) = map.next_key::<String>()? {
-            if is_open && !is_looked_into(own) || name == "extras" {
+            if self.is_open && !is_looked_into(own) || name == "extras" {
                 map.next_value::<IgnoredAny>()?;
-            } else {
-                let is_open = own == "extensions";
-                if is_open && !used.contains(&name) {
-                    told.insert(format!("{}: it is not among the extensionsUsed", excerpt(&name)), 1);
-                }
-                let kind = if is_open { Kind::Any } else { Kind::of(own, &name) };
-                map.next_value_seed(Member { name: &name, kind, is_in_list: false, is_open, used, told: &mut *told })?;
+                continue;
             }
+            let is_open = own == "extensions";
+            if is_open {
+                self.extension(&name);
+            }
+            let kind = if is_open { Kind::Any } else { Kind::of(own, &name) };
+            let place = Some(&Place { above, step: Step::Name(&name) });
+            map.next_value_seed(Member {
+                name: &name,
+                kind,
+                is_in_list: false,
+                is_open,
+                place,
+                walk: &mut *self.walk,
+            })?;
         }
         Ok(())
     }

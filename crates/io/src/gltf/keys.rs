@@ -1,0 +1,85 @@
+//! Names that stand twice in an object. Readers of JSON differ in which of the two they take (glTF 2.0, 2.7: they should be unique).
+//!
+//! The text is walked without recursion, since what nothing reads may be of any depth. The names of an object are sorted where it ends, so that takes
+//! O(n log n) in their number, whatever they are.
+
+use std::borrow::Cow;
+
+use umbriel_scene::{Finding, FindingKind};
+
+use super::text::Tokens;
+use crate::{error::excerpt, model::Findings};
+
+/// An object or a list that has not ended.
+struct Open {
+    /// The first of its names among those of all that are open.
+    first: usize,
+    /// The number of the element, if it is a list.
+    element: Option<usize>,
+}
+
+/// Tells the names that stand twice, by their JSON pointers (RFC 6901). The text is JSON.
+pub(super) fn check(text: &[u8]) -> Findings {
+    let mut findings = Findings::default();
+    let (mut open, mut names): (Vec<Open>, Vec<Cow<str>>) = (Vec::new(), Vec::new());
+    let mut is_name = false;
+    let mut told = 0;
+    for token in Tokens::of(text) {
+        match token[0] {
+            b'{' => open.push(Open { first: names.len(), element: None }),
+            b'[' => open.push(Open { first: names.len(), element: Some(0) }),
+            b',' => {
+                if let Some(Open { element: Some(number), .. }) = open.last_mut() {
+                    *number += 1;
+                }
+            }
+            b'"' if is_name => names.push(name_of(token)),
+            b'}' => {
+                let first = open.last().map_or(0, |last| last.first);
+                names[first..].sort_unstable();
+                for twice in names[first..].windows(2).filter(|two| two[0] == two[1]) {
+                    // No one looks at more places than are shown, and each is as long as the text is deep.
+                    let place = if told < Finding::PLACES { pointer(&open, &names, &twice[0]) } else { String::new() };
+                    findings.add_at(FindingKind::BrokenRule, "JSON: a name that stands twice in an object", place);
+                    told += 1;
+                }
+            }
+            _ => {}
+        }
+        if let b'}' | b']' = token[0] {
+            names.truncate(open.pop().map_or(0, |last| last.first));
+        }
+        let is_in_object = open.last().is_some_and(|last| last.element.is_none());
+        is_name = is_in_object && (matches!(token[0], b'{' | b',') || is_name && token[0].is_ascii_whitespace());
+    }
+    findings
+}
+
+/// What a name says.
+fn name_of(token: &[u8]) -> Cow<'_, str> {
+    let written = token.get(1..token.len() - 1).unwrap_or_default();
+    match str::from_utf8(written) {
+        Ok(plain) if !written.contains(&b'\\') => plain.into(),
+        _ => serde_json::from_slice(token).map_or_else(|_| String::from_utf8_lossy(written), Cow::Owned),
+    }
+}
+
+/// Where a member of the last object is: the last names of those around it, and numbers of elements.
+fn pointer(open: &[Open], names: &[Cow<str>], name: &str) -> String {
+    let mut pointer = String::new();
+    for (outer, inner) in open.iter().zip(open.iter().skip(1)) {
+        match (outer.element, names[..inner.first].last()) {
+            (Some(number), _) => pointer.push_str(&format!("/{number}")),
+            (None, Some(name)) => push_name(&mut pointer, name),
+            (None, None) => {}
+        }
+    }
+    push_name(&mut pointer, name);
+    pointer
+}
+
+/// Appends a name to a JSON pointer.
+pub(super) fn push_name(pointer: &mut String, name: &str) {
+    pointer.push('/');
+    pointer.push_str(&excerpt(name).replace('~', "~0").replace('/', "~1"));
+}
