@@ -206,6 +206,9 @@ impl Check<'_> {
         if counts.any(|count| Some(count) != first) {
             self.tell(place, "its attributes differ in their number of vertices");
         }
+        if primitive.attributes.is_empty() {
+            self.tell(place, "it has no attributes");
+        }
         if primitive.targets.iter().any(|target| target.is_empty()) {
             self.tell(place, "a morph target of it has no attributes");
         }

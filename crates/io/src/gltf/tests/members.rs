@@ -59,6 +59,7 @@ fn values_are_of_the_kinds_of_their_members() {
         (moved("rotation", json!([0])), "rotation: not a number"),
         (texture("normalTexture", "scale", json!("x")), "scale: not a number"),
         (texture("normalTexture", "scale", json!([1])), "scale: not a number"),
+        (texture("clearcoatNormalTexture", "scale", json!("x")), "scale: not a number"),
         (texture("occlusionTexture", "strength", json!(2)), "strength: not a number between 0 and 1"),
         (texture("normalTexture", "texCoord", json!(-1)), "texCoord: not a whole number"),
         (texture("normalTexture", "texCoord", json!(0.5)), "texCoord: not a whole number"),

@@ -97,7 +97,7 @@ fn rules_broken_without_harm_are_told() {
     assert_eq!(counts, ["mesh 0, primitive 0: its attributes differ in their number of vertices"]);
     let empty = told(|document, data| {
         document["meshes"].as_array_mut().expect("meshes").push(json!({ "primitives": [] }));
-        let still = json!({ "primitives": [{ "attributes": { "POSITION": 0 }, "targets": [{}] }] });
+        let still = json!({ "primitives": [{ "attributes": { "POSITION": 0 }, "targets": [{}] }, { "attributes": {}, "targets": [{}] }] });
         document["meshes"].as_array_mut().expect("meshes").push(still);
         data.accessors.push(json!({ "componentType": 5126, "type": "MAT3", "count": 0, "normalized": true }));
     });
@@ -106,6 +106,8 @@ fn rules_broken_without_harm_are_told() {
         "accessor 1: its components cannot be normalised",
         "mesh 1: it has no primitives",
         "mesh 2, primitive 0: a morph target of it has no attributes",
+        "mesh 2, primitive 1: a morph target of it has no attributes",
+        "mesh 2, primitive 1: it has no attributes",
     ];
     assert_eq!(empty, rules);
 }
@@ -180,7 +182,9 @@ fn a_primitive_without_positions_is_told() {
         let primitives = document["meshes"][0]["primitives"].as_array_mut().expect("primitives");
         primitives.push(json!({ "attributes": {} }));
     }));
-    assert_eq!(found(model), [(FindingKind::NotTriangles, "node0".to_owned(), 1)]);
+    let rule = "mesh 0, primitive 1: it has no attributes";
+    let expected = [(FindingKind::NotTriangles, "node0".to_owned(), 1), (FindingKind::BrokenRule, rule.to_owned(), 1)];
+    assert_eq!(found(model), expected);
 }
 
 /// What is told of the document of [`triangle`] after one change.

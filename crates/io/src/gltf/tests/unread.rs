@@ -286,6 +286,12 @@ fn members_of_materials_extensions_are_of_their_kinds() {
         ("KHR_materials_volume", "attenuationColor", json!([1, 0, 1]), json!([1, 1])),
         ("KHR_materials_emissive_strength", "emissiveStrength", json!(9), json!(-1)),
         ("KHR_materials_ior", "ior", json!(1.5), json!("x")),
+        ("KHR_materials_ior", "ior", json!(0), json!(0.5)),
+        ("KHR_materials_iridescence", "iridescenceThicknessMaximum", json!(400), json!("x")),
+        ("KHR_materials_volume", "attenuationDistance", json!(0.1), json!(0)),
+        ("KHR_materials_specular", "specularColorFactor", json!([0, 1, 3]), json!([-1, 0, 0])),
+        ("KHR_materials_specular", "specularColorFactor", json!([0, 1, 3]), json!([1])),
+        ("KHR_materials_pbrSpecularGlossiness", "glossinessFactor", json!(1), json!(5)),
     ] {
         assert!(found(name, member, sound).is_empty(), "{member}");
         let found = found(name, member, wrong);

@@ -144,10 +144,16 @@ enum Kind {
     Number,
     /// A number, 0 or more.
     Magnitude,
+    /// A number above 0.
+    Positive,
+    /// An index of refraction: 1 or more, or 0 for none.
+    Refraction,
     /// A number between 0 and 1.
     Share,
     /// A list of three shares.
     Color,
+    /// A list of three magnitudes.
+    Strengths,
     /// A list of two numbers.
     Pair,
     /// A whole number, 0 or more.
@@ -164,7 +170,7 @@ impl Kind {
             ("pbrMetallicRoughness", "metallicFactor" | "roughnessFactor") | ("occlusionTexture", "strength") => {
                 Self::Share
             }
-            ("normalTexture", "scale") => Self::Number,
+            (_, "scale") if parent.ends_with("ormalTexture") => Self::Number,
             (_, "texCoord") => Self::Index,
             ("KHR_texture_transform", "offset" | "scale") => Self::Pair,
             ("KHR_texture_transform", "rotation") => Self::Number,
@@ -181,14 +187,19 @@ impl Kind {
             | ("sheen", "sheenRoughnessFactor")
             | ("specular", "specularFactor")
             | ("iridescence", "iridescenceFactor")
+            | ("pbrSpecularGlossiness", "glossinessFactor")
             | ("anisotropy", "anisotropyStrength") => Self::Share,
             ("sheen", "sheenColorFactor")
             | ("volume", "attenuationColor")
+            | ("pbrSpecularGlossiness", "specularFactor")
             | ("diffuse_transmission", "diffuseTransmissionColorFactor") => Self::Color,
-            ("ior", "ior")
-            | ("dispersion", "dispersion")
+            ("specular", "specularColorFactor") => Self::Strengths,
+            ("ior", "ior") | ("iridescence", "iridescenceIor") => Self::Refraction,
+            ("volume", "attenuationDistance") => Self::Positive,
+            ("dispersion", "dispersion")
             | ("emissive_strength", "emissiveStrength")
-            | ("volume", "thicknessFactor" | "attenuationDistance") => Self::Magnitude,
+            | ("iridescence", "iridescenceThicknessMinimum" | "iridescenceThicknessMaximum")
+            | ("volume", "thicknessFactor") => Self::Magnitude,
             ("anisotropy", "anisotropyRotation") => Self::Number,
             _ => Self::Any,
         }
@@ -199,7 +210,17 @@ impl Kind {
         match self {
             Self::Any => Some(Self::Any),
             Self::Color => Some(Self::Share),
+            Self::Strengths => Some(Self::Magnitude),
             Self::Pair => Some(Self::Number),
+            _ => None,
+        }
+    }
+
+    /// How many elements it is a list of; `None` for any number, or no list.
+    fn length(self) -> Option<usize> {
+        match self {
+            Self::Color | Self::Strengths => Some(3),
+            Self::Pair => Some(2),
             _ => None,
         }
     }
@@ -211,8 +232,11 @@ impl Kind {
             Self::Flag => "neither true nor false",
             Self::Number => "not a number",
             Self::Magnitude => "not a number, 0 or more",
+            Self::Positive => "not a number above 0",
+            Self::Refraction => "neither 0 nor a number from 1 on",
             Self::Share => "not a number between 0 and 1",
             Self::Color => "not three numbers between 0 and 1",
+            Self::Strengths => "not three numbers, 0 or more",
             Self::Pair => "not two numbers",
             Self::Index => "not a whole number, 0 or more",
         }
@@ -304,6 +328,8 @@ impl<'de> Visitor<'de> for Member<'_, '_> {
         let is_fitting = match self.kind {
             Kind::Number => true,
             Kind::Magnitude => number >= 0.0,
+            Kind::Positive => number > 0.0,
+            Kind::Refraction => number == 0.0 || number >= 1.0,
             Kind::Share => (0.0..=1.0).contains(&number),
             Kind::Index => number >= 0.0 && number.fract() == 0.0,
             _ => false,
@@ -330,7 +356,7 @@ impl<'de> Visitor<'de> for Member<'_, '_> {
         while list.next_element_seed(self.element(kind, &Place { above, step: Step::Number(count) }))?.is_some() {
             count += 1;
         }
-        if self.kind == Kind::Color && count != 3 || self.kind == Kind::Pair && count != 2 {
+        if self.kind.length().is_some_and(|length| length != count) {
             self.tell(self.kind.fault());
         } else if count == 0 && NEVER_EMPTY.contains(&self.name) {
             self.tell("an empty list");
