@@ -1,7 +1,7 @@
 //! How much is done for a light: counted, not timed, so that it is the same everywhere.
 //!
-//! What counts is each time that a facet or body is held against a cell, a curved body or a facet with holes for as many as it takes longer. Before a step of a
-//! look is taken, the look is told what it costs ([`Spend`]), and whether to take it.
+//! The unit is a facet held against a cell, about a tenth of a microsecond; all else that may be done again and again counts for as many as it takes longer. Before a
+//! step of a look is taken, the look is told what it costs ([`Spend`]), and whether to take it.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -21,20 +21,23 @@ pub(crate) const CUT_OUT: u64 = 4;
 /// Parts into which a cell is divided.
 pub(crate) const PARTS: u64 = 4;
 
-/// The typical effort: what the lights of a scene share, what each has at least, and more for each face.
-const OF_SCENE: u64 = 1 << 25;
-const OF_LIGHT: u64 = 1 << 22;
+/// The typical effort: what the lights of a scene share, and what each of up to [`LIGHTS`] has beside that for each face.
+const OF_SCENE: u64 = 1 << 26;
 const OF_FACE: u64 = 1 << 10;
+
+/// More lights share what so many have.
+const LIGHTS: u64 = 16;
 
 /// Threads tell each other what they spent when it is so much.
 const TOLD: u64 = 1 << 12;
 
 /// What a bake may take for each of so many lights where nobody said how fine the cells should be ([`Request::effort`](crate::Request::effort)): some seconds of a
-/// thread for all of them, a few tenths for each at least, and a tenth of a millisecond more for each face of the scene. Ordinary scenes come nowhere near it at the
-/// typical depths; hundreds of bodies that all but coincide do.
+/// thread for all of them together, and a tenth of a millisecond more for each face and light; more than sixteen lights share what sixteen have. Ordinary scenes come nowhere near it at
+/// the typical depths; hundreds of bodies that all but coincide do, and dozens of lights on dozens of curved bodies.
 pub fn typical_effort(scene: &Scene, lights: usize) -> u64 {
     let faces: u64 = scene.objects.iter().map(|object| most_faces(object) as u64).sum();
-    (OF_SCENE / lights.max(1) as u64).max(OF_LIGHT) + OF_FACE * faces
+    let lights = lights.max(1) as u64;
+    (OF_SCENE + lights.min(LIGHTS) * OF_FACE * faces) / lights
 }
 
 /// What all looks together may spend.

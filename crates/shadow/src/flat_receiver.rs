@@ -38,6 +38,12 @@ const TILES_A_CELL: u64 = 4;
 /// Undecided cells that are drawn in the time of a cell of a quadtree.
 const DRAWN_A_CELL: u64 = 4;
 
+/// What finding and measuring a facet over a face costs, and counting it in a crowd with the looks that go with it, in facets held against a cell; and how many facets are
+/// looked at for their borders for the cost of one.
+const MEASURED: u64 = 2;
+const BURDEN: u64 = 10;
+const DRAWN_A_FACET: usize = 4;
+
 /// All facets of a body are looked at in the time in which so many times fewer are found over a face and put together.
 const FOUND_A_FACET: usize = 12;
 
@@ -167,6 +173,9 @@ impl<'a> FlatReceiver<'a> {
 
     /// By borders, and what that cost.
     fn draw(&self, drawn: &Drawn) -> Result<Tally<Units>, GiveUp> {
+        if !(self.spend)((drawn.looks / DRAWN_A_FACET) as u64) {
+            return Ok(self.told(Verdict::Undecided, 0));
+        }
         let mut tally = self.rasterise(drawn)?;
         let level = self.levels.finest;
         let open = tally.undecided / cell_units(level, false);
@@ -223,6 +232,8 @@ impl<'a> FlatReceiver<'a> {
         };
         let allowed = crowd::allowed_of_face(facets.area(facet as usize).value, area, together);
         let burden = all.occluders.burden(self.among(), &self.receiver(), allowed + 1);
+        // What is spent in vain ends at the next step.
+        (self.spend)(BURDEN * burden as u64);
         (burden > allowed).then(|| Effort::of_each(faces))
     }
 
@@ -262,6 +273,9 @@ impl<'a> FlatReceiver<'a> {
         let mut candidates = occluders.candidates(self.among(), &corners);
         candidates.facets.retain(|&candidate| candidate != self.id);
         let measured = candidates.facets.len() + candidates.bodies.len();
+        if !(self.spend)(MEASURED * measured as u64) {
+            return self.told(Verdict::Undecided, measured);
+        }
         let clearance = Clearance::of(&receiver);
         if let Some(face) = &clearance {
             if occluders.is_under_a_sheet(&candidates.facets, face, &receiver) {

@@ -253,6 +253,7 @@ impl<'a> Receivers<'a> {
         let exact = chart.plane_points().map(|points| points.map(|local| body.placement().exact(local)));
         let plane = exact.as_ref().map(|points| std::array::from_fn(|k| points[k].bounded()));
         let levels = self.levels(object, &size, depth.level(0));
+        let area = &PatchArea::new(chart, body.placement());
         let patch = Patch {
             face: face as u32,
             object: object as u32,
@@ -260,7 +261,8 @@ impl<'a> Receivers<'a> {
             bounds: self.bodies.bounds(object),
             is_one_sided: self.bodies.is_one_sided(object, face),
             plane,
-            area: &PatchArea::new(chart, body.placement()),
+            area,
+            is_area_by_formula: area.is_by_formula(),
             occluders: &self.occluders,
             among,
             levels,

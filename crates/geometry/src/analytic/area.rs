@@ -112,6 +112,11 @@ impl<'a> PatchArea<'a> {
         self.by_formula(at, edge).unwrap_or_else(integrated)
     }
 
+    /// Whether areas of cells are known by a formula, and not integrated.
+    pub fn is_by_formula(&self) -> bool {
+        self.by_formula([0.0; 2], 1.0).is_some()
+    }
+
     /// The area of a cell that borders cut, if it is known as well as those of its parts with the edge `finest` would be together. Cost: some
     /// microseconds.
     pub fn of_cut_cell(&self, at: [f64; 2], edge: f64, finest: f64) -> Option<Approx> {

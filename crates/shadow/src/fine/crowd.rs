@@ -46,6 +46,10 @@ const PICKS: usize = 1 << 23;
 /// How many facets that do not cover a cell alone are measured together.
 const PARTS: usize = 8;
 
+/// Facets over a cell that are counted, and picked ones that are looked at for it, in the time in which one is held against it.
+const COUNTED_A_PAIR: usize = 2;
+const PICKED_A_PAIR: usize = 3;
+
 /// Pairs that the faces of an object in a crowd may have together beside those that each may have.
 pub(crate) const PAIRS_BY_AREA: usize = 1 << 19;
 
@@ -115,7 +119,8 @@ impl<'a> Crowd<'a> {
         let bare = (self.under)(Blockers::none());
         let picked = self.occluders.pick(self.among, self.receiver, self.effort.picked);
         let (mut done, mut level, mut left) = (Vec::new(), vec![Quadrant::ROOT], PAIRS);
-        while !level.is_empty() && (bare.spend)(level.len() as u64) {
+        let cost = (PAIRS / COUNTED_A_PAIR + picked.len() / PICKED_A_PAIR) as u64;
+        while !level.is_empty() && (bare.spend)(level.len() as u64 * cost) {
             let many = self.take_affordable(&mut level, &bare, &mut left);
             done.extend(level.iter().map(|&place| (place, self.under_all(&bare, place))));
             level = Vec::new();

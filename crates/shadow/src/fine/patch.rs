@@ -18,12 +18,12 @@ use super::{
     lattice::Lattice,
     occluders::Among,
     pattern,
-    pile::{self, Pile},
+    pile::Pile,
     self_shadow::{Facing, SelfShadow},
     tally::{Measure, Tally},
 };
 use crate::{
-    effort::{BODY, PARTS, Spend},
+    effort::{PARTS, Spend},
     report::{Cell, Verdict},
 };
 
@@ -38,6 +38,7 @@ pub(crate) struct Patch<'a> {
     /// Three exact points of the patch's plane, if it is flat.
     pub(crate) plane: Option<[Point<'a>; 3]>,
     pub(crate) area: &'a PatchArea<'a>,
+    pub(crate) is_area_by_formula: bool,
     pub(crate) occluders: &'a Occluders<'a>,
     /// What may shadow it.
     pub(crate) among: Among<'a>,
@@ -50,8 +51,9 @@ pub(crate) struct Patch<'a> {
     pub(crate) spend: Spend<'a>,
 }
 
-/// What dividing a curved cell costs beside what is over it.
+/// What a curved cell costs beside what is over it, and an area that no formula tells, in facets held against a cell.
 const CELL: u64 = 24;
+const INTEGRATED: u64 = 160;
 
 /// How often a cell is divided before it is asked whether that tells anything.
 const LEVELS_BEFORE_LOOKING: u8 = 4;
@@ -128,7 +130,7 @@ impl Patch<'_> {
         }
         let ([u, v], edge) = (place.low_corner(), place.edge());
         let number = |parameter: f64| (parameter * 2f64.powi(i32::from(finest))) as u32;
-        if !(self.spend)(pattern::POINTS as u64 * work(candidates)) {
+        if !(self.spend)(pattern::POINTS as u64 * (CELL + candidates.facets.len() as u64)) {
             return false;
         }
         let mut parts = pattern::points(place).filter_map(|[s, t]| {
@@ -178,22 +180,30 @@ impl Patch<'_> {
             (verdict, left) = self.judge(place, candidates, false);
         }
         let is_decided = verdict != Verdict::Undecided;
-        let whole = || self.area.of_cell(place.low_corner(), place.edge());
+        let whole = || self.area_of(place);
         let counted = || self.area_to_count(place, is_decided, occupied);
         if let Some(area) = if is_given_up { Some(whole()) } else { counted() } {
             self.count((place, occupied), verdict, &area, &left, tally);
-        } else if (self.spend)(PARTS * (CELL + work(&left))) {
+        } else if (self.spend)(PARTS * (CELL + left.facets.len() as u64)) {
             for part in place.children() {
                 self.divide((part, occupied), is_decided.then_some(verdict), &left, tally);
             }
         }
     }
 
+    fn area_of(&self, place: Quadrant) -> Approx {
+        if !self.is_area_by_formula {
+            // What is spent in vain ends at the next division.
+            (self.spend)(INTEGRATED);
+        }
+        self.area.of_cell(place.low_corner(), place.edge())
+    }
+
     /// The area of a cell, unless it is to be divided. Cells that may be kept are surface all over, as far as the detail goes; sums are the same where none are.
     fn area_to_count(&self, place: Quadrant, is_decided: bool, occupied: Occupied) -> Option<Approx> {
         let (at, edge) = (place.low_corner(), place.edge());
         if is_decided && occupied == Occupied::Whole || self.is_finest(place) {
-            Some(self.area.of_cell(at, edge))
+            Some(self.area_of(place))
         } else if is_decided && place.level() > self.levels.interior {
             self.area.of_cut_cell(at, edge, 0.5f64.powi(i32::from(self.levels.finest)))
         } else {
@@ -242,6 +252,7 @@ impl Patch<'_> {
             corners: cell.corners(),
             middle: &self.point([u + half, v + half]),
             is_divisible,
+            spend: self.spend,
         };
         let Some(bodies) = pile.in_question(&candidates.bodies) else {
             return (Verdict::Shadowed, Candidates::default());
@@ -341,12 +352,6 @@ impl Patch<'_> {
             tally.samples.lit += u64::from(lit == Some(true));
         }
     }
-}
-
-/// What it costs to hold these against a cell.
-fn work(candidates: &Candidates) -> u64 {
-    let bodies = candidates.bodies.len() as u64;
-    candidates.facets.len() as u64 + bodies + BODY * bodies.min(pile::FEW as u64)
 }
 
 /// Whether a cell under a crowd of bodies is not divided any more: dividing its parent has shown less than half of them to be out of the way of it, so that thousands of

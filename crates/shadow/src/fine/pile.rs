@@ -10,9 +10,13 @@
 use umbriel_geometry::analytic::HULL;
 
 use super::{Occluders, Receiver, analytic_blocker::Influence, field::Weights};
+use crate::effort::{BODY, Spend};
 
 /// Up to so many bodies all are asked.
-pub(super) const FEW: usize = 16;
+const FEW: usize = 16;
+
+/// Bodies that are looked at in the time in which a facet is held against a cell.
+const LOOKED_A_FACET: usize = 4;
 
 /// Bodies in a row that tell nothing.
 const PATIENCE: usize = 8;
@@ -27,6 +31,7 @@ pub(super) struct Pile<'a, 'b> {
     pub(super) middle: &'a Receiver<'a, 1>,
     /// Whether it may yet be divided.
     pub(super) is_divisible: bool,
+    pub(super) spend: Spend<'a>,
 }
 
 /// How far a body reaches beyond a cell, and the body.
@@ -38,6 +43,9 @@ impl Pile<'_, '_> {
         if bodies.len() <= FEW {
             let all: Vec<Promise> = bodies.iter().map(|&object| (0.0, object)).collect();
             return self.ask(std::iter::once(all.as_slice()), |_, _| false);
+        }
+        if !(self.spend)((bodies.len() / LOOKED_A_FACET) as u64) {
+            return Some(bodies.to_vec());
         }
         let over = self.occluders.over_cell(bodies, &self.receiver.points);
         let hides = |&(_, object): &Promise| self.occluders.probably_blocks(object, self.middle);
@@ -78,7 +86,7 @@ impl Pile<'_, '_> {
     }
 
     fn influence(&self, object: u32) -> Influence {
-        if self.is_split(object) {
+        if !(self.spend)(BODY) || self.is_split(object) {
             return Influence::Unknown;
         }
         self.occluders.body(object, self.receiver).map_or(Influence::None, |body| body.influence(self.corners))

@@ -48,6 +48,13 @@ struct Pick {
     settled: RefCell<Vec<(Weights<FLAT>, bool)>>,
 }
 
+impl Picked<'_> {
+    /// How many there are, each for every frame that sees it.
+    pub(crate) fn len(&self) -> usize {
+        self.over.iter().map(|(_, picks)| picks.len()).sum()
+    }
+}
+
 impl Pick {
     fn new(id: FacetId, bounds: Aabb) -> Self {
         Self { id, bounds, measured: OnceCell::new(), settled: RefCell::default() }
