@@ -11,7 +11,7 @@ use crate::{
     exact::{Own, face_blocks, flat_face_is_lit},
     fine::{
         Blockers, Clearance, Entry, FacetId, GiveUp, Receiver,
-        crowd::{self, Crowd, Effort},
+        crowd::{Crowd, Means},
         flat,
         flat::{FLAT, FaceShape, FlatFace, Levels},
         lattice::Lattice,
@@ -23,7 +23,6 @@ use crate::{
     receivers::{Depth, Receivers, flat_corners},
     report::Verdict,
     request::CellMethod,
-    throng,
 };
 
 /// Cells of a quadtree that take as long as finding what may shadow a face.
@@ -112,7 +111,7 @@ impl<'a> FlatReceiver<'a> {
         if self.lattice.is_none() && self.is_needle() {
             return self.told(Verdict::Undecided, 0);
         }
-        let crowded = self.effort_in_crowd();
+        let crowded = self.means_in_crowd();
         let drawn = if crowded.is_none() { self.suits_borders() } else { None };
         let by_borders = drawn.and_then(|drawn| self.draw(&drawn).ok());
         by_borders.unwrap_or_else(|| self.divide(crowded))
@@ -218,23 +217,20 @@ impl<'a> FlatReceiver<'a> {
         faces.any(|face| face_blocks(self.all.bodies, face, &probe, Own::Nothing, self.all.light))
     }
 
-    /// What is spent on this face if too much is over it, and over too many of its object, to measure all.
-    fn effort_in_crowd(&self) -> Option<Effort> {
+    /// How far this face is gone into if too much is over it, and over too many of its object, to measure all.
+    fn means_in_crowd(&self) -> Option<Means> {
         let (all, FacetId { object, facet }) = (self.all, self.id);
         let Body::Flat(facets) = all.bodies.get(object as usize) else { return None };
         // The object first: most are told by the numbers of their faces alone.
-        let (faces, area, together) = match &all.throng {
-            Some(throng) => (throng.facets(), throng.area(), throng::PAIRS_BY_AREA),
-            None => {
-                let area = all.area_in_crowd(object as usize, facets, self.objects())?;
-                (facets.len(), area, crowd::PAIRS_BY_AREA)
-            }
+        let crowd = match &all.throng {
+            Some(throng) => throng.members(),
+            None => all.crowd_of(object as usize, facets, self.objects())?,
         };
-        let allowed = crowd::allowed_of_face(facets.area(facet as usize).value, area, together);
+        let allowed = crowd.allowed(facets.area(facet as usize).value);
         let burden = all.occluders.burden(self.among(), &self.receiver(), allowed + 1);
         // What is spent in vain ends at the next step.
         (self.spend)(BURDEN * burden as u64);
-        (burden > allowed).then(|| Effort::of_each(faces))
+        (burden > allowed).then(|| crowd.means())
     }
 
     /// What blockers are measured against.
@@ -243,7 +239,7 @@ impl<'a> FlatReceiver<'a> {
     }
 
     /// By a quadtree that passes the blockers in question down.
-    fn divide(&self, crowded: Option<Effort>) -> Tally<Units> {
+    fn divide(&self, crowded: Option<Means>) -> Tally<Units> {
         let (bodies, light, occluders) = (self.all.bodies, self.all.light, &self.all.occluders);
         let corners = self.corners;
         let receiver = self.receiver();
@@ -262,11 +258,11 @@ impl<'a> FlatReceiver<'a> {
             is_blocked: &is_blocked,
             spend: self.spend,
         };
-        if let Some(effort) = crowded {
-            let levels = Levels { finest: effort.finest.min(self.levels.finest), ..self.levels };
+        if let Some(means) = crowded {
+            let levels = Levels { finest: means.finest.min(self.levels.finest), ..self.levels };
             let under = |blockers| under(levels, blockers);
             let crowd =
-                Crowd { own: self.id, effort, receiver: &receiver, occluders, among: self.among(), under: &under };
+                Crowd { own: self.id, means, receiver: &receiver, occluders, among: self.among(), under: &under };
             let tally = Self::costing(0, self.levels.finest, crowd.run());
             return Tally { is_crowded: tally.undecided > 0, ..tally };
         }

@@ -14,7 +14,8 @@ use crate::{
     effort::Spend,
     exact::{Own, face_blocks, patch_probe, turned_to},
     fine::{
-        Occluders, crowd,
+        Occluders,
+        crowd::{self, Members},
         flat::{FLAT, Levels},
         lattice::{Lattice, Spacing},
         occluders::{Among, throng::Throng, tickets::halvings},
@@ -118,8 +119,8 @@ pub(crate) struct Receivers<'a> {
     pub(crate) occluders: Occluders<'a>,
     /// How far apart samples are.
     pub(crate) spacing: Option<Spacing>,
-    /// The area of each object that is in a crowd, once that is asked.
-    crowds: Arc<ByObject<Option<f64>>>,
+    /// The faces of each object that are a crowd, once that is asked.
+    crowds: Arc<ByObject<Option<Members>>>,
     /// The whole scene, if all of it is one.
     pub(crate) throng: Option<Arc<Throng>>,
 }
@@ -219,8 +220,8 @@ impl<'a> Receivers<'a> {
         Levels { finest, ..levels }
     }
 
-    /// The area of an object's faces, if there are too many pairs of them and of what is over them, among the facets of `occluders`, to measure them all.
-    pub(crate) fn area_in_crowd(&self, object: usize, facets: &Facets, occluders: &[u32]) -> Option<f64> {
+    /// An object's faces as a crowd, if there are too many pairs of them and of what is over them, among the facets of `occluders`, to measure them all.
+    pub(crate) fn crowd_of(&self, object: usize, facets: &Facets, occluders: &[u32]) -> Option<Members> {
         *self.crowds.get_or_init(object, || {
             let of_occluders = occluders.iter().map(|&object| self.bodies.distinct_faces(object as usize)).sum();
             let allowed = crowd::allowed(facets.len(), of_occluders);
@@ -229,7 +230,7 @@ impl<'a> Receivers<'a> {
             let halvings = || self.occluders.tickets(object as u32).iter().map(|&ticket| halvings(ticket));
             let is_crowd = facets.len().saturating_mul(of_occluders) > allowed
                 && crowd::is_crowd(&halvings().collect::<Vec<_>>(), allowed, over);
-            is_crowd.then(|| area_of(facets))
+            is_crowd.then(|| Members::of_receiver(facets.len(), area_of(facets)))
         })
     }
 

@@ -26,9 +26,6 @@ const MOST: usize = 1 << 21;
 const FREE_PAIRS: usize = 1 << 19;
 const PAIRS_EACH: usize = crowd::PAIRS;
 
-/// Pairs that the faces of a throng may have together beside those that each may have.
-pub(crate) const PAIRS_BY_AREA: usize = 1 << 17;
-
 /// Whether the receivers of a bake have too many pairs of a face and a facet over it to measure them all.
 pub(crate) fn is_throng(stage: &Stage, influences: &Influences, occluders: &Occluders) -> bool {
     let scene = stage.bodies.scene;

@@ -57,6 +57,9 @@ pub(crate) struct Graph {
 }
 
 impl Graph {
+    /// How many a quadric has.
+    pub(crate) const COUNT: usize = 12;
+
     /// The six sheets and the six sides.
     pub(crate) fn all(exact: &QuadricForm<Dyadic>, within: &[[f64; 3]; 2]) -> Vec<Self> {
         let form = exact.map(Dyadic::to_approx);

@@ -32,6 +32,7 @@ pub use chart::{CellHull, Chart, HULL, Occupied};
 pub use crossing::Crossing;
 pub use forms::{Forms, LocalPoint, QuadricForm, is_nowhere_zero, linear_value};
 pub use glance::Glance;
+use graph::Graph;
 pub(crate) use graph::HomogeneousPoint;
 use layout::symmetric_form;
 pub use layout::{Part, Piece, Surface, Trim};
@@ -245,7 +246,11 @@ impl Analytic {
 
     /// Number of patches of its surface, as faces are numbered.
     pub fn face_count(&self) -> usize {
-        chart::charts(self).len()
+        match self {
+            // Making its patches takes exact arithmetic.
+            Self::Quadric { .. } => Graph::COUNT,
+            _ => chart::charts(self).len(),
+        }
     }
 
     /// Whether the surface encloses a volume.

@@ -31,6 +31,17 @@ fn skewed() -> Placement {
 const PARAMETERS: [[f64; 2]; 6] = [[0.0, 0.0], [0.3, 0.9], [1.0, 0.5], [1e-9, 0.123], [1.0, 1.0], [0.5, 0.25]];
 
 #[test]
+fn faces_are_counted_as_they_are_made() {
+    let matrix = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { [1.0, 2.0, -1.0, -1.0][i] } else { 0.0 }));
+    let quadric = Analytic::Quadric { matrix, within: [[-1.0; 3], [1.0; 3]] };
+    for body in bodies().into_iter().chain([quadric]) {
+        let count = body.face_count();
+        let placed = PlacedAnalytic::new(body, Placement::IDENTITY).expect("a body");
+        assert_eq!(placed.charts().len(), count, "{body:?}");
+    }
+}
+
+#[test]
 fn points_of_charts_lie_exactly_on_the_surface_and_in_the_bounds() {
     for body in bodies() {
         let placed = PlacedAnalytic::new(body, skewed()).expect("a body");

@@ -91,13 +91,6 @@ struct Source<'p> {
     stream: Option<(draco::Decoded, &'p DracoPrimitive)>,
 }
 
-impl Source<'_> {
-    /// Whether an attribute is in the stream and not in its accessor.
-    fn streams(&self, name: &str) -> bool {
-        self.stream.as_ref().is_some_and(|(_, draco)| draco.attributes.contains_key(name))
-    }
-}
-
 /// Reads the primitives of a document.
 #[derive(Debug)]
 pub(super) struct Primitives<'a> {

@@ -50,8 +50,9 @@ const PARTS: usize = 8;
 const COUNTED_A_PAIR: usize = 2;
 const PICKED_A_PAIR: usize = 3;
 
-/// Pairs that the faces of an object in a crowd may have together beside those that each may have.
-pub(crate) const PAIRS_BY_AREA: usize = 1 << 19;
+/// Pairs that the faces of a receiver in a crowd may have together beside those that each may have, and those of a scene.
+const PAIRS_BY_AREA: usize = 1 << 19;
+const PAIRS_BY_AREA_IN_SCENE: usize = 1 << 17;
 
 /// Pairs of a face and a facet over it that any receiver may have, and for each of its faces and the facets of its occluders: some seconds.
 const FREE_PAIRS: usize = 1 << 22;
@@ -60,27 +61,47 @@ const PAIRS_EACH: usize = 256;
 /// How many faces of a receiver tell at least whether it is in a crowd.
 const ASKED: usize = 64;
 
-/// What is spent on a face in a crowd: less where very many are.
+/// Faces that are a crowd together.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Effort {
-    /// The finest level of cells.
-    pub(crate) finest: u8,
-    /// Facets that are picked at most.
-    pub(crate) picked: usize,
+pub(crate) struct Members {
+    count: usize,
+    /// Of all, m².
+    area: f64,
+    /// Pairs that they may have together beside those that each may have.
+    pairs_by_area: usize,
 }
 
-impl Effort {
-    /// For each of so many faces.
-    pub(crate) fn of_each(faces: usize) -> Self {
-        let finest = (1..=FINEST).rev().find(|&level| faces << (2 * level) <= CELLS).unwrap_or(0);
-        Self { finest, picked: (PICKS / faces.max(1)).clamp(PICKED.start, PICKED.end) }
+impl Members {
+    /// The faces of a receiver.
+    pub(crate) fn of_receiver(count: usize, area: f64) -> Self {
+        Self { count, area, pairs_by_area: PAIRS_BY_AREA }
+    }
+
+    /// All faces of a scene.
+    pub(crate) fn of_scene(count: usize, area: f64) -> Self {
+        Self { count, area, pairs_by_area: PAIRS_BY_AREA_IN_SCENE }
+    }
+
+    /// What one of them of this area may have over it and be measured against all of that still: [`LEFT`], and its share by area.
+    pub(crate) fn allowed(&self, area: f64) -> usize {
+        let share = if area < self.area { area / self.area } else { 1.0 };
+        LEFT + (share * self.pairs_by_area as f64) as usize
+    }
+
+    /// How far each of the others is gone into.
+    pub(crate) fn means(&self) -> Means {
+        let finest = (1..=FINEST).rev().find(|&level| self.count << (2 * level) <= CELLS).unwrap_or(0);
+        Means { finest, picked: (PICKS / self.count.max(1)).clamp(PICKED.start, PICKED.end) }
     }
 }
 
-/// What a face of a crowd may have over it and be measured against all of that still: [`LEFT`], and its share by area of what all may have `together`.
-pub(crate) fn allowed_of_face(area: f64, of_all: f64, together: usize) -> usize {
-    let share = if area < of_all { area / of_all } else { 1.0 };
-    LEFT + (share * together as f64) as usize
+/// How far a face in a crowd is gone into: less where very many are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Means {
+    /// The finest level of cells.
+    pub(crate) finest: u8,
+    /// Facets that are picked at most.
+    picked: usize,
 }
 
 /// Pairs that so many faces may have with so many facets over them.
@@ -104,7 +125,7 @@ pub(crate) fn is_crowd(halvings: &[u8], allowed: usize, count: impl Fn(usize, us
 /// One face in a crowd.
 pub(crate) struct Crowd<'a> {
     pub(crate) own: FacetId,
-    pub(crate) effort: Effort,
+    pub(crate) means: Means,
     pub(crate) receiver: &'a Receiver<'a, FLAT>,
     pub(crate) occluders: &'a Occluders<'a>,
     /// What may shadow the face.
@@ -117,7 +138,7 @@ impl<'a> Crowd<'a> {
     /// Classifies the whole face, level by level: so which cells have all that is over them measured does not go by their order.
     pub(crate) fn run(&self) -> Tally<Units> {
         let bare = (self.under)(Blockers::none());
-        let picked = self.occluders.pick(self.among, self.receiver, self.effort.picked);
+        let picked = self.occluders.pick(self.among, self.receiver, self.means.picked);
         let (mut done, mut level, mut left) = (Vec::new(), vec![Quadrant::ROOT], PAIRS);
         let cost = (PAIRS / COUNTED_A_PAIR + picked.len() / PICKED_A_PAIR) as u64;
         while !level.is_empty() && (bare.spend)(level.len() as u64 * cost) {

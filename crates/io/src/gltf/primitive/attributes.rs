@@ -1,13 +1,18 @@
 //! Attributes besides positions: texture coordinates, and alphas of colours.
 
-use std::rc::Rc;
+use std::{collections::HashMap, rc::Rc};
 
 use umbriel_scene::FindingKind;
 
-use super::{MaskVertices, Primitives, Shown, Source};
+use super::{MaskVertices, Primitives, Shared, Shown, Source};
 use crate::{
     error::LoadProblem,
-    gltf::{accessor::within, json::TextureReference, textures::MaskMaterial},
+    gltf::{
+        accessor::{Accessors, within},
+        json::TextureReference,
+        textures::MaskMaterial,
+    },
+    model::Findings,
 };
 
 /// The vertex colours that count.
@@ -23,21 +28,15 @@ impl Primitives<'_> {
     ) -> Result<Option<Vec<[f64; 2]>>, LoadProblem> {
         let name = format!("TEXCOORD_{set}");
         let Some(&accessor) = source.primitive.attributes.get(&name) else { return Ok(None) };
-        let places = match self.places.get(&accessor).filter(|_| !source.streams(&name)) {
-            Some(places) => Rc::clone(places),
-            None => Rc::new(self.attribute::<2>(source, &name, accessor)?),
+        let (accessors, place) = (self.accessors, format!("{}, {name}", source.place));
+        let places = match self.compressed::<2>(source, &name, accessor)? {
+            Some(places) => Rc::new(all_finite(places, &place)?),
+            None => remembered(&mut self.places, accessor, || finite(accessors, accessor, &place))?,
         };
-        if !source.streams(&name) {
-            self.places.insert(accessor, Rc::clone(&places));
-        }
-        check_count(&format!("{}, {name}", source.place), places.len(), shown.count)?;
+        check_count(&place, places.len(), shown.count)?;
         let mut morphed = shown.used.of(&places);
         for (weight, accessor, place) in targets(source, shown, &name) {
-            let steps = match self.places.get(&accessor) {
-                Some(steps) => Rc::clone(steps),
-                None => Rc::new(self.finite::<2>(accessor, &place)?),
-            };
-            self.places.insert(accessor, Rc::clone(&steps));
+            let steps = remembered(&mut self.places, accessor, || finite(accessors, accessor, &place))?;
             check_count(&place, steps.len(), shown.count)?;
             self.accessors.count(morphed.len())?;
             for (at, step) in morphed.iter_mut().zip(shown.used.of(&steps)) {
@@ -68,24 +67,22 @@ impl Primitives<'_> {
         if !self.has_alpha(accessor, source.place)? {
             return Ok(None);
         }
-        let alphas = match self.alphas.get(&accessor).filter(|_| !source.streams(COLOR)) {
-            Some(alphas) => Rc::clone(alphas),
-            None => Rc::new(self.read_alphas(source, COLOR, accessor)?),
+        let (accessors, place) = (self.accessors, format!("{}, {COLOR}", source.place));
+        let alphas = match self.compressed::<4>(source, COLOR, accessor)? {
+            Some(colors) => Rc::new(alphas_of(&all_finite(colors, &place)?, &place, &mut self.findings)),
+            None => remembered(&mut self.alphas, accessor, || {
+                Ok(alphas_of(&finite(accessors, accessor, &place)?, &place, &mut self.findings))
+            })?,
         };
-        if !source.streams(COLOR) {
-            self.alphas.insert(accessor, Rc::clone(&alphas));
-        }
-        check_count(&format!("{}, {COLOR}", source.place), alphas.len(), shown.count)?;
+        check_count(&place, alphas.len(), shown.count)?;
         let mut morphed = shown.used.of(&alphas);
         for (weight, accessor, place) in targets(source, shown, COLOR) {
             if !self.has_alpha(accessor, &place)? {
                 continue;
             }
-            let steps = match self.alpha_steps.get(&accessor) {
-                Some(steps) => Rc::clone(steps),
-                None => Rc::new(self.finite::<4>(accessor, &place)?.into_iter().map(|color| color[3]).collect()),
-            };
-            self.alpha_steps.insert(accessor, Rc::clone(&steps));
+            let steps = remembered(&mut self.alpha_steps, accessor, || {
+                Ok(finite::<4>(accessors, accessor, &place)?.into_iter().map(|color| color[3]).collect())
+            })?;
             check_count(&place, steps.len(), shown.count)?;
             self.accessors.count(morphed.len())?;
             morphed.iter_mut().zip(shown.used.of(&steps)).for_each(|(alpha, step)| *alpha += weight * step);
@@ -100,35 +97,32 @@ impl Primitives<'_> {
         let (declared, _) = self.accessors.declared(accessor).map_err(|problem| within(problem, place))?;
         Ok(declared.kind == "VEC4")
     }
+}
 
-    /// The alphas of colours, brought between 0 and 1.
-    fn read_alphas(&mut self, source: &Source, name: &str, accessor: usize) -> Result<Vec<f64>, LoadProblem> {
-        let colors = self.attribute::<4>(source, name, accessor)?;
-        let beyond = colors.iter().filter(|color| !(0.0..=1.0).contains(&color[3])).count();
-        let subject = format!("{}: alphas of {name} below 0 or above 1", source.place);
-        self.findings.add(FindingKind::BrokenRule, &subject, beyond);
-        Ok(colors.into_iter().map(|color| color[3].clamp(0.0, 1.0)).collect())
+/// What an accessor is remembered to hold, or is read to hold now.
+fn remembered<T>(
+    known: &mut HashMap<usize, Shared<T>>,
+    accessor: usize,
+    read: impl FnOnce() -> Result<Vec<T>, LoadProblem>,
+) -> Result<Shared<T>, LoadProblem> {
+    if let Some(values) = known.get(&accessor) {
+        return Ok(Rc::clone(values));
     }
+    let values = Rc::new(read()?);
+    known.insert(accessor, Rc::clone(&values));
+    Ok(values)
+}
 
-    /// An attribute of finite numbers, from the stream or from its accessor.
-    fn attribute<const N: usize>(
-        &mut self,
-        source: &Source,
-        name: &str,
-        accessor: usize,
-    ) -> Result<Vec<[f64; N]>, LoadProblem> {
-        let place = format!("{}, {name}", source.place);
-        match self.compressed::<N>(source, name, accessor)? {
-            Some(vectors) => all_finite(vectors, &place),
-            None => self.finite(accessor, &place),
-        }
-    }
+/// The alphas of the colours at a place, brought between 0 and 1.
+fn alphas_of(colors: &[[f64; 4]], place: &str, findings: &mut Findings) -> Vec<f64> {
+    let beyond = colors.iter().filter(|color| !(0.0..=1.0).contains(&color[3])).count();
+    findings.add(FindingKind::BrokenRule, &format!("{place}: alphas below 0 or above 1"), beyond);
+    colors.iter().map(|color| color[3].clamp(0.0, 1.0)).collect()
+}
 
-    /// The finite numbers of an accessor.
-    fn finite<const N: usize>(&self, accessor: usize, place: &str) -> Result<Vec<[f64; N]>, LoadProblem> {
-        let vectors = self.accessors.vectors::<N>(accessor).map_err(|problem| within(problem, place))?;
-        all_finite(vectors, place)
-    }
+/// The finite numbers of an accessor.
+fn finite<const N: usize>(accessors: &Accessors, accessor: usize, place: &str) -> Result<Vec<[f64; N]>, LoadProblem> {
+    all_finite(accessors.vectors(accessor).map_err(|problem| within(problem, place))?, place)
 }
 
 /// The morph targets of an attribute that count: their weights, their accessors, and what messages call them.

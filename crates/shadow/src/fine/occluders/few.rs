@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     bodies::Body,
-    exact::{Own, face_blocks, flat_face_is_turned_to},
+    exact::{Own, face_blocks, flat_face_is_lit},
     fine::{
         clearance::Clearance,
         field::Weights,
@@ -120,11 +120,12 @@ impl Occluders<'_> {
         (object, facets, face): (usize, &Facets, usize),
         most: usize,
     ) -> usize {
-        if !flat_face_is_turned_to(self.bodies, object, face, self.light) {
+        let turn = facets.turn(face, self.light);
+        if !flat_face_is_lit(self.bodies, (object, face), self.light, Some(turn)) {
             return 0;
         }
         let corners = flat_corners(facets, face, facets.base(face).corner);
-        self.burden(among, &Receiver::of_face(corners, self.light, facets.turn(face, self.light)), most)
+        self.burden(among, &Receiver::of_face(corners, self.light, turn), most)
     }
 
     /// Those of these facets over a face: halved as often as leaves no more than `limit`, once at least.

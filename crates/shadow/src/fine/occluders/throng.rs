@@ -9,7 +9,12 @@ use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, Point};
 
 use super::{Occluders, box_corners, corners_of, object_index::blocks, tickets};
-use crate::{bodies::Body, fine::polygon_blocker::FacetId, receivers::area_of, sums::ExactSum};
+use crate::{
+    bodies::Body,
+    fine::{crowd::Members, polygon_blocker::FacetId},
+    receivers::area_of,
+    sums::ExactSum,
+};
 
 /// A tree over facets of all objects.
 type Tree = (BoxTree, Vec<FacetId>);
@@ -47,14 +52,9 @@ impl Throng {
         Self { halved, area: area.nearest() }
     }
 
-    /// The area of all flat facets, m².
-    pub(crate) fn area(&self) -> f64 {
-        self.area
-    }
-
-    /// How many facets the light sees; about, where it sees them in several frames.
-    pub(crate) fn facets(&self) -> usize {
-        self.halved[0].iter().map(|(_, items)| items.len()).sum()
+    /// All of it as one crowd: as many faces as there are facets that the light sees, which is more where it sees some in several frames.
+    pub(crate) fn members(&self) -> Members {
+        Members::of_scene(self.halved[0].iter().map(|(_, items)| items.len()).sum(), self.area)
     }
 
     /// How often the facets can be halved.
