@@ -128,7 +128,21 @@ impl Ledger {
 
 #[cfg(test)]
 mod tests {
+    use umbriel_geometry::{Analytic, Placement};
+    use umbriel_scene::{Object, Shape, Sides};
+
     use super::*;
+
+    #[test]
+    fn lights_share_what_there_is() {
+        let ball = Shape::from(Analytic::Sphere { radius: 1.0 });
+        let ball = Object::new("ball".to_owned(), ball, Placement::IDENTITY, Sides::Auto).expect("an object");
+        let scene = Scene { objects: vec![ball], ..Scene::default() };
+        let of_all = |lights: usize| lights as u64 * typical_effort(&scene, lights);
+        assert_eq!(of_all(2) - of_all(1), OF_FACE * most_faces(&scene.objects[0]) as u64);
+        assert!(of_all(1) < of_all(16) && of_all(100_000) <= of_all(16));
+        assert_eq!(typical_effort(&scene, 0), of_all(1));
+    }
 
     #[test]
     fn looks_are_taken_in_their_order_as_long_as_there_is_enough() {

@@ -4,8 +4,10 @@
 
 mod judged;
 
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Analytic, Cuboid, LightSource, Placement, Rectangle};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{Detail, LightReport, Report, Request, Silent, bake, typical_effort};
 
@@ -40,6 +42,26 @@ fn pile(count: u32) -> Scene {
     let sun = LightSource::sun([0.45, -1.0, 0.3]).expect("a sun");
     let objects = std::iter::once(floor).chain((0..count).map(ball)).collect();
     Scene { objects, lights: vec![Light::new("sun", sun)], ..Scene::default() }
+}
+
+/// Triangles through each other in one place: a crowd.
+fn tangle(count: u32) -> Scene {
+    let step = [0.754_877_666, 0.569_840_291, 0.438_579_021];
+    let at = |k: u32| step.map(|step: f64| (step * f64::from(k)).fract() * 4.0 - 2.0);
+    let corners = (0..3 * count).map(at).collect();
+    let mesh = Mesh::new(corners, (0..count).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()).expect("a mesh");
+    let lights = vec![Light::new("sun", LightSource::sun([0.45, -1.0, 0.3]).expect("a sun"))];
+    Scene { objects: vec![placed(Shape::Mesh(Arc::new(mesh)), DVec3::ZERO)], lights, ..Scene::default() }
+}
+
+/// Bodies the areas of whose cells no formula tells.
+fn eggs() -> Scene {
+    let egg = |k: u32| {
+        let radii = [0.5, 0.75, 0.4 + 0.05 * f64::from(k)];
+        placed(Shape::from(Analytic::Ellipsoid { radii }), DVec3::new(f64::from(k), 0.0, 0.0))
+    };
+    let lights = vec![Light::new("sun", LightSource::sun([0.45, -1.0, 0.3]).expect("a sun"))];
+    Scene { objects: (0..4).map(egg).collect(), lights, ..Scene::default() }
 }
 
 const DEPTH: Detail = Detail::Depth { interior: 7, boundary: 7 };
@@ -92,7 +114,7 @@ fn what_is_proved_with_less_is_right_and_more_never_tells_less() {
 
 #[test]
 fn threads_change_nothing() {
-    for (scene, effort) in [(yard(), 100_000), (pile(40), 200_000)] {
+    for (scene, effort) in [(yard(), 100_000), (pile(40), 200_000), (tangle(1500), 1_000_000), (eggs(), 500_000)] {
         let with_threads = |count: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("threads");
             pool.install(|| with(&scene, Some(effort)))
@@ -103,6 +125,16 @@ fn threads_change_nothing() {
             assert_eq!(answers(&alone), answers(&with_threads(count)), "{count} threads");
         }
     }
+}
+
+/// Five cells a face at most, which is little beside what is looked at for each of them.
+#[test]
+fn what_is_looked_at_in_a_crowd_counts() {
+    let scene = tangle(1500);
+    let report = with(&scene, Some(1_000_000));
+    assert_eq!((report.work.lights_cut_short, report.work.objects_crowded), (1, 1));
+    assert!(report.work.cells < 100_000, "{} cells", report.work.cells);
+    judged(&scene, &report, 7);
 }
 
 /// A run of the detail would examine a hundred times as many cells.

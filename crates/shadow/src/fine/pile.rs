@@ -71,7 +71,8 @@ impl Pile<'_, '_> {
         let (mut left, mut in_vain) = (Vec::new(), 0);
         for group in groups {
             let first = left.len();
-            let is_given_up = is_given_up(first, in_vain);
+            // All of a group, whichever of them ends it: what is spent does not go by their order.
+            let is_given_up = is_given_up(first, in_vain) || !(self.spend)(BODY * group.len() as u64);
             for &(_, object) in group {
                 match if is_given_up { Influence::Unknown } else { self.influence(object) } {
                     Influence::None => {}
@@ -86,7 +87,7 @@ impl Pile<'_, '_> {
     }
 
     fn influence(&self, object: u32) -> Influence {
-        if !(self.spend)(BODY) || self.is_split(object) {
+        if self.is_split(object) {
             return Influence::Unknown;
         }
         self.occluders.body(object, self.receiver).map_or(Influence::None, |body| body.influence(self.corners))

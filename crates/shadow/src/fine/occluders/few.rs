@@ -110,7 +110,7 @@ impl Occluders<'_> {
             left += usize::from(!is_clear && self.is_over_in(&ties, id));
             if left + looked / LOOKS < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
-        left + looked / LOOKS
+        (left + looked / LOOKS).min(most)
     }
 
     /// The same of a face of an object; nothing where that is turned away.
