@@ -1,7 +1,8 @@
 //! How much is done for a light: counted, not timed, so that it is the same everywhere.
 //!
-//! The unit is a facet held against a cell, about a tenth of a microsecond; all else that may be done again and again counts for as many as it takes longer. Before a
-//! step of a look is taken, the look is told what it costs ([`Spend`]), and whether to take it.
+//! The unit is a facet held against a cell, about a tenth of a microsecond; all else that takes long again and again counts for as many as it takes longer. Before a
+//! step of a look is taken, the look is told what it costs ([`Spend`]), and whether to take it; of some steps the cost is only known after them, and ends the next one. What a look finds
+//! for which there was not enough is dropped.
 
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
@@ -18,6 +19,9 @@ pub(crate) const BODY: u64 = 16;
 /// What holding a facet with holes against a cell costs, in facets without.
 pub(crate) const CUT_OUT: u64 = 4;
 
+/// What finding and measuring a facet over a face costs.
+pub(crate) const MEASURED: u64 = 2;
+
 /// Parts into which a cell is divided.
 pub(crate) const PARTS: u64 = 4;
 
@@ -33,7 +37,7 @@ const TOLD: u64 = 1 << 12;
 
 /// What a bake may take for each of so many lights where nobody said how fine the cells should be ([`Request::effort`](crate::Request::effort)): some seconds of a
 /// thread for all of them together, and a tenth of a millisecond more for each face and light; more than sixteen lights share what sixteen have. Ordinary scenes come nowhere near it at
-/// the typical depths; hundreds of bodies that all but coincide do, and dozens of lights on dozens of curved bodies.
+/// the typical depths; hundreds of bodies that all but coincide do, dozens of lights on dozens of curved bodies, and hundreds of lights on any.
 pub fn typical_effort(scene: &Scene, lights: usize) -> u64 {
     let faces: u64 = scene.objects.iter().map(|object| most_faces(object) as u64).sum();
     let lights = lights.max(1) as u64;

@@ -7,7 +7,7 @@ use umbriel_octree::{Face, Quadrant};
 
 use crate::{
     bodies::Body,
-    effort::Spend,
+    effort::{MEASURED, Spend},
     exact::{Own, face_blocks, flat_face_is_lit},
     fine::{
         Blockers, Clearance, Entry, FacetId, GiveUp, Receiver,
@@ -37,9 +37,8 @@ const TILES_A_CELL: u64 = 4;
 /// Undecided cells that are drawn in the time of a cell of a quadtree.
 const DRAWN_A_CELL: u64 = 4;
 
-/// What finding and measuring a facet over a face costs, and counting it in a crowd with the looks that go with it, in facets held against a cell; and how many facets are
-/// looked at for their borders for the cost of one.
-const MEASURED: u64 = 2;
+/// What counting a facet in a crowd costs, with the looks that go with it, in facets held against a cell; and how many facets are looked at for their borders for the cost
+/// of one.
 const BURDEN: u64 = 10;
 const DRAWN_A_FACET: usize = 4;
 

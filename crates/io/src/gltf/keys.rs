@@ -1,4 +1,4 @@
-//! Names that stand twice in an object. Readers of JSON differ in which of the two they take (glTF 2.0, 2.7: they should be unique).
+//! Names that stand twice in an object. Readers of JSON differ in which of the two they take (glTF 2.0, 2.7: they must be unique).
 //!
 //! The text is walked without recursion, since what nothing reads may be of any depth. The names of an object are sorted where it ends, so that takes
 //! O(n log n) in their number, whatever they are.
@@ -60,7 +60,8 @@ fn name_of(token: &[u8]) -> Cow<'_, str> {
     let written = token.get(1..token.len() - 1).unwrap_or_default();
     match str::from_utf8(written) {
         Ok(plain) if !written.contains(&b'\\') => plain.into(),
-        _ => serde_json::from_slice(token).map_or_else(|_| String::from_utf8_lossy(written), Cow::Owned),
+        // One that says nothing is like none that does.
+        _ => serde_json::from_slice(token).map_or_else(|_| String::from_utf8_lossy(token), Cow::Owned),
     }
 }
 

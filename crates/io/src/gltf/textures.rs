@@ -122,20 +122,32 @@ pub(super) fn check_rest(document: &Document, accessors: &Accessors) -> Findings
     let masks = document.materials.iter().filter(|material| material.alpha_mode.as_deref() == Some("MASK"));
     let textures = masks.filter_map(|material| material.base_color().base_color_texture.as_ref());
     let read: HashSet<usize> = textures.filter_map(|texture| document.textures.get(texture.index)?.source).collect();
-    let mut findings = Findings::default();
+    let (mut findings, mut looked_at) = (Findings::default(), HashMap::new());
     for (index, image) in document.images.iter().enumerate().filter(|(index, _)| !read.contains(index)) {
-        if let Err(problem) = check_unread(image, accessors.views(), &format!("image {index}")) {
+        if let Err(problem) = check_unread(image, accessors.views(), &mut looked_at, &format!("image {index}")) {
             findings.add(FindingKind::BrokenRule, &format!("unused: {problem}"), 1);
         }
     }
     findings
 }
 
-/// See [`check_rest`].
-fn check_unread(image: &Image, views: &Views, place: &str) -> Result<(), LoadProblem> {
+/// See [`check_rest`]. What is wrong with the picture in a view is `looked_at` once, however many images share it.
+fn check_unread(
+    image: &Image,
+    views: &Views,
+    looked_at: &mut HashMap<usize, Option<&'static str>>,
+    place: &str,
+) -> Result<(), LoadProblem> {
     let fault = match (&image.uri, image.buffer_view) {
         (Some(uri), _) => views.check(uri, place)?.and_then(|bytes| picture::fault(&bytes)),
-        (None, Some(view)) if views.is_at_hand(view) => picture::fault(views.get(view)?.1),
+        (None, Some(view)) if views.is_at_hand(view) => match looked_at.get(&view) {
+            Some(&fault) => fault,
+            None => {
+                let fault = picture::fault(views.get(view)?.1);
+                looked_at.insert(view, fault);
+                fault
+            }
+        },
         _ => None,
     };
     fault.map_or(Ok(()), |fault| Err(LoadProblem::element(place, fault)))

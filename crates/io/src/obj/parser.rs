@@ -84,14 +84,16 @@ impl Parser {
 
     /// Takes one statement.
     pub(super) fn statement(&mut self, statement: &str, line: usize) -> Result<(), String> {
-        let statement = statement.trim();
-        let (keyword, rest) = statement.split_once(char::is_whitespace).unwrap_or((statement, ""));
+        let statement = statement.trim_end();
+        let trimmed = statement.trim_start();
+        let (keyword, rest) = trimmed.split_once(char::is_whitespace).unwrap_or((trimmed, ""));
         // A remark may follow a number without a space; names may hold its sign.
         let numeric = rest.split_once('#').map_or(rest, |(numeric, _)| numeric);
         let words = || numeric.split_whitespace();
-        if !numeric.is_ascii() && matches!(keyword, "v" | "vt" | "vn" | "f" | "fo" | "p" | "l") {
-            let is_plain = !numeric.contains(|character: char| !character.is_ascii() && character.is_whitespace());
-            self.require(is_plain, "white space between numbers that other readers do not take for such", line);
+        if !statement.is_ascii() && matches!(keyword, "v" | "vt" | "vn" | "f" | "fo" | "p" | "l") {
+            let written = statement.split_once('#').map_or(statement, |(written, _)| written).trim_end();
+            let is_plain = !written.contains(|character: char| !character.is_ascii() && character.is_whitespace());
+            self.require(is_plain, "white space that other readers do not take for such", line);
         }
         match keyword {
             "" => {}

@@ -4,7 +4,7 @@
 //! to 1,024 facets over the face, picked evenly (fewer where more than 8,192 faces are crowded), are asked whether one of them covers the cell alone, and some of them together at the last. What some of the
 //! occluders cover is in shadow whatever the others do, so a cell's verdict is a proof here too; but none of these is proved lit, and some stay undecided that all
 //! facets together would prove shadowed (a sheet of small triangles). A face is divided so only where measuring what is over it comes to more than [`LEFT`] facets and its share, by area, of what all may have
-//! together ([`PAIRS_BY_AREA`]): a floor has all of it measured. Guarantee for the others: [`PAIRS`] facets are measured for a face, [`PARTS`] for each of at most 64 cells, and
+//! together ([`PAIRS_BY_AREA`], [`PAIRS_BY_AREA_IN_SCENE`]): a floor has all of it measured. Guarantee for the others: [`PAIRS`] facets are measured for a face, [`PARTS`] for each of at most 64 cells, and
 //! those picked are measured once each, by floats, and looked at for each of at most 85, fewer where there are more than 16,384 faces, whatever the detail; which they are goes by the light, the face and what may shadow it, not by their
 //! order. Estimates of undecided cells ask the few parts alone, so they lean to lit. Cost: half a millisecond a face, some where very many facets are beside a
 //! cell though their boxes hold it. Not bounded: samples are looked up one by one. The limit is one of each receiver by itself, whose occluders are asked object by

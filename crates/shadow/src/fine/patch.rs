@@ -23,7 +23,7 @@ use super::{
     tally::{Measure, Tally},
 };
 use crate::{
-    effort::{PARTS, Spend},
+    effort::{MEASURED, PARTS, Spend},
     report::{Cell, Verdict},
 };
 
@@ -77,6 +77,10 @@ impl Patch<'_> {
         let hull = self.hull(Quadrant::ROOT).placed(self.body.placement());
         let mut candidates = self.occluders.candidates(self.among, &hull);
         candidates.bodies.retain(|&object| object != self.object);
+        if !(self.spend)(MEASURED * candidates.facets.len() as u64) {
+            // Nobody takes what is found.
+            return tally;
+        }
         self.divide((Quadrant::ROOT, Occupied::Partly), None, &candidates, &mut tally);
         tally
     }

@@ -117,9 +117,9 @@ enum Step<'a> {
     Number(usize),
 }
 
-impl Place<'_> {
-    /// Its JSON pointer.
-    fn pointer(&self) -> String {
+/// Its JSON pointer, made for the few that are shown.
+impl fmt::Display for Place<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
         let mut steps: Vec<Step> =
             std::iter::successors(Some(self), |place| place.above).map(|place| place.step).collect();
         steps.reverse();
@@ -130,7 +130,7 @@ impl Place<'_> {
                 Step::Number(number) => _ = write!(pointer, "/{number}"),
             }
         }
-        pointer
+        formatter.write_str(&pointer)
     }
 }
 
@@ -257,9 +257,8 @@ struct Member<'a, 'w> {
 
 impl<'w> Member<'_, 'w> {
     fn tell(&mut self, fault: &str) {
-        let pointer = self.place.map(Place::pointer).unwrap_or_default();
-        let subject = format!("{}: {fault}", excerpt(self.name));
-        self.walk.findings.add_at(FindingKind::BrokenRule, &subject, pointer);
+        let place: &dyn fmt::Display = if let Some(place) = self.place { place } else { &"" };
+        self.walk.findings.add_at(FindingKind::BrokenRule, &format!("{}: {fault}", excerpt(self.name)), place);
     }
 
     /// An element of the list that this member is.
@@ -285,8 +284,9 @@ impl<'w> Member<'_, 'w> {
         let around = std::iter::successors(self.place.and_then(|place| place.above), |place| place.above);
         let owner = around.filter_map(|place| if let Step::Name(name) = place.step { Some(name) } else { None }).next();
         if !homes::may_stand_in(name, owner.unwrap_or(homes::DOCUMENT)) {
-            let pointer = self.place.map(Place::pointer).unwrap_or_default();
-            findings.add_at(FindingKind::BrokenRule, &format!("{name}: it means nothing where it stands"), pointer);
+            let place = Place { above: self.place, step: Step::Name(name) };
+            let subject = format!("{}: it means nothing where it stands", excerpt(name));
+            findings.add_at(FindingKind::BrokenRule, &subject, place);
         }
     }
 }
