@@ -176,7 +176,7 @@ impl Rows {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 
     use super::*;
@@ -203,7 +203,7 @@ mod tests {
     }
 
     /// As short as one can be: a frame of one pixel, a scan, two bytes of data, the end.
-    fn jpeg() -> Vec<u8> {
+    pub(crate) fn jpeg() -> Vec<u8> {
         let frame = [0xff, 0xc0, 0, 11, 8, 0, 1, 0, 1, 1, 1, 0x11, 0];
         let scan = [0xff, 0xda, 0, 8, 1, 1, 0, 0, 63, 0, 0x12, 0x34];
         [&[0xff, 0xd8][..], &frame, &scan, &[0xff, 0xd9]].concat()

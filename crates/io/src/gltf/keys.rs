@@ -3,9 +3,9 @@
 //! The text is walked without recursion, since what nothing reads may be of any depth. The names of an object are sorted where it ends, so that takes
 //! O(n log n) in their number, whatever they are.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, fmt};
 
-use umbriel_scene::{Finding, FindingKind};
+use umbriel_scene::FindingKind;
 
 use super::text::Tokens;
 use crate::{error::excerpt, model::Findings};
@@ -23,7 +23,6 @@ pub(super) fn check(text: &[u8]) -> Findings {
     let mut findings = Findings::default();
     let (mut open, mut names): (Vec<Open>, Vec<Cow<str>>) = (Vec::new(), Vec::new());
     let mut is_name = false;
-    let mut told = 0;
     for token in Tokens::of(text) {
         match token[0] {
             b'{' => open.push(Open { first: names.len(), element: None }),
@@ -38,10 +37,8 @@ pub(super) fn check(text: &[u8]) -> Findings {
                 let first = open.last().map_or(0, |last| last.first);
                 names[first..].sort_unstable();
                 for twice in names[first..].windows(2).filter(|two| two[0] == two[1]) {
-                    // No one looks at more places than are shown, and each is as long as the text is deep.
-                    let place = if told < Finding::PLACES { pointer(&open, &names, &twice[0]) } else { String::new() };
+                    let place = Pointer { open: &open, names: &names, name: &twice[0] };
                     findings.add_at(FindingKind::BrokenRule, "JSON: a name that stands twice in an object", place);
-                    told += 1;
                 }
             }
             _ => {}
@@ -65,22 +62,28 @@ fn name_of(token: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// Where a member of the last object is: the last names of those around it, and numbers of elements.
-fn pointer(open: &[Open], names: &[Cow<str>], name: &str) -> String {
-    let mut pointer = String::new();
-    for (outer, inner) in open.iter().zip(open.iter().skip(1)) {
-        match (outer.element, names[..inner.first].last()) {
-            (Some(number), _) => pointer.push_str(&format!("/{number}")),
-            (None, Some(name)) => push_name(&mut pointer, name),
-            (None, None) => {}
-        }
-    }
-    push_name(&mut pointer, name);
-    pointer
+/// Where a member of the last object is: written out for the few that are shown, as it is as long as the text is deep.
+struct Pointer<'a> {
+    open: &'a [Open],
+    names: &'a [Cow<'a, str>],
+    name: &'a str,
 }
 
-/// Appends a name to a JSON pointer.
-pub(super) fn push_name(pointer: &mut String, name: &str) {
-    pointer.push('/');
-    pointer.push_str(&excerpt(name).replace('~', "~0").replace('/', "~1"));
+/// The last names of the objects around it, and numbers of elements.
+impl fmt::Display for Pointer<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        for (outer, inner) in self.open.iter().zip(self.open.iter().skip(1)) {
+            match (outer.element, self.names[..inner.first].last()) {
+                (Some(number), _) => write!(formatter, "/{number}")?,
+                (None, Some(name)) => write_name(formatter, name)?,
+                (None, None) => {}
+            }
+        }
+        write_name(formatter, self.name)
+    }
+}
+
+/// A name as a step of a JSON pointer.
+pub(super) fn write_name(formatter: &mut fmt::Formatter, name: &str) -> fmt::Result {
+    write!(formatter, "/{}", excerpt(name).replace('~', "~0").replace('/', "~1"))
 }

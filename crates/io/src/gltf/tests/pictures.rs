@@ -4,19 +4,13 @@ use super::{
     rules::{told, with},
     *,
 };
+use crate::picture::tests::jpeg;
 
 /// A PNG of one pixel.
 const PNG: &str = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg==";
 
 fn png() -> Vec<u8> {
     base64::engine::general_purpose::STANDARD.decode(PNG).expect("base64")
-}
-
-/// As short as one can be: a frame of one pixel, a scan, two bytes of data, the end.
-fn jpeg() -> Vec<u8> {
-    let frame = [0xff, 0xc0, 0, 11, 8, 0, 1, 0, 1, 1, 1, 0x11, 0];
-    let scan = [0xff, 0xda, 0, 8, 1, 1, 0, 0, 63, 0, 0x12, 0x34];
-    [&[0xff, 0xd8][..], &frame, &scan, &[0xff, 0xd9]].concat()
 }
 
 #[test]

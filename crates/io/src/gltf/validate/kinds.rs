@@ -5,7 +5,7 @@
 //! What `extras` and extensions that are not known hold may be anything; whether an extension is among those that the document says it uses, and stands where it may
 //! ([`homes`](super::homes)), is looked at on the way. Depth is limited by the reader of JSON.
 
-use std::{collections::HashSet, fmt, fmt::Write};
+use std::{collections::HashSet, fmt};
 
 use serde::{
     Deserializer,
@@ -17,7 +17,7 @@ use umbriel_scene::FindingKind;
 use super::homes;
 use crate::{
     error::excerpt,
-    gltf::{READ, WITHOUT_EFFECT, json::ExtensionNames, keys::push_name},
+    gltf::{READ, WITHOUT_EFFECT, json::ExtensionNames, keys::write_name},
     model::Findings,
 };
 
@@ -120,17 +120,11 @@ enum Step<'a> {
 /// Its JSON pointer, made for the few that are shown.
 impl fmt::Display for Place<'_> {
     fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        let mut steps: Vec<Step> =
-            std::iter::successors(Some(self), |place| place.above).map(|place| place.step).collect();
-        steps.reverse();
-        let mut pointer = String::new();
-        for step in steps {
-            match step {
-                Step::Name(name) => push_name(&mut pointer, name),
-                Step::Number(number) => _ = write!(pointer, "/{number}"),
-            }
-        }
-        formatter.write_str(&pointer)
+        let upward: Vec<&Place> = std::iter::successors(Some(self), |place| place.above).collect();
+        upward.into_iter().rev().try_for_each(|place| match place.step {
+            Step::Name(name) => write_name(formatter, name),
+            Step::Number(number) => write!(formatter, "/{number}"),
+        })
     }
 }
 
