@@ -121,6 +121,8 @@ pub(crate) struct Receivers<'a> {
     pub(crate) spacing: Option<Spacing>,
     /// The faces of each object that are a crowd, once that is asked.
     crowds: Arc<ByObject<Option<Members>>>,
+    /// Whether there is not enough effort for the detail: areas are only integrated roughly.
+    pub(crate) is_cut_short: bool,
     /// The whole scene, if all of it is one.
     pub(crate) throng: Option<Arc<Throng>>,
 }
@@ -138,15 +140,27 @@ impl<'a> Receivers<'a> {
         let crowds = Arc::new(ByObject::new(bodies.scene.objects.len()));
         let throng = is_throng.then(|| Arc::new(Throng::new(&occluders, coarse.occluders())));
         let (light, detail) = (occluders.light, request.detail);
-        Self { bodies, light, request, detail, own, influences, occluders, spacing: *spacing, crowds, throng }
+        Self {
+            bodies,
+            light,
+            request,
+            detail,
+            own,
+            influences,
+            occluders,
+            spacing: *spacing,
+            crowds,
+            is_cut_short: false,
+            throng,
+        }
     }
 
     /// The same with instances in `bodies`, which are those of a group ([`Bodies::of_group`]).
     pub(crate) fn of_group<'g>(&'g self, bodies: &'g Bodies<'g>) -> Receivers<'g> {
-        let Self { light, request, detail, own, influences, spacing, .. } = *self;
+        let Self { light, request, detail, own, influences, spacing, is_cut_short, .. } = *self;
         let occluders = Occluders::of_group(bodies, &self.occluders);
         let (crowds, throng) = (Arc::clone(&self.crowds), self.throng.clone());
-        Receivers { bodies, light, request, detail, own, influences, occluders, spacing, crowds, throng }
+        Receivers { bodies, light, request, detail, own, influences, occluders, spacing, crowds, is_cut_short, throng }
     }
 
     /// Builds what the faces of these receivers look through time and again: over a face lie mostly faces of the same object, and the tree that its instances
@@ -254,7 +268,8 @@ impl<'a> Receivers<'a> {
         let exact = chart.plane_points().map(|points| points.map(|local| body.placement().exact(local)));
         let plane = exact.as_ref().map(|points| std::array::from_fn(|k| points[k].bounded()));
         let levels = self.levels(object, &size, depth.level(0));
-        let area = &PatchArea::new(chart, body.placement());
+        let area = PatchArea::new(chart, body.placement());
+        let area = &if self.is_cut_short { area.rough() } else { area };
         let patch = Patch {
             face: face as u32,
             object: object as u32,
@@ -263,7 +278,6 @@ impl<'a> Receivers<'a> {
             is_one_sided: self.bodies.is_one_sided(object, face),
             plane,
             area,
-            is_area_by_formula: area.is_by_formula(),
             occluders: &self.occluders,
             among,
             levels,

@@ -21,11 +21,14 @@ use crate::{
     stretch::{between, cofactors, common_stretch, stretches},
 };
 
-/// Relative width at which a bound is good enough.
+/// Relative width at which a bound of an area is good enough.
 const GOOD: f64 = 1e-8;
 
 /// The same on a trimmed patch, whose border is known far less well.
 const GOOD_IF_TRIMMED: f64 = 1e-6;
+
+/// The same where areas are only roughly asked for: less than is undecided of most surfaces at six levels.
+const GOOD_IF_ROUGH: f64 = 1.0 / 1024.0;
 
 /// How many times too wide a bound by two points may be for three to be tried before five.
 const NEARLY: f64 = 256.0;
@@ -36,19 +39,20 @@ const ROUGH: f64 = 0.125;
 /// How often a cell is quartered at most.
 const QUARTERINGS: u32 = 6;
 
-/// Cells are not quartered to below 2 to the minus this: where series still say nothing there, they never will.
+/// Cells are not quartered to below 2 to the minus this.
 const FINEST: i32 = 9;
 
-/// How often a cell of this edge, a power of two, is quartered; or it is halved into as many parts as that would make.
-fn quarterings(edge: f64) -> u32 {
-    (FINEST + libm::ilogb(edge)).clamp(1, QUARTERINGS as i32) as u32
-}
+/// The same where areas are only roughly asked for.
+const QUARTERINGS_IF_ROUGH: u32 = 3;
 
-/// How often a patch is where its area is only roughly asked for.
-const ROUGH_QUARTERINGS: u32 = 1;
+/// How often a patch is where next to nothing is asked of its area.
+const QUARTERINGS_OF_PATCH: u32 = 1;
 
 /// How often a cell at the border of a trimmed patch is.
 const BORDER_QUARTERINGS: u32 = 2;
+
+/// What the area of a cell that borders cut costs, in evaluations of the density.
+const AT_CORNERS: u64 = 4;
 
 /// How far off such a cell's area may be, of the greatest that it can have.
 const GOOD_AT_BORDER: f64 = 1.0 / 16.0;
@@ -91,13 +95,24 @@ pub struct PatchArea<'a> {
     cofactors: [[Approx; 3]; 3],
     /// How much the placement stretches all areas, if it stretches them alike.
     stretch: Option<Approx>,
+    /// Relative width at which a bound is good enough.
+    good: f64,
+    /// How often a cell is quartered at most.
+    quarterings: u32,
 }
 
 impl<'a> PatchArea<'a> {
     /// Prepares a patch.
     pub fn new(chart: &'a Chart, placement: &Placement) -> Self {
         let cofactors = cofactors(placement);
-        Self { chart, cofactors, stretch: common_stretch(&cofactors) }
+        let good = if matches!(chart.kind, Kind::Graph(_)) { GOOD_IF_TRIMMED } else { GOOD };
+        Self { chart, cofactors, stretch: common_stretch(&cofactors), good, quarterings: QUARTERINGS }
+    }
+
+    /// Areas that are integrated are good to a thousandth of themselves, if that: large cells take a twentieth of the time.
+    #[must_use]
+    pub fn rough(self) -> Self {
+        Self { good: GOOD_IF_ROUGH, quarterings: QUARTERINGS_IF_ROUGH, ..self }
     }
 
     /// The area of the cell [u, u + edge] × [v, v + edge], square metres, world.
@@ -105,16 +120,26 @@ impl<'a> PatchArea<'a> {
     /// Cost: below a microsecond by formula; some microseconds where it is integrated, a hundred times that for a large cell
     /// over which a flat body turns, a thousand times where borders cut it.
     pub fn of_cell(&self, at: [f64; 2], edge: f64) -> Approx {
-        let integrated = || match self.chart.kind {
-            Kind::Graph(_) => self.quartered(at, edge, [quarterings(edge), BORDER_QUARTERINGS]),
-            _ => halved::sum(Part::square(at, edge), 1 << (2 * quarterings(edge)), GOOD, |part| self.measured(part)),
-        };
-        self.by_formula(at, edge).unwrap_or_else(integrated)
+        self.of_cell_counted(at, edge).0
     }
 
-    /// Whether areas of cells are known by a formula, and not integrated.
-    pub fn is_by_formula(&self) -> bool {
-        self.by_formula([0.0; 2], 1.0).is_some()
+    /// The same, and how often the density was evaluated for it, for some tenths of a microsecond each: never where a formula tells the area.
+    pub fn of_cell_counted(&self, at: [f64; 2], edge: f64) -> (Approx, u64) {
+        if let Some(area) = self.by_formula(at, edge) {
+            return (area, 0);
+        }
+        let mut points = 0;
+        // Not to below the finest edge: where series still say nothing there, they never will.
+        let quarterings = (FINEST + libm::ilogb(edge)).clamp(1, self.quarterings as i32) as u32;
+        let area = match self.chart.kind {
+            Kind::Graph(_) => self.quartered(at, edge, [quarterings, BORDER_QUARTERINGS], &mut points),
+            // Halved into as many parts as that would make.
+            _ => {
+                let (whole, most) = (Part::square(at, edge), 1 << (2 * quarterings));
+                halved::sum(whole, most, self.good, |part| self.measured(part, &mut points))
+            }
+        };
+        (area, points)
     }
 
     /// The area of a cell that borders cut, if it is known as well as those of its parts with the edge `finest` would be together. Cost: some
@@ -127,11 +152,11 @@ impl<'a> PatchArea<'a> {
 
     /// The area of the whole patch, between nothing and twice its value at worst where it is not known by formula: for the cost of some small cells.
     pub fn of_whole_roughly(&self) -> Approx {
-        let rough = || self.quartered([0.0; 2], 1.0, [ROUGH_QUARTERINGS; 2]);
+        let rough = || self.quartered([0.0; 2], 1.0, [QUARTERINGS_OF_PATCH; 2], &mut 0);
         self.by_formula([0.0; 2], 1.0).or_else(|| self.by_stretches()).unwrap_or_else(rough)
     }
 
-    /// Spheres, and surfaces turned from lines and parabolas, under similarities.
+    /// Spheres and surfaces of revolution under similarities.
     fn by_formula(&self, [u, v]: [f64; 2], edge: f64) -> Option<Approx> {
         let stretch = self.stretch?;
         let local = match &self.chart.kind {
@@ -141,7 +166,7 @@ impl<'a> PatchArea<'a> {
             }
             Kind::Turned { outline, .. } => {
                 let angle = |u: f64| rounded(libm::atan(2.0 * u - 1.0), 4.0);
-                (angle(u + edge) - angle(u)) * outline.turned_area(v, v + edge)?
+                (angle(u + edge) - angle(u)) * outline.turned_area(v, v + edge)
             }
             _ => return None,
         };
@@ -156,7 +181,7 @@ impl<'a> PatchArea<'a> {
                 (solid_angle(origin, along, [0.0; 2], 1.0), stretches(&of_sphere))
             }
             Kind::Turned { outline, .. } => {
-                (rounded(FRAC_PI_2, 2.0) * outline.turned_area_roughly(), stretches(&self.cofactors))
+                (rounded(FRAC_PI_2, 2.0) * outline.turned_area(0.0, 1.0), stretches(&self.cofactors))
             }
             Kind::Graph(_) => return None,
         };
@@ -164,26 +189,29 @@ impl<'a> PatchArea<'a> {
     }
 
     /// `left` tells how often cells are still quartered, and how often those that a border cuts.
-    fn quartered(&self, [u, v]: [f64; 2], edge: f64, left: [u32; 2]) -> Approx {
+    fn quartered(&self, [u, v]: [f64; 2], edge: f64, left: [u32; 2], points: &mut u64) -> Approx {
         let (area, left_here, good) = match self.chart.occupied([u, v], edge) {
             Occupied::Nowhere => return Approx::exact(0.0),
             Occupied::Whole => {
-                let area = self.measured(&Part::square([u, v], edge)).area;
-                let good = area.value.abs() * GOOD_IF_TRIMMED;
+                let area = self.measured(&Part::square([u, v], edge), points).area;
+                let good = area.value.abs() * self.good;
                 (if area.error <= good { area } else { self.within_reach(area, edge) }, left[0], good)
             }
-            Occupied::Partly => (self.cut([u, v], edge), left[1], self.at_most(edge) * GOOD_AT_BORDER),
+            Occupied::Partly => {
+                *points += AT_CORNERS;
+                (self.cut([u, v], edge), left[1], self.at_most(edge) * GOOD_AT_BORDER)
+            }
         };
         if left_here == 0 || area.error <= good {
             return area;
         }
         let half = 0.5 * edge;
-        let part = |i: f64, j: f64| {
-            self.quartered([u + i * half, v + j * half], half, left.map(|times| times.saturating_sub(1)))
+        let mut part = |i: f64, j: f64| {
+            self.quartered([u + i * half, v + j * half], half, left.map(|times| times.saturating_sub(1)), points)
         };
-        let parts = (part(0.0, 0.0) + part(1.0, 0.0)) + (part(0.0, 1.0) + part(1.0, 1.0));
+        let sum = (part(0.0, 0.0) + part(1.0, 0.0)) + (part(0.0, 1.0) + part(1.0, 1.0));
         // The bound of the whole may be the better one where rounding dominates.
-        if parts.error < area.error || area.error.is_nan() { parts } else { area }
+        if sum.error < area.error || area.error.is_nan() { sum } else { area }
     }
 
     /// The area of a cell that borders cut: its share of the square between the least and the greatest density.
@@ -211,27 +239,34 @@ impl<'a> PatchArea<'a> {
     }
 
     /// On small cells fewer points are as good, for a fraction of the work. Where the density bends too sharply for any, its own range bounds the area.
-    fn measured(&self, part: &Part) -> Measured {
-        let good = if matches!(self.chart.kind, Kind::Graph(_)) { GOOD_IF_TRIMMED } else { GOOD };
-        let miss = |by: &Measured| by.area.error / (by.area.value.abs() * good);
-        let by_two = self.gauss::<5>(&TWO_POINTS, part);
+    fn measured(&self, part: &Part, points: &mut u64) -> Measured {
+        let miss = |by: &Measured| by.area.error / (by.area.value.abs() * self.good);
+        let by_two = self.gauss::<5>(&TWO_POINTS, part, points);
         if miss(&by_two) <= 1.0 {
             return by_two;
         }
+        if !by_two.area.error.is_finite() {
+            // The series says nothing, and a longer one begins with it.
+            return self.by_range(part);
+        }
         if miss(&by_two) <= NEARLY {
-            let by_three = self.gauss::<7>(&THREE_POINTS, part);
+            let by_three = self.gauss::<7>(&THREE_POINTS, part, points);
             if miss(&by_three) <= 1.0 {
                 return by_three;
             }
         }
-        let by_five = self.gauss::<11>(&FIVE_POINTS, part);
+        let by_five = self.gauss::<11>(&FIVE_POINTS, part, points);
         if by_five.area.error < ROUGH * by_five.area.value.abs() {
             return by_five;
         }
-        let range = self.over_range(part);
-        let is_better = range.error <= by_five.area.error || by_five.area.error.is_nan();
-        let area = if is_better { range } else { by_five.area };
-        Measured { area, missed: [0, 1].map(|axis| self.spread_along(axis, part)) }
+        let range = self.by_range(part);
+        let is_better = range.area.error <= by_five.area.error || by_five.area.error.is_nan();
+        if is_better { range } else { Measured { area: by_five.area, ..range } }
+    }
+
+    /// By the density's own range.
+    fn by_range(&self, part: &Part) -> Measured {
+        Measured { area: self.over_range(part), missed: [0, 1].map(|axis| self.spread_along(axis, part)) }
     }
 
     /// Between the least and the greatest density on a part.
@@ -253,13 +288,24 @@ impl<'a> PatchArea<'a> {
     }
 
     /// A rule along both parameters; K is one more than twice its number of nodes.
-    fn gauss<const K: usize>(&self, rule: &Rule, part: &Part) -> Measured {
+    fn gauss<const K: usize>(&self, rule: &Rule, part: &Part, points: &mut u64) -> Measured {
+        *points += (rule.nodes.len() * rule.nodes.len()) as u64;
         let at_node = |axis: usize, node: f64| {
             let offset = Approx { value: node, error: node.abs() * f64::EPSILON };
             let range = part.range(axis);
             Jet::<1>::constant(Approx::exact(range.value) + offset * Approx::exact(range.error))
         };
         let weight = |weight: f64| Approx { value: weight, error: weight * f64::EPSILON };
+        let [u, v] = [0, 1].map(|axis| part.range(axis));
+        let along_u = self.density(Jet::<K>::variable(u), Jet::constant(v));
+        let along_v = self.density(Jet::<K>::constant(u), Jet::variable(v));
+        let missed = |along: Jet<K>, edge: f64| along.0[K - 1] * Approx::exact(edge.powi(K as i32 - 1));
+        let missed = [missed(along_u, part.edges[0]), missed(along_v, part.edges[1])];
+        let remainder = (missed[0] + missed[1]).divided_by(Approx::exact(rule.remainder));
+        let missed = missed.map(|missed| missed.value.abs() + missed.error);
+        if !remainder.error.is_finite() {
+            return Measured { area: Approx::UNKNOWN, missed };
+        }
         let mut sum = Approx::exact(0.0);
         for (node_u, weight_u) in rule.nodes {
             for (node_v, weight_v) in rule.nodes {
@@ -267,17 +313,8 @@ impl<'a> PatchArea<'a> {
                 sum = sum + density.0[0] * weight(*weight_u) * weight(*weight_v);
             }
         }
-        let [u, v] = [0, 1].map(|axis| part.range(axis));
-        let along_u = self.density(Jet::<K>::variable(u), Jet::constant(v));
-        let along_v = self.density(Jet::<K>::constant(u), Jet::variable(v));
-        let missed = |along: Jet<K>, edge: f64| along.0[K - 1] * Approx::exact(edge.powi(K as i32 - 1));
-        let missed = [missed(along_u, part.edges[0]), missed(along_v, part.edges[1])];
-        let remainder = (missed[0] + missed[1]).divided_by(Approx::exact(rule.remainder));
         let mean = sum * Approx::exact(0.25) + remainder;
-        Measured {
-            area: mean * Approx::exact(part.edges[0] * part.edges[1]),
-            missed: missed.map(|missed| missed.value.abs() + missed.error),
-        }
+        Measured { area: mean * Approx::exact(part.edges[0] * part.edges[1]), missed }
     }
 
     /// Square metres for each unit of the parameters.

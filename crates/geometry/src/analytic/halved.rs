@@ -48,7 +48,7 @@ impl Part {
 }
 
 /// The sum over a rectangle of at most so many parts, good to `good` of itself if they suffice.
-pub(super) fn sum(whole: Part, most: usize, good: f64, measure: impl Fn(&Part) -> Measured) -> Approx {
+pub(super) fn sum(whole: Part, most: usize, good: f64, mut measure: impl FnMut(&Part) -> Measured) -> Approx {
     let first = measure(&whole);
     let mut parts = vec![(whole, first)];
     let mut queue = BinaryHeap::from([rank(0, &first)]);

@@ -3,6 +3,9 @@
 use super::jet::Jet;
 use crate::{approx::Approx, decide::Decide};
 
+/// asinh(z) is z below this, to some 2^-42 of it.
+const SMALL: f64 = 1.0 / (1 << 20) as f64;
+
 /// A piece of an outline; lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Outline {
@@ -104,42 +107,23 @@ impl Outline {
         }
     }
 
-    /// The area that the piece from one v to another sweeps, for each radian; `None` where there is no simple formula.
-    pub(crate) fn turned_area(&self, from: f64, to: f64) -> Option<Approx> {
-        let bounded = Approx::exact;
-        let (from, to) = (bounded(from), bounded(to));
+    /// The area that the piece from one v to another sweeps, for each radian.
+    pub(crate) fn turned_area(&self, from: f64, to: f64) -> Approx {
         match *self {
             Self::Line { from: start, to: end } => {
-                let steps = [0, 1].map(|k| bounded(end[k]) - bounded(start[k]));
+                let steps = [0, 1].map(|k| Approx::exact(end[k]) - Approx::exact(start[k]));
                 let slant = (steps[0] * steps[0] + steps[1] * steps[1]).square_root();
-                let mean_radius = bounded(start[0]) + steps[0] * (from + to) * bounded(0.5);
-                Some(mean_radius * slant * (to - from))
+                let (from, to) = (Approx::exact(from), Approx::exact(to));
+                let mean_radius = Approx::exact(start[0]) + steps[0] * (from + to) * Approx::exact(0.5);
+                mean_radius * slant * (to - from)
             }
-            Self::Parabola { radius, height } => {
-                // With w = 1 − v and Q = r² + 4h²w²: ∫ r·w·√Q dw = r/(12h²)·Q^(3/2), without cancellation.
-                let [near, far] = [bounded(1.0) - to, bounded(1.0) - from];
-                let (radius, twice_height) = (bounded(radius), bounded(2.0 * height));
-                let square = |w: Approx| radius * radius + twice_height * twice_height * w * w;
-                let (q, p) = (square(near), square(far));
-                let (root_q, root_p) = (q.square_root(), p.square_root());
-                let growth = (far - near) * (far + near) * (q + root_q * root_p + p);
-                Some((radius * growth).divided_by(bounded(3.0) * (root_q + root_p)))
+            Self::Parabola { radius, height } => area_of_parabola(radius, height, [1.0 - to, 1.0 - from]),
+            Self::Hyperbola { .. } if from < 0.5 && to > 0.5 => self.turned_area(from, 0.5) + self.turned_area(0.5, to),
+            Self::Hyperbola { waist, end, height } => {
+                let [from, to] = [from, to].map(|v| (2.0 * v - 1.0).abs());
+                area_of_hyperbola(waist, end, height, [from.min(to), from.max(to)])
             }
-            Self::Hyperbola { .. } => None,
         }
-    }
-
-    /// The same of the whole outline, for any: sums of the least and the greatest of each slice.
-    pub(crate) fn turned_area_roughly(&self) -> Approx {
-        const SLICES: u32 = 16;
-        let width = 1.0 / f64::from(SLICES);
-        let of_slice = |k: u32| {
-            let middle = (f64::from(k) + 0.5) * width;
-            let (factor, [along_radius, along_y]) =
-                self.slope(Jet::<1>::constant(Approx { value: middle, error: 0.5 * width }));
-            ((along_radius.squared() + along_y.squared()).square_root() * factor).0[0]
-        };
-        (0..SLICES).fold(Approx::exact(0.0), |sum, k| sum + of_slice(k)) * Approx::exact(width)
     }
 
     pub(crate) fn greatest_radius(&self) -> f64 {
@@ -157,6 +141,84 @@ impl Outline {
             Self::Line { from, to } => [(to[0] - from[0]).abs(), (to[1] - from[1]).abs()],
             Self::Parabola { radius, height } => [radius, 2.0 * height],
             Self::Hyperbola { waist, end, height } => [2.0 * (end - waist) * (end + waist) / end, height],
+        }
+    }
+}
+
+/// With the distances w from the apex and Q = r² + 4h²w², ∫ r·w·√Q dw is r/(12h²)·Q^(3/2), here without cancellation.
+fn area_of_parabola(radius: f64, height: f64, [near, far]: [f64; 2]) -> Approx {
+    let [near, far] = [near, far].map(Approx::exact);
+    let (radius, twice_height) = (Approx::exact(radius), Approx::exact(2.0 * height));
+    let square = |w: Approx| radius * radius + twice_height * twice_height * w * w;
+    let (q, p) = (square(near), square(far));
+    let (root_q, root_p) = (q.square_root(), p.square_root());
+    let growth = (far - near) * (far + near) * (q + root_q * root_p + p);
+    (radius * growth).divided_by(Approx::exact(3.0) * (root_q + root_p))
+}
+
+/// With the distances s from the waist, as shares of that of the ends, p the height times the waist's radius and Q = √(p² + k²s²), ½·∫ Q ds is
+/// ¼·(s·Q + p²/k·asinh(k·s/p)), here without cancellation: asinh x − asinh y is asinh((x² − y²)/(x√(1 + y²) + y√(1 + x²))).
+fn area_of_hyperbola(waist: f64, end: f64, height: f64, [near, far]: [f64; 2]) -> Approx {
+    let [waist, end, height, near, far] = [waist, end, height, near, far].map(Approx::exact);
+    let growth = (end - waist) * (end + waist);
+    let (p, k_squared) = (height * waist, growth * (Approx::exact(4.0) * growth + height * height));
+    let (p_squared, squares) = (p * p, near * near + far * far);
+    let [root_near, root_far] = [near, far].map(|s| (p_squared + k_squared * s * s).square_root());
+    let strip = (far - near) * (far + near);
+    let straight = (strip * (p_squared + k_squared * squares)).divided_by(far * root_far + near * root_near);
+    let q = strip.divided_by(far * root_near + near * root_far);
+    let bent = p_squared * q * inverse_sine_share(k_squared.square_root() * q);
+    (straight + bent) * Approx::exact(0.25)
+}
+
+/// asinh(z)/z of a number that is not negative.
+fn inverse_sine_share(z: Approx) -> Approx {
+    let greatest = z.upper();
+    if greatest < SMALL {
+        // Between 1 − z²/6 and 1.
+        return Approx { value: 1.0, error: greatest * greatest };
+    }
+    // The slope is one at most; a logarithm within eight roundings.
+    let value = libm::asinh(z.value);
+    Approx { value, error: (z.error + 4.0 * f64::EPSILON * value) * (1.0 + f64::EPSILON) }.divided_by(z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Between the sums of the least and of the greatest of slices; and all the same in parts.
+    #[test]
+    fn turned_areas_are_between_their_slices() {
+        let outlines = [
+            Outline::Line { from: [0.7, -0.5], to: [0.25, 1.0] },
+            Outline::Parabola { radius: 1.2, height: 0.8 },
+            Outline::Hyperbola { waist: 0.3, end: 1.0, height: 2.5 },
+            Outline::Hyperbola { waist: 1e-6, end: 1.0, height: 1.0 },
+            Outline::Hyperbola { waist: 1.0, end: 1.0 + 1e-7, height: 0.75 },
+            Outline::Hyperbola { waist: 0.5, end: 0.5, height: 0.75 },
+            Outline::Hyperbola { waist: 0.5, end: 0.75, height: 1e-9 },
+        ];
+        for outline in outlines {
+            for (from, to) in [(0.0, 1.0), (0.25, 0.5), (0.5, 0.75), (0.4375, 0.625), (0.875, 1.0)] {
+                let slices = 512;
+                let width = (to - from) / f64::from(slices);
+                let of_slice = |k: i32| {
+                    let middle = Approx { value: from + width * (f64::from(k) + 0.5), error: 0.5 * width };
+                    let (factor, [along_radius, along_y]) = outline.slope(Jet::<1>::constant(middle));
+                    ((along_radius.squared() + along_y.squared()).square_root() * factor).0[0]
+                };
+                let slices = (0..slices).map(of_slice).fold(Approx::exact(0.0), |sum, area| sum + area);
+                let slices = slices * Approx::exact(width);
+                let area = outline.turned_area(from, to);
+                assert!((area.value - slices.value).abs() <= slices.error, "{outline:?} {area:?} {slices:?}");
+                assert!(area.error <= 1e-11 * area.value, "{outline:?} {area:?}");
+                let middle = from + 0.25 * (to - from);
+                let parts = outline.turned_area(from, middle) + outline.turned_area(middle, to);
+                assert!((area.value - parts.value).abs() <= area.error + parts.error, "{outline:?} {area:?} {parts:?}");
+                let mirrored = outline.turned_area(1.0 - to, 1.0 - from);
+                assert!(!matches!(outline, Outline::Hyperbola { .. }) || mirrored == area, "{outline:?}");
+            }
         }
     }
 }

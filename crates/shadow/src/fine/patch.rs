@@ -38,7 +38,6 @@ pub(crate) struct Patch<'a> {
     /// Three exact points of the patch's plane, if it is flat.
     pub(crate) plane: Option<[Point<'a>; 3]>,
     pub(crate) area: &'a PatchArea<'a>,
-    pub(crate) is_area_by_formula: bool,
     pub(crate) occluders: &'a Occluders<'a>,
     /// What may shadow it.
     pub(crate) among: Among<'a>,
@@ -51,9 +50,9 @@ pub(crate) struct Patch<'a> {
     pub(crate) spend: Spend<'a>,
 }
 
-/// What a curved cell costs beside what is over it, and an area that no formula tells, in facets held against a cell.
+/// What a curved cell costs beside what is over it, and the density of its area at a point, in facets held against a cell.
 const CELL: u64 = 24;
-const INTEGRATED: u64 = 160;
+const DENSITY: u64 = 5;
 
 /// How often a cell is divided before it is asked whether that tells anything.
 const LEVELS_BEFORE_LOOKING: u8 = 4;
@@ -196,11 +195,10 @@ impl Patch<'_> {
     }
 
     fn area_of(&self, place: Quadrant) -> Approx {
-        if !self.is_area_by_formula {
-            // What is spent in vain ends at the next division.
-            (self.spend)(INTEGRATED);
-        }
-        self.area.of_cell(place.low_corner(), place.edge())
+        let (area, points) = self.area.of_cell_counted(place.low_corner(), place.edge());
+        // What is spent in vain ends at the next division.
+        (self.spend)(DENSITY * points);
+        area
     }
 
     /// The area of a cell, unless it is to be divided. Cells that may be kept are surface all over, as far as the detail goes; sums are the same where none are.
