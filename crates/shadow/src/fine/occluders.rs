@@ -30,7 +30,7 @@ use crate::{
     bodies::{Bodies, Body},
     by_object::ByObject,
 };
-use object_index::{ObjectIndex, Trees};
+use object_index::{ObjectIndex, Thinned, Trees};
 use throng::Throng;
 
 /// Shares of a body's facets are counted in parts of this size: whole numbers have the same sum in any order.
@@ -102,7 +102,7 @@ struct Seen {
     /// Of its facets ([`tickets`]).
     tickets: OnceLock<Vec<u64>>,
     /// Of every second facet, of every fourth and so on.
-    thinned: OnceLock<Vec<Trees>>,
+    thinned: OnceLock<Vec<Thinned>>,
 }
 
 impl<'a> Occluders<'a> {

@@ -52,7 +52,7 @@ pub(crate) struct Patch<'a> {
 
 /// What a curved cell costs beside what is over it, and the density of its area at a point, in facets held against a cell.
 const CELL: u64 = 24;
-const DENSITY: u64 = 5;
+const DENSITY: u64 = 8;
 
 /// How often a cell is divided before it is asked whether that tells anything.
 const LEVELS_BEFORE_LOOKING: u8 = 4;

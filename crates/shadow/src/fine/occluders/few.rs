@@ -6,6 +6,7 @@
 use std::{
     cell::{OnceCell, RefCell},
     ops::ControlFlow,
+    sync::OnceLock,
 };
 
 use glam::DVec3;
@@ -13,7 +14,7 @@ use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, Point, blocking::Probe};
 
 use super::{
-    Among, LightFrame, Occluders, Trees, fill_numbered, over,
+    Among, LightFrame, Occluders, Thinned, Trees, fill_numbered, over,
     tickets::{self, halvings},
 };
 use crate::{
@@ -192,7 +193,7 @@ impl Occluders<'_> {
     /// The trees of these facets halved so often, once at least, in a frame.
     fn halved<'s>(&'s self, among: Among<'s>, times: usize, frame: usize) -> Vec<(&'s BoxTree, Items<'s>)> {
         let of_object = |&object: &u32| {
-            let (tree, items) = &self.thinned(object).get(times - 1)?[frame];
+            let (tree, items) = &self.halved_of(object, times)?[frame];
             Some((tree, Items::Of(object, items)))
         };
         match among {
@@ -301,14 +302,22 @@ impl Occluders<'_> {
         matches!(self.bodies.get(id.object as usize), Body::Flat(facets) if facets.holes(id.facet as usize).is_none())
     }
 
-    /// Trees of every second facet of an object, of every fourth and so on, down to the last ones that hold something.
-    fn thinned(&self, object: u32) -> &[Trees] {
+    /// Places for trees of every second facet of an object, of every fourth and so on, down to the last ones that hold something.
+    fn thinned(&self, object: u32) -> &[Thinned] {
         self.seen(object).thinned.get_or_init(|| {
-            let Body::Flat(facets) = self.bodies.get(object as usize) else { return Vec::new() };
-            let tickets = self.tickets(object);
-            let most = tickets.iter().map(|&ticket| halvings(ticket)).max().unwrap_or(0);
-            (1..=most).map_while(|times| self.trees_of(facets, |facet| halvings(tickets[facet]) >= times)).collect()
+            let most = self.tickets(object).iter().map(|&ticket| halvings(ticket)).max().unwrap_or(0);
+            (0..most).map(|_| OnceLock::new()).collect()
         })
+    }
+
+    /// The trees of an object's facets halved so often, once at least: where many are over every face the larger ones are never asked for. `None` if the clock came first.
+    fn halved_of(&self, object: u32, times: usize) -> Option<&Trees> {
+        let trees = || {
+            let Body::Flat(facets) = self.bodies.get(object as usize) else { return None };
+            let tickets = self.tickets(object);
+            self.trees_of(facets, |facet| usize::from(halvings(tickets[facet])) >= times)
+        };
+        self.thinned(object).get(times - 1)?.get_or_init(trees).as_ref()
     }
 
     /// The tickets of an object's facets; none of an analytic body.

@@ -3,7 +3,10 @@
 //! Instances of a mesh share one tree in the mesh's own coordinates; those that are receivers of a group have trees of their own until it is done. Cost: a look
 //! at each facet and a sort for each frame.
 
-use std::{ops::Range, sync::Arc};
+use std::{
+    ops::Range,
+    sync::{Arc, OnceLock},
+};
 
 use rayon::prelude::*;
 use umbriel_bvh::BoxTree;
@@ -17,6 +20,9 @@ use crate::{bodies::Body, fine::instance_tree::LocalFrame};
 
 /// For each frame, a tree and the facets that its items stand for.
 pub(super) type Trees = Vec<(BoxTree, Vec<u32>)>;
+
+/// The same of some of its facets, once they are asked for; `None` if the clock came first.
+pub(super) type Thinned = OnceLock<Option<Trees>>;
 
 /// One object in light space.
 pub(super) enum ObjectIndex {
