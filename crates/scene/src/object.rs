@@ -8,7 +8,7 @@ use std::{
 use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{
     Aabb, Analytic, AnalyticDefect, Convex, Cuboid, Facets, HullDefect, Mesh, NumberDefect, PlacedAnalytic, Placement,
-    Rectangle, accept, accept_point,
+    Rectangle, accept,
 };
 
 /// The local shape of an object.
@@ -185,8 +185,8 @@ impl Object {
         let placed = Placed { shape, placement, bounds: OnceLock::new() };
         let object = Self { name, placed, sides, boxes: Vec::new() };
         for (vertex, local) in object.defining_points().into_iter().enumerate() {
-            let placed = object.placement.round(local).to_array();
-            accept_point(placed).map_err(|(axis, defect)| ObjectDefect::Placed { vertex, axis, defect })?;
+            let place = |(axis, defect)| ObjectDefect::Placed { vertex, axis, defect };
+            object.placement.accepts(local).map_err(place)?;
         }
         // Those of a quadric take milliseconds.
         if !matches!(object.shape.analytic(), Some(Analytic::Quadric { .. })) {
@@ -260,10 +260,10 @@ impl Object {
                 let mut is_used = vec![false; mesh.positions().len()];
                 mesh.triangles().iter().flatten().for_each(|&corner| is_used[corner as usize] = true);
                 let used = mesh.positions().iter().zip(is_used).filter(|&(_, is_used)| is_used);
-                Aabb::of(used.map(|(&position, _)| self.placement.round(position)))
+                self.placement.bounds_of(used.map(|(&position, _)| position))
             }
             Shape::Analytic(body) => body.bounds(&self.placement),
-            Shape::Convex(body) => Aabb::of(body.points().iter().map(|&point| self.placement.round(point))),
+            Shape::Convex(body) => self.placement.bounds_of(body.points().iter().copied()),
             Shape::Rectangle(rectangle) => self.corner_bounds(&rectangle.corners()),
             Shape::Cuboid(cuboid) => self.corner_bounds(&cuboid.corners()),
         }
