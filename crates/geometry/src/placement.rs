@@ -12,7 +12,7 @@ use crate::{
     decisions::decide,
     dyadic::Dyadic,
     expansion::{two_product, two_sum},
-    number::{MAX_MAGNITUDE, MIN_MAGNITUDE, NumberDefect, accept, accept_point},
+    number::{MAX_MAGNITUDE, MIN_MAGNITUDE, NumberDefect, accept},
     point::ExactPoint,
     ring::{Ring, Sign, determinant},
 };
@@ -90,34 +90,43 @@ impl Placement {
         rounded_image(&self.map, local)
     }
 
-    /// Whether the rounded image of a point is accepted ([`accept_point`]). Cost: some nanoseconds, a tenth of [`Placement::round`].
+    /// Whether the rounded image of a point is accepted ([`accept`]). Cost: some nanoseconds, a tenth of [`Placement::round`]; coordinates near zero are rounded.
     ///
     /// # Errors
     /// The axis (0, 1, 2) of the first coordinate that is not, and why.
     pub fn accepts(&self, local: DVec3) -> Result<(), (usize, NumberDefect)> {
         let (image, off) = self.roughly(local);
-        let (size, least, most) = (image.abs(), DVec3::splat(MIN_MAGNITUDE), DVec3::splat(MAX_MAGNITUDE));
-        if (size - off).cmpgt(least).all() && (size + off).cmplt(most).all() {
-            return Ok(());
-        }
-        accept_point(self.round(local).to_array()).map(|_| ())
-    }
-
-    /// The box of the rounded images of some points. Cost: that of [`Placement::accepts`] each, since most are surely inside the box of those before them.
-    pub fn bounds_of(&self, points: impl IntoIterator<Item = DVec3>) -> Aabb {
-        points.into_iter().fold(Aabb::EMPTY, |bounds, local| {
-            let (image, off) = self.roughly(local);
-            let is_inside = (image - off).cmpgt(bounds.min).all() && (image + off).cmplt(bounds.max).all();
-            if is_inside { bounds } else { bounds.with(self.round(local)) }
+        let size = image.abs();
+        let is_large = (size - off).cmpgt(DVec3::splat(MIN_MAGNITUDE));
+        let is_accepted = is_large & (size + off).cmplt(DVec3::splat(MAX_MAGNITUDE));
+        (0..3).filter(|&axis| !is_accepted.test(axis)).try_for_each(|axis| {
+            let rounded = rounded_sum(&self.row(axis), local.to_array());
+            accept(rounded).map(|_| ()).map_err(|defect| (axis, defect))
         })
     }
 
-    /// The image of a point by floats, and how far off its coordinates are at most.
+    /// The box of the rounded images of some points. Cost: some nanoseconds each, since most are surely inside the box of those before them; coordinates that are not are
+    /// rounded.
+    pub fn bounds_of(&self, points: impl IntoIterator<Item = DVec3>) -> Aabb {
+        let mut bounds = Aabb::EMPTY;
+        for local in points {
+            let (image, off) = self.roughly(local);
+            let is_inside = (image - off).cmpgt(bounds.min) & (image + off).cmplt(bounds.max);
+            for axis in (0..3).filter(|&axis| !is_inside.test(axis)) {
+                let rounded = rounded_sum(&self.row(axis), local.to_array());
+                bounds.min[axis] = bounds.min[axis].min(rounded);
+                bounds.max[axis] = bounds.max[axis].max(rounded);
+            }
+        }
+        bounds
+    }
+
+    /// The image of a point by floats, and how far they and the rounded image are apart at most, with the rounding of what is added to them
+    /// (NUMERICS.md, "Placement").
     fn roughly(&self, local: DVec3) -> (DVec3, DVec3) {
         let DAffine3 { matrix3: m, translation } = self.map;
         let terms = [m.x_axis * local.x, m.y_axis * local.y, m.z_axis * local.z, translation];
         let sum = |[x, y, z, rest]: [DVec3; 4]| (x + y) + (z + rest);
-        // Each term is rounded three times at most; its size is, too, and products may underflow.
         let off = sum(terms.map(DVec3::abs)) * (4.0 * f64::EPSILON) + DVec3::splat(f64::MIN_POSITIVE);
         (sum(terms), off)
     }
@@ -289,6 +298,7 @@ impl DoubleDouble {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::number::accept_point;
     use proptest::prelude::*;
 
     proptest! {

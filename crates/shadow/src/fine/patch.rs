@@ -52,7 +52,7 @@ pub(crate) struct Patch<'a> {
 
 /// What a curved cell costs beside what is over it, and the density of its area at a point, in facets held against a cell.
 const CELL: u64 = 24;
-const DENSITY: u64 = 8;
+const DENSITY: u64 = 4;
 
 /// How often a cell is divided before it is asked whether that tells anything.
 const LEVELS_BEFORE_LOOKING: u8 = 4;
@@ -196,8 +196,10 @@ impl Patch<'_> {
 
     fn area_of(&self, place: Quadrant) -> Approx {
         let (area, points) = self.area.of_cell_counted(place.low_corner(), place.edge());
-        // What is spent in vain ends at the next division.
-        (self.spend)(DENSITY * points);
+        if points > 0 {
+            // What is spent in vain ends at the next division.
+            (self.spend)(DENSITY * points);
+        }
         area
     }
 

@@ -1,7 +1,7 @@
 //! Looks at some of many: for faces under more facets than can be listed.
 //!
 //! Guarantee: which facets are looked at goes by them and by the face alone, whatever the order of objects, of facets and of axes. Memory: of an object over such a
-//! face trees of every second, fourth, eighth facet and so on, as much again as its own tree; of an instance for each group of receivers.
+//! face those of the trees of every second, fourth, eighth facet and so on that are asked for, as much again as its own tree at most; of an instance for each group of receivers.
 
 use std::{
     cell::{OnceCell, RefCell},
@@ -310,7 +310,8 @@ impl Occluders<'_> {
         })
     }
 
-    /// The trees of an object's facets halved so often, once at least: where many are over every face the larger ones are never asked for. `None` if the clock came first.
+    /// The trees of an object's facets halved so often, once at least: where many are over every face the larger ones are never asked for. `None` if nothing is left, or if the clock came
+    /// first.
     fn halved_of(&self, object: u32, times: usize) -> Option<&Trees> {
         let trees = || {
             let Body::Flat(facets) = self.bodies.get(object as usize) else { return None };
