@@ -27,7 +27,7 @@ const GOOD: f64 = 1e-8;
 /// The same on a trimmed patch, whose border is known far less well.
 const GOOD_IF_TRIMMED: f64 = 1e-6;
 
-/// The same where areas are only roughly asked for: less than what is gained by looking at borders once more, so that nobody looks at cells again for the sake of it.
+/// The same where areas are only roughly asked for: less than most looks at borders gain, and finer ones would take the time from these.
 const GOOD_IF_ROUGH: f64 = 1.0 / 4096.0;
 
 /// How many times too wide a bound by two points may be for three to be tried before five.
