@@ -223,7 +223,6 @@ impl<'a> Stage<'a> {
         if !purse.is_enough() {
             work.lights_cut_short += 1;
             let limit = Limit { work: Some(purse.most / ANEW), ..Limit::default() };
-            receivers.is_cut_short = true;
             return self.refine_until(&mut receivers, &limit, progress, work);
         }
         work.add(&spent);

@@ -51,8 +51,8 @@ const QUARTERINGS_OF_PATCH: u32 = 1;
 /// How often a cell at the border of a trimmed patch is.
 const BORDER_QUARTERINGS: u32 = 2;
 
-/// What the area of a cell that borders cut costs, and the density of a quadric, in evaluations of the density of other bodies.
-const AT_CORNERS: u64 = 8;
+/// What the area of a cell that borders cut costs, in evaluations of the density; and such an evaluation, in those of other bodies.
+const AT_CORNERS: u64 = 4;
 const OF_GRAPH: u64 = 2;
 
 /// How far off such a cell's area may be, of the greatest that it can have.
@@ -132,15 +132,15 @@ impl<'a> PatchArea<'a> {
         let mut points = 0;
         // Not to below the finest edge: where series still say nothing there, they never will.
         let quarterings = (FINEST + libm::ilogb(edge)).clamp(1, self.quarterings as i32) as u32;
-        let area = match self.chart.kind {
-            Kind::Graph(_) => self.quartered(at, edge, [quarterings, BORDER_QUARTERINGS], &mut points),
+        let (area, cost) = match self.chart.kind {
+            Kind::Graph(_) => (self.quartered(at, edge, [quarterings, BORDER_QUARTERINGS], &mut points), OF_GRAPH),
             // Halved into as many parts as that would make.
             _ => {
                 let (whole, most) = (Part::square(at, edge), 1 << (2 * quarterings));
-                halved::sum(whole, most, self.good, |part| self.measured(part, &mut points))
+                (halved::sum(whole, most, self.good, |part| self.measured(part, &mut points)), 1)
             }
         };
-        (area, points)
+        (area, cost * points)
     }
 
     /// The area of a cell that borders cut, if it is known as well as those of its parts with the edge `finest` would be together. Cost: some
@@ -157,7 +157,7 @@ impl<'a> PatchArea<'a> {
         self.by_formula([0.0; 2], 1.0).or_else(|| self.by_stretches()).unwrap_or_else(rough)
     }
 
-    /// Spheres and surfaces of revolution under similarities.
+    /// Spheres, and surfaces turned from lines, parabolas and hyperbolas, under similarities.
     fn by_formula(&self, [u, v]: [f64; 2], edge: f64) -> Option<Approx> {
         let stretch = self.stretch?;
         let local = match &self.chart.kind {
@@ -290,8 +290,7 @@ impl<'a> PatchArea<'a> {
 
     /// A rule along both parameters; K is one more than twice its number of nodes.
     fn gauss<const K: usize>(&self, rule: &Rule, part: &Part, points: &mut u64) -> Measured {
-        let times = if matches!(self.chart.kind, Kind::Graph(_)) { OF_GRAPH } else { 1 };
-        *points += times * (rule.nodes.len() * rule.nodes.len()) as u64;
+        *points += (rule.nodes.len() * rule.nodes.len()) as u64;
         let at_node = |axis: usize, node: f64| {
             let offset = Approx { value: node, error: node.abs() * f64::EPSILON };
             let range = part.range(axis);
@@ -444,13 +443,10 @@ mod tests {
                 for chart in placed.charts() {
                     let area = PatchArea::new(chart, &placement);
                     let rough = area.of_whole_roughly();
-                    let fine = area.of_cell([0.0; 2], 1.0);
+                    let (fine, points) = area.of_cell_counted([0.0; 2], 1.0);
                     assert!(rough.error <= (1.0 + 1e-9) * rough.value, "{body:?} {map:?} {rough:?}");
                     assert!((rough.value - fine.value).abs() <= rough.error + fine.error, "{body:?} {map:?}");
-                    let ([fine, less], [points, fewer]) = {
-                        let of_both = [area.clone(), area.rough()].map(|area| area.of_cell_counted([0.0; 2], 1.0));
-                        (of_both.map(|(area, _)| area), of_both.map(|(_, points)| points))
-                    };
+                    let (less, fewer) = area.rough().of_cell_counted([0.0; 2], 1.0);
                     assert!((less.value - fine.value).abs() <= less.error + fine.error, "{body:?} {map:?}");
                     assert!(less.error >= fine.error && fewer <= points, "{body:?} {map:?} {fewer} of {points}");
                     sums = [sums[0] + points, sums[1] + fewer];

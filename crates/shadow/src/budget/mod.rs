@@ -67,6 +67,7 @@ pub(crate) fn refine(
     limit: &Limit,
     progress: &dyn Progress,
 ) -> Result<Vec<FaceSums>, Cancelled> {
+    receivers.is_cut_short = limit.work.is_some();
     if limit.work.is_none() {
         receivers.detail = Detail::Depth { interior: MAX_DEPTH, boundary: MAX_DEPTH };
     }
