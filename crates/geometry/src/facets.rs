@@ -17,6 +17,7 @@ use crate::{
     aabb::Aabb,
     approx::{Approx, sorted},
     brep::{Brep, Convex, Cuboid, HullDefect, canonical_loop},
+    decisions::{Level, count},
     joints::Joints,
     light::LightSource,
     measures::TriangleMeasure,
@@ -24,7 +25,7 @@ use crate::{
     parallelogram::{Parallelogram, area_between},
     placement::Placement,
     point::{Image, Point},
-    predicates::{Target, side_value},
+    predicates::{Target, rows_filter, side_value},
     rectangle::Rectangle,
     ring::Sign,
     topology::Topology,
@@ -50,6 +51,7 @@ pub struct Corners {
 impl Deref for Corners {
     type Target = [u32];
 
+    #[inline]
     fn deref(&self) -> &[u32] {
         &self.numbers[..usize::from(self.count)]
     }
@@ -332,9 +334,19 @@ impl Facets {
     ///
     /// # Panics
     /// If there is no such facet.
+    #[inline]
     pub fn turn(&self, facet: usize, light: &LightSource) -> Sign {
         let corners = self.facet(facet).corners();
-        let [a, b, c] = [corners[0], corners[1], corners[corners.len() - 1]].map(|corner| self.point(corner));
+        let corners = [corners[0], corners[1], corners[corners.len() - 1]];
+        if self.are_floats() {
+            let [a, b, c] = corners.map(|corner| self.positions()[corner as usize]);
+            let side = rows_filter(a - c, b - c, light.xyz() - c * light.w());
+            if side.value.abs() > side.error {
+                count(Level::Double, 1);
+                return Sign::of(side.value);
+            }
+        }
+        let [a, b, c] = corners.map(|corner| self.point(corner));
         Sign::of(side_value(&a, &b, &c, Target::Light(light)).value)
     }
 

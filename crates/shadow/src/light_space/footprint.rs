@@ -9,7 +9,10 @@
 //! be told (which way the triangle turns, an edge that points at the light) is left vague: such a function is zero, which
 //! says neither inside nor outside. Guarantee: all coefficients hold within the errors that stand beside them.
 
-use super::{Homogeneous, view::lesser};
+use super::{
+    Homogeneous,
+    view::{greater, lesser},
+};
 
 /// Unit roundoff of f64.
 const ROUNDOFF: f64 = f64::EPSILON / 2.0;
@@ -24,16 +27,16 @@ pub(crate) struct Footprint {
     pub(crate) edges: [Affine; 3],
     /// No edge function is off by more inside the window.
     pub(crate) edge_error: f64,
-    /// Nearness over the triangle's plane. Constant, and not below that of any point of the triangle, where it is vague.
+    /// Nearness over the triangle's plane; of no meaning where that is not known.
     pub(crate) plane: Affine,
-    /// The plane's value is off by no more inside the window; infinite where it is vague: then nobody is sure to be behind it.
+    /// The plane's value is off by no more inside the window; infinite where it is not known: then nobody is sure to be behind it.
     pub(crate) plane_error: f64,
     /// No point of the triangle is nearer; infinite when it reaches behind a lamp.
     pub(crate) nearest: f64,
     /// Holds the triangle where it is in front of the light: least u, v, greatest u, v; infinite where that is unknown.
     pub(crate) bounds: [f64; 4],
-    /// Light may come through it.
-    pub(crate) has_holes: bool,
+    /// It certainly turns one way; edges are vague if it does not.
+    pub(crate) is_turned: bool,
     /// Seen the other way round than by its winding in (u, v); a hint for what belongs together.
     pub(crate) is_reversed: bool,
 }
@@ -46,33 +49,45 @@ pub(crate) struct CornerError {
 }
 
 impl Footprint {
-    /// The footprint of a triangle of a sun's view (w = 1) or a lamp's (h constant).
-    #[inline]
-    pub(crate) fn of(r: &[Homogeneous; 3], is_sun: bool, error: CornerError) -> Self {
-        let span = Span::of(r, is_sun, error);
-        let sides = [side(&r[0], &r[1], error.place), side(&r[1], &r[2], error.place), side(&r[2], &r[0], error.place)];
-        let mut footprint = Self {
-            edges: [[0.0; 3]; 3],
-            edge_error: 0.0,
-            plane: [0.0, 0.0, span.nearest],
-            plane_error: f64::INFINITY,
+    /// The footprint of a triangle of a sun's view (w = 1) or a lamp's (h constant). Without branches, so that many take the same steps together:
+    /// whether it is [`Self::edge_on`], which says more of triangles that are, is left to ask.
+    #[inline(always)]
+    pub(crate) fn of<const IS_SUN: bool>(r: &[Homogeneous; 3], error: CornerError) -> Self {
+        let span = Span::of::<IS_SUN>(r, error);
+        let sides = sides(r, error);
+        let (edges, edge_error) = span.edges(&sides);
+        let (plane, plane_error) = span.plane::<IS_SUN>(&r[0], error);
+        Self {
+            edges,
+            edge_error,
+            plane,
+            plane_error,
             nearest: span.nearest,
             bounds: span.bounds,
-            has_holes: false,
+            is_turned: span.is_turned(),
             is_reversed: span.determinant < 0.0,
-        };
-        let (determinant, doubt) = (span.determinant, span.determinant_error);
-        if determinant.abs() > doubt {
-            footprint.turn(&sides, determinant.signum());
-            footprint.lean(&r[0], &span, is_sun, error);
-        } else if span.least_w > 0.0 {
-            footprint.flatten(&sides, (determinant.abs() + doubt) / span.least_w);
         }
-        footprint
+    }
+
+    /// The footprint of a triangle that is seen edge-on, or too nearly so to be turned: the strip round its longest edge that holds it.
+    pub(crate) fn edge_on<const IS_SUN: bool>(r: &[Homogeneous; 3], error: CornerError) -> Self {
+        let footprint = Self::of::<IS_SUN>(r, error);
+        let (span, sides) = (Span::of::<IS_SUN>(r, error), sides(r, error));
+        let longest = sides.iter().fold(&sides[0], |best, side| if side.reach > best.reach { side } else { best });
+        let (factor, off) = (1.0 / longest.reach, longest.error / longest.reach);
+        if !(span.least_w > 0.0 && off < VAGUE) {
+            return footprint;
+        }
+        let [a, b, c] = longest.value.map(|coefficient| coefficient * factor);
+        // The opposite corner lies as far from the edge as the determinant says.
+        let width = (span.determinant.abs() + span.determinant_error) / span.least_w;
+        let wide = width * factor * (1.0 + 8.0 * ROUNDOFF);
+        let edges = [[a, b, c + wide], [-a, -b, wide - c], [0.0; 3]];
+        Self { edges, edge_error: off + 8.0 * ROUNDOFF * (1.0 + c.abs() + wide), ..footprint }
     }
 
     /// A body of which nothing is known but that it lies in the hull of `corners`.
-    pub(crate) fn somewhere(corners: &[Homogeneous; 8], is_sun: bool, error: CornerError) -> Self {
+    pub(crate) fn somewhere<const IS_SUN: bool>(corners: &[Homogeneous; 8], error: CornerError) -> Self {
         let mut hull = Self {
             edges: [[0.0; 3]; 3],
             edge_error: 0.0,
@@ -80,89 +95,39 @@ impl Footprint {
             plane_error: f64::INFINITY,
             nearest: f64::NEG_INFINITY,
             bounds: [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
-            has_holes: false,
+            is_turned: false,
             is_reversed: false,
         };
         for triple in [[0, 1, 2], [3, 4, 5], [6, 7, 0]] {
             let r = triple.map(|k: usize| corners[k]);
-            let least_w = if is_sun { 1.0 } else { r[0].w.min(r[1].w).min(r[2].w) - error.place };
-            let (nearest, [u0, v0, u1, v1]) = reach(&r, least_w, is_sun, error);
+            let (nearest, [u0, v0, u1, v1]) = reach::<IS_SUN>(&r, least_w::<IS_SUN>(&r, error), error);
             hull.nearest = hull.nearest.max(nearest);
             let [a, b, c, d] = hull.bounds;
             hull.bounds = [a.min(u0), b.min(v0), c.max(u1), d.max(v1)];
         }
-        hull.plane[2] = hull.nearest;
         hull
     }
 
     /// False when no point of the triangle is seen in the window widened by `margin`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn may_meet_window(&self, margin: f64) -> bool {
         let wide = 1.0 + margin;
         let [u0, v0, u1, v1] = self.bounds;
-        let apart = u0 > wide || v0 > wide || u1 < -wide || v1 < -wide;
+        let apart = (u0 > wide) | (v0 > wide) | (u1 < -wide) | (v1 < -wide);
         // Between the window's corners an edge function differs by at most 1 from its value in the middle.
-        !apart && self.edges.iter().all(|edge| edge[2] >= -wide - self.edge_error)
-    }
-
-    /// Takes the edges as they turn: all positive inside.
-    #[inline]
-    fn turn(&mut self, sides: &[Side; 3], sign: f64) {
-        for (edge, side) in self.edges.iter_mut().zip(sides) {
-            let factor = sign / side.reach;
-            let off = side.error / side.reach;
-            // Not so for NaN: an edge without length is vague.
-            if off < VAGUE {
-                *edge = side.value.map(|coefficient| coefficient * factor);
-                self.edge_error = self.edge_error.max(off + 4.0 * ROUNDOFF * (1.0 + edge[2].abs()));
-            }
-        }
-    }
-
-    /// A triangle that is seen edge-on, or too nearly so: the strip round its longest edge that holds it, turned no way.
-    #[inline]
-    fn flatten(&mut self, sides: &[Side; 3], width: f64) {
-        let longest = sides.iter().fold(&sides[0], |best, side| if side.reach > best.reach { side } else { best });
-        let (factor, off) = (1.0 / longest.reach, longest.error / longest.reach);
-        if off < VAGUE {
-            let [a, b, c] = longest.value.map(|coefficient| coefficient * factor);
-            // The opposite corner lies as far from the edge as the determinant says.
-            let wide = width * factor * (1.0 + 8.0 * ROUNDOFF);
-            self.edges = [[a, b, c + wide], [-a, -b, wide - c], [0.0; 3]];
-            self.edge_error = off + 8.0 * ROUNDOFF * (1.0 + c.abs() + wide);
-        }
-    }
-
-    /// Takes the plane, if its determinant allows.
-    #[inline]
-    fn lean(&mut self, corner: &Homogeneous, span: &Span, is_sun: bool, error: CornerError) {
-        let factor = 1.0 / span.determinant;
-        let [nx, ny, nz] = span.normal;
-        // Each coefficient is (N ± e)/(D ± d): off by (e + |N/D|·d)/(|D| − d), and its rounding.
-        let least = span.determinant.abs() - span.determinant_error;
-        let off = |value: f64| {
-            (span.normal_error + value.abs() * span.determinant_error) / least + value.abs() * 4.0 * ROUNDOFF
-        };
-        let (plane, plane_error) = if is_sun {
-            let (p, q) = (-nx * factor, -ny * factor);
-            let at_origin = corner.h - p * corner.x - q * corner.y;
-            let reach = corner.x.abs() + corner.y.abs() + 1.0;
-            let carried =
-                (off(p) + off(q)) * (reach + 1.0) + (p.abs() + q.abs()) * (error.place + 4.0 * ROUNDOFF * reach);
-            ([p, q, at_origin], carried + error.height + 4.0 * ROUNDOFF * corner.h.abs())
-        } else {
-            let plane = [nx, ny, nz].map(|coefficient| coefficient * factor * corner.h);
-            (plane, corner.h * (off(nx * factor) + off(ny * factor) + off(nz * factor)))
-        };
-        if plane_error < f64::INFINITY {
-            self.plane = plane;
-            self.plane_error = 2.0 * plane_error;
-        }
+        let least = -wide - self.edge_error;
+        let [a, b, c] = self.edges;
+        !apart & (a[2] >= least) & (b[2] >= least) & (c[2] >= least)
     }
 }
 
 /// Edges whose functions are off by more than this, in parts of the window, say nothing.
 const VAGUE: f64 = 1.0 / (1u64 << 22) as f64;
+
+#[inline(always)]
+fn sides(r: &[Homogeneous; 3], error: CornerError) -> [Side; 3] {
+    [side(&r[0], &r[1], error.place), side(&r[1], &r[2], error.place), side(&r[2], &r[0], error.place)]
+}
 
 /// The function of one edge before it is scaled.
 struct Side {
@@ -204,16 +169,16 @@ struct Span {
 impl Span {
     /// A sun's normal is taken in (x, y, h), where the third coordinate is the determinant; a lamp's in (x, y, w).
     #[inline(always)]
-    fn of(r: &[Homogeneous; 3], is_sun: bool, error: CornerError) -> Self {
-        let third = |corner: &Homogeneous| if is_sun { corner.h } else { corner.w };
+    fn of<const IS_SUN: bool>(r: &[Homogeneous; 3], error: CornerError) -> Self {
+        let third = |corner: &Homogeneous| if IS_SUN { corner.h } else { corner.w };
         let edge = |k: usize| [r[k].x - r[0].x, r[k].y - r[0].y, third(&r[k]) - third(&r[0])];
         let ([ax, ay, az], [bx, by, bz]) = (edge(1), edge(2));
         let normal = [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx];
-        let d = if is_sun { error.place.max(error.height) } else { error.place };
+        let d = if IS_SUN { greater(error.place, error.height) } else { error.place };
         let sizes = [ax.abs() + ay.abs() + az.abs(), bx.abs() + by.abs() + bz.abs()];
         // As for the edges, both factors off by 2d.
         let normal_error = 4.0 * (d * (sizes[0] + sizes[1]) + ROUNDOFF * sizes[0] * sizes[1] + 2.0 * d * d);
-        let (determinant, determinant_error) = if is_sun {
+        let (determinant, determinant_error) = if IS_SUN {
             (normal[2], normal_error)
         } else {
             let size = r[0].x.abs() + r[0].y.abs() + r[0].w.abs();
@@ -221,37 +186,94 @@ impl Span {
             let value = normal[0] * r[0].x + normal[1] * r[0].y + normal[2] * r[0].w;
             (value, normal_error * size + wide * (d + 4.0 * ROUNDOFF * size) + 3.0 * normal_error * d)
         };
-        let least_w = if is_sun { 1.0 } else { least(r.each_ref().map(|corner| corner.w)) - error.place };
-        let (nearest, bounds) = reach(r, least_w, is_sun, error);
+        let least_w = least_w::<IS_SUN>(r, error);
+        let (nearest, bounds) = reach::<IS_SUN>(r, least_w, error);
         Self { normal, normal_error, determinant, determinant_error, least_w, nearest, bounds }
     }
+
+    /// Whether the triangle certainly turns one way.
+    #[inline(always)]
+    fn is_turned(&self) -> bool {
+        self.determinant.abs() > self.determinant_error
+    }
+
+    /// The edges as they turn, all positive inside, and what they are off by. An edge without length is vague, and so are all of a triangle that turns no way.
+    #[inline(always)]
+    fn edges(&self, sides: &[Side; 3]) -> ([Affine; 3], f64) {
+        let sign = if self.determinant < 0.0 { -1.0 } else { 1.0 };
+        let (mut edges, mut edge_error) = ([[0.0; 3]; 3], 0.0);
+        for (edge, side) in edges.iter_mut().zip(sides) {
+            let factor = sign / side.reach;
+            let off = side.error / side.reach;
+            // Not so for NaN.
+            let is_known = self.is_turned() & (off < VAGUE);
+            for (coefficient, value) in edge.iter_mut().zip(side.value) {
+                *coefficient = if is_known { value * factor } else { 0.0 };
+            }
+            edge_error = greater(if is_known { off + 4.0 * ROUNDOFF * (1.0 + edge[2].abs()) } else { 0.0 }, edge_error);
+        }
+        (edges, edge_error)
+    }
+
+    /// The plane and what it is off by, if the determinant allows.
+    #[inline(always)]
+    fn plane<const IS_SUN: bool>(&self, corner: &Homogeneous, error: CornerError) -> (Affine, f64) {
+        let factor = 1.0 / self.determinant;
+        let [nx, ny, nz] = self.normal;
+        // Each coefficient is (N ± e)/(D ± d): off by (e + |N/D|·d)/(|D| − d), and its rounding.
+        let least = self.determinant.abs() - self.determinant_error;
+        let off = |value: f64| {
+            (self.normal_error + value.abs() * self.determinant_error) / least + value.abs() * 4.0 * ROUNDOFF
+        };
+        let (plane, plane_error) = if IS_SUN {
+            let (p, q) = (-nx * factor, -ny * factor);
+            let at_origin = corner.h - p * corner.x - q * corner.y;
+            let reach = corner.x.abs() + corner.y.abs() + 1.0;
+            let carried =
+                (off(p) + off(q)) * (reach + 1.0) + (p.abs() + q.abs()) * (error.place + 4.0 * ROUNDOFF * reach);
+            ([p, q, at_origin], carried + error.height + 4.0 * ROUNDOFF * corner.h.abs())
+        } else {
+            let plane = [nx * factor * corner.h, ny * factor * corner.h, nz * factor * corner.h];
+            (plane, corner.h * (off(nx * factor) + off(ny * factor) + off(nz * factor)))
+        };
+        let is_known = self.is_turned() & (plane_error < f64::INFINITY);
+        (plane, if is_known { 2.0 * plane_error } else { f64::INFINITY })
+    }
+}
+
+/// Below every corner's w.
+#[inline(always)]
+fn least_w<const IS_SUN: bool>(r: &[Homogeneous; 3], error: CornerError) -> f64 {
+    if IS_SUN { 1.0 } else { least([r[0].w, r[1].w, r[2].w]) - error.place }
 }
 
 /// The nearest that a triangle gets, and its bounds.
 #[inline(always)]
-fn reach(r: &[Homogeneous; 3], least_w: f64, is_sun: bool, error: CornerError) -> (f64, [f64; 4]) {
+fn reach<const IS_SUN: bool>(r: &[Homogeneous; 3], least_w: f64, error: CornerError) -> (f64, [f64; 4]) {
     let all = f64::INFINITY;
-    if is_sun {
-        let (u, v) = (r.map(|corner| corner.x), r.map(|corner| corner.y));
+    if IS_SUN {
+        let (u, v) = ([r[0].x, r[1].x, r[2].x], [r[0].y, r[1].y, r[2].y]);
         let d = error.place;
         let bounds = [least(u) - d, least(v) - d, greatest(u) + d, greatest(v) + d];
-        return (greatest(r.map(|corner| corner.h)) + error.height, bounds);
+        return (greatest([r[0].h, r[1].h, r[2].h]) + error.height, bounds);
     }
     // A quotient x/w is off by (d + |x/w|·d)/least_w; where that is large, nothing is known.
-    if least_w <= 0.0 || error.place > least_w * 0.0625 {
-        return (all, [-all, -all, all, all]);
-    }
-    let (u, v) = (r.map(|corner| corner.x / corner.w), r.map(|corner| corner.y / corner.w));
+    let is_known = (least_w > 0.0) & (error.place <= least_w * 0.0625);
+    let u = [r[0].x / r[0].w, r[1].x / r[1].w, r[2].x / r[2].w];
+    let v = [r[0].y / r[0].w, r[1].y / r[1].w, r[2].y / r[2].w];
     let d = error.place / least_w * 1.25;
-    let below = |values: [f64; 3]| least(values) - d * (1.0 + least(values).abs());
-    let above = |values: [f64; 3]| greatest(values) + d * (1.0 + greatest(values).abs());
-    (r[0].h / least_w * (1.0 + 4.0 * ROUNDOFF), [below(u), below(v), above(u), above(v)])
+    let below = |least: f64| if is_known { least - d * (1.0 + least.abs()) } else { -all };
+    let above = |greatest: f64| if is_known { greatest + d * (1.0 + greatest.abs()) } else { all };
+    let nearest = if is_known { r[0].h / least_w * (1.0 + 4.0 * ROUNDOFF) } else { all };
+    (nearest, [below(least(u)), below(least(v)), above(greatest(u)), above(greatest(v))])
 }
 
+#[inline(always)]
 fn least([a, b, c]: [f64; 3]) -> f64 {
     lesser(lesser(a, b), c)
 }
 
+#[inline(always)]
 fn greatest([a, b, c]: [f64; 3]) -> f64 {
-    -lesser(lesser(-a, -b), -c)
+    greater(greater(a, b), c)
 }

@@ -10,4 +10,4 @@ mod footprint;
 mod view;
 
 pub(crate) use footprint::{CornerError, Footprint};
-pub(crate) use view::{Homogeneous, View, power_of_two};
+pub(crate) use view::{Homogeneous, View, greater, lesser, power_of_two};

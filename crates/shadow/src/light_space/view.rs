@@ -141,7 +141,7 @@ impl View {
     pub(crate) fn nearest(&self, corners: &[DVec3], error: f64) -> f64 {
         let seen = corners.iter().map(|&corner| self.see(corner));
         if self.is_sun {
-            return seen.fold(f64::NEG_INFINITY, |most, Homogeneous { h, .. }| -lesser(-most, -h)) + error * self.scale;
+            return seen.fold(f64::NEG_INFINITY, |most, Homogeneous { h, .. }| greater(most, h)) + error * self.scale;
         }
         let least_w = seen.fold(f64::INFINITY, |least, Homogeneous { w, .. }| lesser(least, w));
         if least_w > 16.0 * error { self.scale / (least_w - 2.0 * error) } else { f64::INFINITY }
@@ -153,7 +153,7 @@ impl View {
         for &corner in corners {
             let Homogeneous { x, y, .. } = self.see(corner);
             let [u0, v0, u1, v1] = bounds;
-            bounds = [lesser(u0, x), lesser(v0, y), -lesser(-u1, -x), -lesser(-v1, -y)];
+            bounds = [lesser(u0, x), lesser(v0, y), greater(u1, x), greater(v1, y)];
         }
         let [u0, v0, u1, v1] = bounds;
         [u0 - error, v0 - error, u1 + error, v1 + error]
@@ -170,10 +170,16 @@ fn unit(axis: usize, size: f64) -> [f64; 3] {
     std::array::from_fn(|k| if k == axis { size } else { 0.0 })
 }
 
-/// One instruction, where `f64::min` looks for NaN; there is none among coordinates.
+/// One instruction, where `f64::min` looks for NaN; there is none among coordinates. `b` where one is NaN.
 #[inline(always)]
-pub(super) fn lesser(a: f64, b: f64) -> f64 {
+pub(crate) fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
+}
+
+/// As [`lesser`].
+#[inline(always)]
+pub(crate) fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// A power of two of about this size; 1 for what is no positive number.

@@ -5,7 +5,7 @@
 
 use umbriel_geometry::{
     decisions::{Level, count},
-    simd::{Float, Kernel, Mask, Simd},
+    simd::{Float, I8, Int, Kernel, Mask, Simd},
 };
 
 use crate::loose::{
@@ -141,12 +141,13 @@ impl Over<'_> {
         let mut open = known & !(points.nearness + points.height).lt(simd.splat8(covered)).bits();
         let front = points.nearness - points.height;
         let mut doubts = 0;
+        let own = self.own_of(simd, seen);
         for entry in entries {
             let concerned = open & !front.gt(simd.splat8(entry.nearest)).bits();
             if concerned == 0 {
                 break;
             }
-            let (hits, unclear) = self.compare(simd, entry, &points, concerned, seen);
+            let (hits, unclear) = self.compare(simd, entry, &points, &own, concerned, seen);
             open &= !hits;
             doubts |= unclear & concerned;
         }
@@ -171,6 +172,7 @@ impl Over<'_> {
         simd: S,
         entry: &Entry,
         points: &Eight<S>,
+        own: &Option<[I8<S>; 2]>,
         mut concerned: u32,
         seen: &[Seen],
     ) -> (u32, u32) {
@@ -183,7 +185,7 @@ impl Over<'_> {
                 match group.test(simd, entry.vague, &self.point(&seen[lane as usize % 8])) {
                     Said::Blocked => hits |= 1 << lane,
                     Said::Doubt(lanes) => {
-                        let is_left = self.others(entry.group, lanes, &seen[lane as usize % 8]).next().is_some();
+                        let is_left = self.others(simd, entry.group, lanes, &seen[lane as usize % 8]) != 0;
                         doubts |= u32::from(is_left) << lane;
                     }
                 }
@@ -194,7 +196,7 @@ impl Over<'_> {
                 let lane = lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
                 let (hit, doubt) = group.test_points(simd, lane, entry.vague, points);
-                let doubt = if doubt == 0 { 0 } else { doubt & !self.owners(entry.group, lane, seen) };
+                let doubt = if doubt == 0 { 0 } else { doubt & !self.owners(simd, entry.group, lane, own) };
                 (hits, doubts) = (hits | hit, doubts | doubt);
             }
         }
@@ -208,35 +210,47 @@ impl Over<'_> {
         let mut pieces = Vec::new();
         for entry in entries {
             if let Said::Doubt(lanes) = self.tile.groups[entry.group as usize].test(simd, entry.vague, &point) {
-                pieces.extend(self.others(entry.group, lanes, seen));
+                let lanes = self.others(simd, entry.group, lanes, seen);
+                let numbers = self.tile.pieces[entry.group as usize];
+                pieces.extend((0..8).filter(|lane| lanes >> lane & 1 == 1).map(|lane| numbers[lane]));
             }
         }
         pieces
     }
 
-    /// The pieces in these lanes of a group but for those of the point's own face.
+    /// Of these lanes of a group those that are not of the point's own face.
     #[inline(always)]
-    fn others(&self, group: u32, lanes: u32, seen: &Seen) -> impl Iterator<Item = u32> {
-        let pieces = &self.tile.pieces[group as usize];
-        let in_doubt = (0..8).filter(move |lane| lanes >> lane & 1 == 1).map(move |lane| pieces[lane]);
-        in_doubt.filter(move |&piece| !self.is_own(piece, seen))
+    fn others<S: Simd>(&self, simd: S, group: u32, lanes: u32, seen: &Seen) -> u32 {
+        let Some(&[first, last]) = self.own.get(seen.index as usize) else { return lanes };
+        let mut pieces = [0; 8];
+        for (piece, &number) in pieces.iter_mut().zip(&self.tile.pieces[group as usize]) {
+            *piece = number as i32;
+        }
+        let pieces = simd.load_int(&pieces);
+        let is_own = pieces.eq(simd.splat_int8(first as i32)) | pieces.eq(simd.splat_int8(last as i32));
+        lanes & !is_own.bits()
     }
 
     /// Which points lie on the face that a lane of a group is of.
     #[inline(always)]
-    fn owners(&self, group: u32, lane: usize, seen: &[Seen]) -> u32 {
-        if self.own.is_empty() {
-            return 0;
-        }
-        let piece = self.tile.pieces[group as usize][lane];
-        let is_own = |seen: &Seen| u32::from(self.is_own(piece, seen));
-        seen.iter().enumerate().fold(0, |owners, (point, seen)| owners | is_own(seen) << point)
+    fn owners<S: Simd>(&self, simd: S, group: u32, lane: usize, own: &Option<[I8<S>; 2]>) -> u32 {
+        let Some([first, last]) = *own else { return 0 };
+        let piece = simd.splat_int8(self.tile.pieces[group as usize][lane] as i32);
+        (piece.eq(first) | piece.eq(last)).bits()
     }
 
-    /// Whether a piece is of the point's own face.
+    /// The pieces of the points' own faces, first and last; `None` where points have none.
     #[inline(always)]
-    fn is_own(&self, piece: u32, seen: &Seen) -> bool {
-        self.own.get(seen.index as usize).is_some_and(|&[first, last]| (first..=last).contains(&piece))
+    fn own_of<S: Simd>(&self, simd: S, seen: &[Seen]) -> Option<[I8<S>; 2]> {
+        if self.own.is_empty() {
+            return None;
+        }
+        let (mut first, mut last) = ([-1; 8], [-1; 8]);
+        for (lane, point) in seen.iter().enumerate().take(8) {
+            let own = self.own[point.index as usize];
+            (first[lane], last[lane]) = (own[0] as i32, own[1] as i32);
+        }
+        Some([simd.load_int(&first), simd.load_int(&last)])
     }
 
     #[inline(always)]

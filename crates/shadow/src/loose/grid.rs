@@ -11,10 +11,11 @@ use std::{
 };
 
 use crate::{
-    light_space::{CornerError, Footprint, Homogeneous, View},
+    light_space::{CornerError, View, greater, lesser},
     loose::{
+        listed::{Window, see_listed},
         occupancy::Occupancy,
-        pieces::{Piece, Pieces},
+        pieces::Pieces,
         tile::{Tile, level_for},
     },
 };
@@ -210,11 +211,14 @@ impl<'a> Grid<'a> {
         (if is_inside { tile } else { self.tiles.len() as u32 }, [s, t])
     }
 
-    fn columns(&self, bounds: &[f64; 4], axis: usize) -> (usize, usize) {
-        let last = self.size[axis] as f64 - 1.0;
-        let index =
-            |bound: f64, wide: f64| ((bound - self.corner[axis]) * self.density + wide).clamp(0.0, last) as usize;
-        (index(bounds[axis], -TILE_MARGIN), index(bounds[axis + 2], TILE_MARGIN))
+    /// The tiles under a rectangle: first and last column, first and last row.
+    #[inline(always)]
+    fn tiles_under(&self, bounds: &[f64; 4]) -> [u16; 4] {
+        let index = |k: usize, wide: f64| {
+            let last = self.size[k % 2] as f64 - 1.0;
+            lesser(greater((bounds[k] - self.corner[k % 2]) * self.density + wide, 0.0), last) as u16
+        };
+        [index(0, -TILE_MARGIN), index(2, TILE_MARGIN), index(1, -TILE_MARGIN), index(3, TILE_MARGIN)]
     }
 
     /// Which pieces each tile has.
@@ -232,65 +236,45 @@ impl<'a> Grid<'a> {
 
     /// The same of some pieces, by counting.
     fn list_of(&self, seen: &[Placed], tiles: usize) -> List {
+        let under: Vec<[u16; 4]> = seen.iter().map(|placed| self.tiles_under(&placed.bounds)).collect();
         let mut starts = vec![0u32; tiles + 1];
-        self.for_each_tile(seen, |_, tile| starts[tile + 1] += 1);
+        under.iter().for_each(|&under| self.for_each_tile(under, |tile| starts[tile + 1] += 1));
         for tile in 0..tiles {
             starts[tile + 1] += starts[tile];
         }
         let (mut next, mut pieces) = (starts.clone(), vec![0; starts[tiles] as usize]);
-        self.for_each_tile(seen, |piece, tile| {
-            pieces[next[tile] as usize] = piece;
-            next[tile] += 1;
-        });
+        for (placed, &under) in seen.iter().zip(&under) {
+            self.for_each_tile(under, |tile| {
+                pieces[next[tile] as usize] = placed.piece;
+                next[tile] += 1;
+            });
+        }
         List { starts, pieces }
     }
 
-    fn for_each_tile(&self, seen: &[Placed], mut visit: impl FnMut(u32, usize)) {
-        for placed in seen {
-            let (columns, rows) = (self.columns(&placed.bounds, 0), self.columns(&placed.bounds, 1));
-            for row in rows.0..=rows.1 {
-                for column in columns.0..=columns.1 {
-                    visit(placed.piece, row * self.size[0] + column);
-                }
+    #[inline(always)]
+    fn for_each_tile(&self, under: [u16; 4], mut visit: impl FnMut(usize)) {
+        let [left, right, low, high] = under.map(usize::from);
+        for row in low..=high {
+            for column in left..=right {
+                visit(row * self.size[0] + column);
             }
         }
     }
 
     /// Cells of one tile.
     fn make(&self, index: usize) -> Tile {
-        let middle = [index % self.size[0], index / self.size[0]].map(|index| (2 * index + 1) as f64);
-        let listed = self.lists.iter().map(|list| list.of_tile(index));
-        let most = listed.clone().map(<[u32]>::len).sum();
-        let mut hint = 0;
-        let (mut pieces, mut footprints) = (Vec::with_capacity(most), Vec::with_capacity(most));
-        for &piece in listed.flatten() {
-            let footprint = self.footprint(piece, &mut hint, middle);
-            if footprint.may_meet_window(2.0 * TILE_MARGIN) {
-                pieces.push(piece);
-                footprints.push(footprint);
-            }
-        }
-        Tile::of(&pieces, &footprints, self.places[index].level, if self.view.is_sun() { 1.0 } else { 0.0 })
-    }
-
-    #[inline(always)]
-    fn footprint(&self, piece: u32, hint: &mut usize, middle: [f64; 2]) -> Footprint {
-        let place = |seen: Homogeneous| Homogeneous {
-            x: 2.0 * self.density * (seen.x - self.corner[0] * seen.w) - middle[0] * seen.w,
-            y: 2.0 * self.density * (seen.y - self.corner[1] * seen.w) - middle[1] * seen.w,
-            ..seen
+        let list: Vec<u32> = self.lists.iter().flat_map(|list| list.of_tile(index)).copied().collect();
+        let window = Window {
+            view: &self.view,
+            corner: self.corner,
+            density: 2.0 * self.density,
+            middle: [index % self.size[0], index / self.size[0]].map(|index| (2 * index + 1) as f64),
+            error: self.error,
+            margin: 2.0 * TILE_MARGIN,
         };
-        match self.pieces.get(piece, hint) {
-            piece @ (Piece::Triangle(corners) | Piece::CutOut(corners)) => {
-                let corners = corners.map(|corner| place(self.view.see(corner)));
-                let has_holes = matches!(piece, Piece::CutOut(_));
-                Footprint { has_holes, ..Footprint::of(&corners, self.view.is_sun(), self.error) }
-            }
-            Piece::Box(bounds) => {
-                let corners = bounds.corners().map(|corner| place(self.view.see(corner)));
-                Footprint::somewhere(&corners, self.view.is_sun(), self.error)
-            }
-        }
+        let listed = see_listed(window, self.pieces, &list);
+        Tile::of(&listed, self.places[index].level, if self.view.is_sun() { 1.0 } else { 0.0 })
     }
 }
 

@@ -16,7 +16,7 @@
 
 use umbriel_geometry::simd::{F8, Float, Mask, Simd};
 
-use crate::light_space::Footprint;
+use crate::light_space::{Footprint, greater, lesser};
 
 /// How far inside or outside an edge counts as certain, beside what the point is off by; units of half a tile.
 pub(super) const EDGE_MARGIN: f32 = 1.0 / (1u32 << 20) as f32;
@@ -92,15 +92,31 @@ impl Extent {
         vague: 0,
     };
 
-    #[inline]
-    pub(super) fn add(&mut self, lane: usize, footprint: &Footprint, hides: bool) {
-        for (k, (bound, to)) in footprint.bounds.iter().zip(&mut self.bounds).enumerate() {
-            // Differences from a place in the tile round by less than what cells are widened by.
-            let bound = *bound as f32;
-            to[lane] = if k < 2 { bound.next_down() } else { bound.next_up() };
+    /// Puts a triangle into a lane.
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, footprint: &Footprint) {
+        let [u0, v0, u1, v1] = footprint.bounds;
+        let [u0_to, v0_to, u1_to, v1_to] = &mut self.bounds;
+        // Differences from a place in the tile round by less than what cells are widened by.
+        (u0_to[lane], v0_to[lane]) = (-above(-greater(u0, -BEYOND)), -above(-greater(v0, -BEYOND)));
+        (u1_to[lane], v1_to[lane]) = (above(lesser(u1, BEYOND)), above(lesser(v1, BEYOND)));
+        self.nearest[lane] = above(footprint.nearest);
+    }
+
+    /// Takes a lane of other extents.
+    #[inline(always)]
+    pub(super) fn take(&mut self, lane: usize, from: &Self, other: usize) {
+        for (to, from) in self.bounds.iter_mut().zip(&from.bounds) {
+            to[lane] = from[other];
         }
-        self.nearest[lane] = (footprint.nearest as f32).next_up();
-        self.vague |= u8::from(!hides) << lane;
+        self.nearest[lane] = from.nearest[other];
+        self.vague |= (from.vague >> other & 1) << lane;
+    }
+
+    /// The bounds of one triangle.
+    pub(super) fn lane(&self, lane: usize) -> [f32; 4] {
+        let [u0, v0, u1, v1] = &self.bounds;
+        [u0[lane], v0[lane], u1[lane], v1[lane]]
     }
 
     /// A rectangle that holds all.
@@ -128,21 +144,35 @@ impl Group {
     pub(super) const EMPTY: Self = Self { edges: [[[0.0; 8], [0.0; 8], [-4.0; 8]]; 3], plane: [[0.0; 8]; 3] };
 
     /// Puts a triangle into a lane. What is too far off is made vague: `unit` is 1 for a sun, 0 for a lamp. Whether it may hide something for certain: not
-    /// where it has holes, nor where its plane is not known and a bound takes its place.
-    #[inline]
+    /// where its plane is not known, and a bound takes its place.
+    #[inline(always)]
     pub(super) fn set(&mut self, lane: usize, footprint: &Footprint, unit: f32) -> bool {
         let [p, q, r] = footprint.plane;
         let sizes = p.abs() + q.abs() + r.abs() + f64::from(unit);
         // A plane at infinity is none.
-        let is_plane = footprint.plane_error <= sizes * f64::from(NEARNESS_MARGIN) * 0.25 && sizes < f64::INFINITY;
+        let is_plane = (footprint.plane_error <= sizes * f64::from(NEARNESS_MARGIN) * 0.25) & (sizes < f64::INFINITY);
         let is_sharp = footprint.edge_error <= f64::from(EDGE_MARGIN) * 0.5;
-        for (edge, to) in footprint.edges.iter().zip(&mut self.edges) {
-            let [a, b, c] = if is_sharp { *edge } else { [0.0; 3] };
-            [to[0][lane], to[1][lane], to[2][lane]] = [a as f32, b as f32, c.min(EDGE_LIMIT) as f32];
+        let known = |coefficient: f64| if is_sharp { coefficient as f32 } else { 0.0 };
+        for ([a, b, c], [a_to, b_to, c_to]) in footprint.edges.iter().zip(&mut self.edges) {
+            (a_to[lane], b_to[lane], c_to[lane]) = (known(*a), known(*b), known(lesser(*c, EDGE_LIMIT)));
         }
-        let [p, q, r] = if is_plane { [p, q, r] } else { [0.0, 0.0, footprint.nearest] };
-        [self.plane[0][lane], self.plane[1][lane], self.plane[2][lane]] = [p as f32, q as f32, r as f32];
-        is_plane && !footprint.has_holes
+        let or = |coefficient: f64, other: f64| (if is_plane { coefficient } else { other }) as f32;
+        let [p_to, q_to, r_to] = &mut self.plane;
+        (p_to[lane], q_to[lane], r_to[lane]) = (or(p, 0.0), or(q, 0.0), or(r, footprint.nearest));
+        is_plane
+    }
+
+    /// Takes a lane of another group.
+    #[inline(always)]
+    pub(super) fn take(&mut self, lane: usize, from: &Self, other: usize) {
+        for (to, from) in self.edges.iter_mut().zip(&from.edges) {
+            for (to, from) in to.iter_mut().zip(from) {
+                to[lane] = from[other];
+            }
+        }
+        for (to, from) in self.plane.iter_mut().zip(&from.plane) {
+            to[lane] = from[other];
+        }
     }
 
     /// Tests all eight, of which those in `vague` hide nothing for certain.
@@ -219,6 +249,16 @@ impl Group {
         };
         Some(Over { nearest: greatest(near), covered, lanes: meets.bits() as u8 })
     }
+}
+
+/// What lies farther out than this beside the tile's middle is at this place: no cell comes near it.
+const BEYOND: f64 = 4.0;
+
+/// A float of 32 bits that is no less. Without branches, where `f32::next_up` has some.
+#[inline(always)]
+fn above(value: f64) -> f32 {
+    let near = value as f32;
+    near + (near.abs() * f32::EPSILON + f32::MIN_POSITIVE)
 }
 
 /// a·s + b·t + c of all lanes at one place.

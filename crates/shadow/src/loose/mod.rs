@@ -21,6 +21,7 @@ mod decide;
 mod filter;
 mod grid;
 mod group;
+mod listed;
 mod occupancy;
 mod on_faces;
 mod pieces;
@@ -276,12 +277,25 @@ impl Queries<'_> {
             })?;
             return Ok(lit);
         }
+        // One way to the threads and back, not one for each step.
+        rayon::scope(|_| self.look(points, light, &mut lit, progress))?;
+        Ok(lit)
+    }
+
+    /// Looks into light space for all points.
+    fn look(
+        &self,
+        points: Points,
+        light: &LightSource,
+        lit: &mut [bool],
+        progress: &dyn Progress,
+    ) -> Result<(), PointsError> {
         let pieces = Pieces::of(&self.bodies);
         let grids = pieces.as_ref().and_then(|pieces| self.grids(pieces, points, light));
         let cells = grids.as_ref().map_or(0, |grids| grids.cells as usize);
         let size = (cells * POINTS_A_CELL).clamp(SMALLEST_JOB, LARGEST_JOB);
         let size = size.min(points.len() / LEAST_JOBS).max(CHUNK);
-        points.for_each_part(self, &mut lit, size, progress, |room, part, lit| match (&pieces, &grids) {
+        points.for_each_part(self, lit, size, progress, |room, part, lit| match (&pieces, &grids) {
             (Some(pieces), Some(grids)) => {
                 // Points of faces are looked at while they are gathered.
                 if !matches!(part, Points::OnFaces(_)) {
@@ -300,8 +314,7 @@ impl Queries<'_> {
                 lit.iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&part.place(index), light));
                 Ok(())
             }
-        })?;
-        Ok(lit)
+        })
     }
 
     /// For each point whether it has a normal and no surface in its slack box: it is taken as a point in space.

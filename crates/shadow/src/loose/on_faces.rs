@@ -193,7 +193,7 @@ impl Met {
             Body::Flat(facets) => {
                 let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
                 let kind = if flat_face_is_turned_to(bodies, object, face, light) {
-                    let own = pieces.of_face(object, face).unwrap_or([u32::MAX, 0]);
+                    let own = pieces.of_face(object, face).unwrap_or([u32::MAX; 2]);
                     Kind::Open(Open::of(facets, face, own))
                 } else {
                     Kind::Dark

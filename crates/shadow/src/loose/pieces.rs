@@ -121,7 +121,7 @@ impl<'a> Pieces<'a> {
     }
 
     /// A piece. `hint` remembers where the last one was found: neighbours in number are found at once.
-    #[inline]
+    #[inline(always)]
     pub(super) fn get(&self, piece: u32, hint: &mut usize) -> Piece {
         let is_here = |numbered: &Numbered, next: Option<&Numbered>| {
             numbered.first <= piece && next.is_none_or(|next| piece < next.first)

@@ -7,9 +7,9 @@
 
 use umbriel_geometry::simd::{Kernel, Simd, dispatch};
 
-use crate::{
-    light_space::Footprint,
-    loose::group::{Extent, Group, Square},
+use crate::loose::{
+    group::{Extent, Group, Square},
+    listed::Listed,
 };
 
 /// Cells hold what meets them when they are this much wider on each side, units of half a cell. So a point within
@@ -63,30 +63,47 @@ pub(super) struct Entry {
 }
 
 impl Tile {
-    /// 2^level cells along each side for footprints in units of half the tile; `numbers` are those of their pieces. `unit` is 1 for a sun, whose nearness may
-    /// have any sign, 0 for a lamp.
-    pub(super) fn of(numbers: &[u32], footprints: &[Footprint], level: u32, unit: f32) -> Self {
-        // Key and number in one word: sorted twice as fast as two.
-        let mut order: Vec<u64> =
-            (0..).zip(footprints).map(|(number, footprint)| u64::from(key(footprint, level)) << 32 | number).collect();
-        order.sort_unstable();
+    /// 2^level cells along each side for pieces in units of half the tile. `unit` is 1 for a sun, whose nearness may have any sign, 0 for a lamp.
+    pub(super) fn of(listed: &[Listed], level: u32, unit: f32) -> Self {
         let mut tile = Self { level, cells: Vec::new(), entries: Vec::new(), groups: Vec::new(), pieces: Vec::new() };
-        let mut extents = Vec::with_capacity(order.len() / 8 + 1);
-        for eight in order.chunks(8) {
-            let (mut group, mut pieces, mut extent) = (Group::EMPTY, [0; 8], Extent::EMPTY);
-            for (lane, &word) in eight.iter().enumerate() {
-                let number = word as u32 as usize;
-                let hides = group.set(lane, &footprints[number], unit);
-                pieces[lane] = numbers[number];
-                extent.add(lane, &footprints[number], hides);
-            }
-            tile.groups.push(group);
-            tile.pieces.push(pieces);
-            extents.push(extent);
-        }
+        let extents = tile.group(listed);
         let (found, covered) = dispatch(Spread { groups: &tile.groups, extents: &extents, level, unit });
         tile.list(&found, &covered, unit);
         tile
+    }
+
+    /// Puts triangles that lie together into groups, by counting how many there are of each key.
+    fn group(&mut self, listed: &[Listed]) -> Vec<Extent> {
+        let lanes = |met: u8| (0..8).filter(move |lane| met >> lane & 1 == 1);
+        let mut next = [0u32; KEYS];
+        let mut keys = Vec::with_capacity(listed.len());
+        for listed in listed {
+            let mut of_lanes = [0; 8];
+            for lane in lanes(listed.met) {
+                of_lanes[lane] = key(listed, lane, self.level);
+                next[of_lanes[lane]] += 1;
+            }
+            keys.push(of_lanes);
+        }
+        let mut count = 0;
+        for number in &mut next {
+            (*number, count) = (count, count + *number);
+        }
+        let groups = (count as usize).div_ceil(8);
+        let mut extents = vec![Extent::EMPTY; groups];
+        self.groups = vec![Group::EMPTY; groups];
+        self.pieces = vec![[0; 8]; groups];
+        for (listed, keys) in listed.iter().zip(&keys) {
+            for lane in lanes(listed.met) {
+                let place = next[keys[lane]] as usize;
+                next[keys[lane]] += 1;
+                let (group, to) = (place / 8, place % 8);
+                self.groups[group].take(to, &listed.group, lane);
+                extents[group].take(to, &listed.extent, lane);
+                self.pieces[group][to] = listed.pieces[lane];
+            }
+        }
+        extents
     }
 
     /// What covers a cell, and its list.
@@ -195,11 +212,14 @@ pub(super) fn level_for(count: usize, points_a_triangle: f64) -> u32 {
     ((wanted.log2() * 0.5).round() as u32).min(MAX_LEVEL)
 }
 
+/// How many keys there are: three sizes, two facings, 256 places.
+const KEYS: usize = 3 << 9;
+
 /// Neighbours in this order go into one group: triangles of like size, then of one facing, then along a Morton curve.
-fn key(footprint: &Footprint, level: u32) -> u32 {
-    let [u0, v0, u1, v1] = footprint.bounds.map(|bound| bound.clamp(-1.0, 1.0));
+fn key(listed: &Listed, lane: usize, level: u32) -> usize {
+    let [u0, v0, u1, v1] = listed.extent.lane(lane).map(|bound| bound.clamp(-1.0, 1.0));
     let extent = (u1 - u0).max(v1 - v0);
-    let cells = extent * f64::from(1u32 << level) * 0.5;
+    let cells = extent * (1u32 << level) as f32 * 0.5;
     let class = if cells < 2.0 {
         0
     } else if cells < 6.0 {
@@ -207,14 +227,13 @@ fn key(footprint: &Footprint, level: u32) -> u32 {
     } else {
         2
     };
-    let place = |low: f64, high: f64| (((low + high) * 0.25 + 0.5) * 255.0) as u32;
+    let place = |low: f32, high: f32| (((low + high) * 0.25 + 0.5) * 15.0) as usize;
     let morton = spread_bits(place(u0, u1)) | spread_bits(place(v0, v1)) << 1;
-    class << 17 | u32::from(footprint.is_reversed) << 16 | morton
+    class << 9 | usize::from(listed.reversed >> lane & 1) << 8 | morton
 }
 
-/// Eight bits with gaps between them.
-fn spread_bits(x: u32) -> u32 {
-    let x = (x | x << 4) & 0x0f0f;
-    let x = (x | x << 2) & 0x3333;
-    (x | x << 1) & 0x5555
+/// Four bits with gaps between them.
+fn spread_bits(x: usize) -> usize {
+    let x = (x | x << 2) & 0x33;
+    (x | x << 1) & 0x55
 }
