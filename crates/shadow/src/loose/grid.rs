@@ -265,6 +265,7 @@ impl<'a> Grid<'a> {
     /// Cells of one tile.
     fn make(&self, index: usize) -> Tile {
         let list: Vec<u32> = self.lists.iter().flat_map(|list| list.of_tile(index)).copied().collect();
+        let level = self.places[index].level;
         let window = Window {
             view: &self.view,
             corner: self.corner,
@@ -272,9 +273,10 @@ impl<'a> Grid<'a> {
             middle: [index % self.size[0], index / self.size[0]].map(|index| (2 * index + 1) as f64),
             error: self.error,
             margin: 2.0 * TILE_MARGIN,
+            cells: 0.5 * (1u32 << level) as f32,
         };
         let listed = see_listed(window, self.pieces, &list);
-        Tile::of(&listed, self.places[index].level, if self.view.is_sun() { 1.0 } else { 0.0 })
+        Tile::of(&listed, level, if self.view.is_sun() { 1.0 } else { 0.0 })
     }
 }
 

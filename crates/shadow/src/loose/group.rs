@@ -7,14 +7,14 @@
 //! f32 (unit roundoff v = 2^-24): products together by v, sums by 2v and by at most 6v, and the coefficients are rounded
 //! by v·(1 + |c|) ≤ 5v; s and t by v/2. Where the decision is near, |value| < 1, |c| ≤ 2 and all of it is below 8v. Where
 //! |value| ≥ 1 the error is below 16v, so the sign stands with every margin below 1/2. [`EDGE_MARGIN`] is 16v = 2^-20,
-//! which leaves 8v for the error of the f64 edge function.
+//! which leaves 8v for the error of the f64 edge function. Squares ([`Strip`]) take a·s + (b·t + c), one v more where it is near; they are widened by far more than that.
 //!
 //! The plane's value (p·s + q·t) + r is off by at most 8v·(|p| + |q| + |r|), and by |p| + |q| times what s and t are off. Near
 //! the decision r is as large as the point's nearness n, give or take |p| + |q| and the margin itself. The margin
 //! (|p| + |q|)·(place + 2^-19) + height, where `place` is what s and t are off by and `height` what n is off by and
 //! 2^-19·(|n| + unit), is 32v times these sizes; what remains is for the error of the f64 plane.
 
-use umbriel_geometry::simd::{F8, Float, Mask, Simd};
+use umbriel_geometry::simd::{F8, Float, M8, Mask, Simd};
 
 use crate::light_space::{Footprint, greater, lesser};
 
@@ -68,12 +68,17 @@ pub(super) struct Eight<S: Simd> {
     pub(super) height: F8<S>,
 }
 
-/// A square of a tile.
+/// A group along a row of squares of a tile: its functions in s alone.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Square {
-    pub(super) middle: [f32; 2],
-    /// Half its edge, widened: what matters to points of the square lies within.
-    pub(super) half: f32,
+pub(super) struct Strip<S: Simd> {
+    /// Half a square's edge, widened: what matters to points of a square lies within.
+    half: F8<S>,
+    edges: [F8<S>; 3],
+    plane: F8<S>,
+    /// |p| + |q|.
+    slope: F8<S>,
+    /// Whose bounds meet the row.
+    meets: M8<S>,
 }
 
 /// Where a group's triangles are, how near each comes, and which hide nothing for certain: their planes are not known, or they have holes.
@@ -114,6 +119,7 @@ impl Extent {
     }
 
     /// The bounds of one triangle.
+    #[inline(always)]
     pub(super) fn lane(&self, lane: usize) -> [f32; 4] {
         let [u0, v0, u1, v1] = &self.bounds;
         [u0[lane], v0[lane], u1[lane], v1[lane]]
@@ -212,29 +218,34 @@ impl Group {
         (blocked, 0xff & !(blocked | clear))
     }
 
-    /// Which of the eight may meet a square, and how near.
+    /// The group along the row of squares with the middle `t`; `half` their edge, widened. `None` where all lie beside the row.
     #[inline(always)]
-    pub(super) fn over<S: Simd>(&self, simd: S, square: &Square, extent: &Extent, unit: f32) -> Option<Over> {
-        let (s, t, half) = (simd.splat8(square.middle[0]), simd.splat8(square.middle[1]), simd.splat8(square.half));
-        let inside = affine(simd, &self.edges[0], s, t).min(affine(simd, &self.edges[1], s, t)).min(affine(
-            simd,
-            &self.edges[2],
-            s,
-            t,
-        ));
+    pub(super) fn strip<S: Simd>(&self, simd: S, t: f32, half: f32, extent: &Extent) -> Option<Strip<S>> {
+        let (t, half) = (simd.splat8(t), simd.splat8(half));
+        let [_, low, _, high] = &extent.bounds;
+        let meets = !beside(simd, low, high, t, half);
+        let [e, f, g] = &self.edges;
+        let edges = [at_t(simd, e, t), at_t(simd, f, t), at_t(simd, g, t)];
+        let slope = simd.load(&self.plane[0]).abs() + simd.load(&self.plane[1]).abs();
+        meets.any().then(|| Strip { half, edges, plane: at_t(simd, &self.plane, t), slope, meets })
+    }
+
+    /// Which of the eight may meet the square of a row with the middle `s`, and how near.
+    #[inline(always)]
+    pub(super) fn over<S: Simd>(&self, simd: S, strip: &Strip<S>, s: f32, extent: &Extent, unit: f32) -> Option<Over> {
+        let (s, half) = (simd.splat8(s), strip.half);
+        let inside = at_s(simd, &self.edges[0], s, strip.edges[0])
+            .min(at_s(simd, &self.edges[1], s, strip.edges[1]))
+            .min(at_s(simd, &self.edges[2], s, strip.edges[2]));
         let margin = simd.splat8(EDGE_MARGIN);
-        let beside = |low: &[f32; 8], high: &[f32; 8], middle: F8<S>| {
-            (simd.load(high) - middle).lt(-half) | (simd.load(low) - middle).gt(half)
-        };
-        let [low_s, low_t, high_s, high_t] = &extent.bounds;
-        let meets = !(inside.lt(-(half + margin)) | beside(low_s, high_s, s) | beside(low_t, high_t, t));
+        let [low, _, high, _] = &extent.bounds;
+        let meets = strip.meets & !(inside.lt(-(half + margin)) | beside(simd, low, high, s, half));
         if !meets.any() {
             return None;
         }
-        let here = affine(simd, &self.plane, s, t);
-        let slope = simd.load(&self.plane[0]).abs() + simd.load(&self.plane[1]).abs();
-        let band = (here.abs() + slope + simd.splat8(unit)) * simd.splat8(NEARNESS_MARGIN);
-        let reach = slope * half + band;
+        let here = at_s(simd, &self.plane, s, strip.plane);
+        let band = (here.abs() + strip.slope + simd.splat8(unit)) * simd.splat8(NEARNESS_MARGIN);
+        let reach = strip.slope * half + band;
         let never = simd.splat8(f32::NEG_INFINITY);
         let near = (here + reach).min(simd.load(&extent.nearest)).select(meets, never).to_array();
         let covers = inside.gt(half + margin);
@@ -249,6 +260,24 @@ impl Group {
         };
         Some(Over { nearest: greatest(near), covered, lanes: meets.bits() as u8 })
     }
+}
+
+/// Which lanes lie beside a square along one axis.
+#[inline(always)]
+fn beside<S: Simd>(simd: S, low: &[f32; 8], high: &[f32; 8], middle: F8<S>, half: F8<S>) -> M8<S> {
+    (simd.load(high) - middle).lt(-half) | (simd.load(low) - middle).gt(half)
+}
+
+/// b·t + c of all lanes.
+#[inline(always)]
+fn at_t<S: Simd>(simd: S, [_, b, c]: &[[f32; 8]; 3], t: F8<S>) -> F8<S> {
+    simd.load(b) * t + simd.load(c)
+}
+
+/// a·s and what [`at_t`] says.
+#[inline(always)]
+fn at_s<S: Simd>(simd: S, [a, ..]: &[[f32; 8]; 3], s: F8<S>, at_t: F8<S>) -> F8<S> {
+    simd.load(a) * s + at_t
 }
 
 /// What lies farther out than this beside the tile's middle is at this place: no cell comes near it.

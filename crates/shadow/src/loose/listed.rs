@@ -11,6 +11,7 @@ use crate::{
     loose::{
         group::{Extent, Group},
         pieces::{Piece, Pieces},
+        tile::whole,
     },
 };
 
@@ -28,6 +29,8 @@ pub(super) struct Window<'a> {
     pub(super) error: CornerError,
     /// Half tiles beside the tile where pieces matter.
     pub(super) margin: f64,
+    /// Cells of the tile over half of it.
+    pub(super) cells: f32,
 }
 
 /// Eight pieces, a lane each.
@@ -36,8 +39,8 @@ pub(super) struct Listed {
     pub(super) pieces: [u32; 8],
     pub(super) group: Group,
     pub(super) extent: Extent,
-    /// Which are seen the other way round than by their winding in (u, v).
-    pub(super) reversed: u8,
+    /// Neighbours by [`key`] belong together.
+    pub(super) keys: [u32; 8],
     /// Which may meet the window.
     pub(super) met: u8,
 }
@@ -97,7 +100,7 @@ impl See<'_> {
         let mut seen = Lanes::EMPTY;
         for lane in 0..8 {
             let footprint = Footprint::of::<IS_SUN>(&self.window.triangle(corners, lane), self.window.error);
-            seen.set::<IS_SUN>(lane, &footprint, self.window.margin);
+            seen.set::<IS_SUN>(lane, &footprint, &self.window);
         }
         let mut single = valid & (curved | !bits(seen.turned));
         while single != 0 {
@@ -108,11 +111,13 @@ impl See<'_> {
             } else {
                 self.curved::<IS_SUN>(listed.pieces[lane])
             };
-            seen.set::<IS_SUN>(lane, &footprint, self.window.margin);
+            seen.set::<IS_SUN>(lane, &footprint, &self.window);
         }
         (listed.group, listed.extent) = (seen.group, seen.extent);
         listed.extent.vague = holes | !bits(seen.known);
-        listed.reversed = bits(seen.reversed);
+        for lane in 0..8 {
+            listed.keys[lane] = key(listed.extent.lane(lane), seen.reversed[lane], self.window.cells);
+        }
         listed.met = valid & bits(seen.met);
     }
 
@@ -155,7 +160,7 @@ fn set(corners: &mut Corners, lane: usize, triangle: &[DVec3; 3]) {
 }
 
 impl Listed {
-    const EMPTY: Self = Self { pieces: [0; 8], group: Group::EMPTY, extent: Extent::EMPTY, reversed: 0, met: 0 };
+    const EMPTY: Self = Self { pieces: [0; 8], group: Group::EMPTY, extent: Extent::EMPTY, keys: [0; 8], met: 0 };
 }
 
 /// What is made lane by lane.
@@ -180,16 +185,40 @@ impl Lanes {
     };
 
     #[inline(always)]
-    fn set<const IS_SUN: bool>(&mut self, lane: usize, footprint: &Footprint, margin: f64) {
+    fn set<const IS_SUN: bool>(&mut self, lane: usize, footprint: &Footprint, window: &Window) {
         self.known[lane] = self.group.set(lane, footprint, if IS_SUN { 1.0 } else { 0.0 });
         self.extent.set(lane, footprint);
         self.turned[lane] = footprint.is_turned;
         self.reversed[lane] = footprint.is_reversed;
-        self.met[lane] = footprint.may_meet_window(margin);
+        self.met[lane] = footprint.may_meet_window(window.margin);
     }
 }
 
 #[inline(always)]
 fn bits(lanes: [bool; 8]) -> u8 {
     lanes.iter().enumerate().fold(0, |bits, (lane, &is_set)| bits | u8::from(is_set) << lane)
+}
+
+/// How many keys there are: three sizes, two facings, 256 places.
+pub(super) const KEYS: usize = 3 << 9;
+
+/// Neighbours in this order go into one group: triangles of like size, then of one facing, then along a Morton curve. `cells` lie over half the tile.
+#[inline(always)]
+fn key(bounds: [f32; 4], is_reversed: bool, cells: f32) -> u32 {
+    let within = |bound: f32| if bound > -1.0 { bound } else { -1.0 };
+    let within = |bound: f32| if bound < 1.0 { within(bound) } else { 1.0 };
+    let [u0, v0, u1, v1] = [within(bounds[0]), within(bounds[1]), within(bounds[2]), within(bounds[3])];
+    let (wide, high) = (u1 - u0, v1 - v0);
+    let extent = if wide > high { wide } else { high } * cells;
+    let class = u32::from(extent >= 2.0) + u32::from(extent >= 6.0);
+    let place = |low: f32, high: f32| whole(((low + high) * 0.25 + 0.5) * 15.0);
+    let morton = spread_bits(place(u0, u1)) | spread_bits(place(v0, v1)) << 1;
+    class << 9 | u32::from(is_reversed) << 8 | morton
+}
+
+/// Four bits with gaps between them.
+#[inline(always)]
+fn spread_bits(x: u32) -> u32 {
+    let x = (x | x << 2) & 0x33;
+    (x | x << 1) & 0x55
 }

@@ -8,8 +8,8 @@
 use umbriel_geometry::simd::{Kernel, Simd, dispatch};
 
 use crate::loose::{
-    group::{Extent, Group, Square},
-    listed::Listed,
+    group::{Extent, Group},
+    listed::{KEYS, Listed},
 };
 
 /// Cells hold what meets them when they are this much wider on each side, units of half a cell. So a point within
@@ -76,14 +76,8 @@ impl Tile {
     fn group(&mut self, listed: &[Listed]) -> Vec<Extent> {
         let lanes = |met: u8| (0..8).filter(move |lane| met >> lane & 1 == 1);
         let mut next = [0u32; KEYS];
-        let mut keys = Vec::with_capacity(listed.len());
         for listed in listed {
-            let mut of_lanes = [0; 8];
-            for lane in lanes(listed.met) {
-                of_lanes[lane] = key(listed, lane, self.level);
-                next[of_lanes[lane]] += 1;
-            }
-            keys.push(of_lanes);
+            lanes(listed.met).for_each(|lane| next[listed.keys[lane] as usize] += 1);
         }
         let mut count = 0;
         for number in &mut next {
@@ -93,11 +87,11 @@ impl Tile {
         let mut extents = vec![Extent::EMPTY; groups];
         self.groups = vec![Group::EMPTY; groups];
         self.pieces = vec![[0; 8]; groups];
-        for (listed, keys) in listed.iter().zip(&keys) {
+        for listed in listed {
             for lane in lanes(listed.met) {
-                let place = next[keys[lane]] as usize;
-                next[keys[lane]] += 1;
-                let (group, to) = (place / 8, place % 8);
+                let next = &mut next[listed.keys[lane] as usize];
+                let (group, to) = (*next as usize / 8, *next as usize % 8);
+                *next += 1;
                 self.groups[group].take(to, &listed.group, lane);
                 extents[group].take(to, &listed.extent, lane);
                 self.pieces[group][to] = listed.pieces[lane];
@@ -163,15 +157,16 @@ impl Kernel for Spread<'_> {
     fn run<S: Simd>(self, simd: S) -> Self::Output {
         let level = self.level;
         let half = 1.0 / (1u32 << level) as f32;
+        let middle = |cell: u32| (2 * cell + 1) as f32 * half - 1.0;
         let mut covered = vec![f32::NEG_INFINITY; 1 << (2 * level)];
         let mut found = Vec::with_capacity(self.groups.len() * 16);
         for (number, (group, extent)) in self.groups.iter().zip(self.extents).enumerate() {
             let [u0, v0, u1, v1] = extent.bounds().map(f64::from);
+            let columns = cell_index(u0, -WIDENED, level)..=cell_index(u1, WIDENED, level);
             for row in cell_index(v0, -WIDENED, level)..=cell_index(v1, WIDENED, level) {
-                for column in cell_index(u0, -WIDENED, level)..=cell_index(u1, WIDENED, level) {
-                    let middle = [(2 * column + 1) as f32 * half - 1.0, (2 * row + 1) as f32 * half - 1.0];
-                    let square = Square { middle, half: half * (1.0 + WIDENED) };
-                    let Some(over) = group.over(simd, &square, extent, self.unit) else { continue };
+                let Some(strip) = group.strip(simd, middle(row), half * (1.0 + WIDENED), extent) else { continue };
+                for column in columns.clone() {
+                    let Some(over) = group.over(simd, &strip, middle(column), extent, self.unit) else { continue };
                     let cell = row << level | column;
                     let entry =
                         Entry { nearest: over.nearest, group: number as u32, lanes: over.lanes, vague: extent.vague };
@@ -196,13 +191,19 @@ fn cell_index(bound: f64, wide: f32, level: u32) -> u32 {
 /// cells.
 #[inline(always)]
 pub(super) fn cell_along(place: f32, scale: f32) -> u32 {
-    // As with floats of 64 bits in `grid`: the low bits of the sum are the nearest whole number.
-    const WHOLE: f32 = 1.5 * (1u32 << 23) as f32;
     let middle = (place + 1.0) * 0.5 * scale - 0.5;
     let last = scale - 1.0;
     let middle = if middle < last { middle } else { last };
     let middle = if middle > 0.0 { middle } else { 0.0 };
-    (middle + WHOLE).to_bits() & 0xffff
+    whole(middle)
+}
+
+/// The nearest whole number to one from 0 to 2^16, without a branch.
+#[inline(always)]
+pub(super) fn whole(x: f32) -> u32 {
+    // As with floats of 64 bits in `grid`: it is the low bits of the sum.
+    const WHOLE: f32 = 1.5 * (1u32 << 23) as f32;
+    (x + WHOLE).to_bits() & 0xffff
 }
 
 /// About a triangle's size a cell, and smaller where many points will be asked for each triangle.
@@ -210,30 +211,4 @@ pub(super) fn level_for(count: usize, points_a_triangle: f64) -> u32 {
     let times = (points_a_triangle / POINTS_A_TRIANGLE).clamp(1.0, MOST_TIMES);
     let wanted = (count as f64 * CELLS_A_TRIANGLE * times).max(1.0);
     ((wanted.log2() * 0.5).round() as u32).min(MAX_LEVEL)
-}
-
-/// How many keys there are: three sizes, two facings, 256 places.
-const KEYS: usize = 3 << 9;
-
-/// Neighbours in this order go into one group: triangles of like size, then of one facing, then along a Morton curve.
-fn key(listed: &Listed, lane: usize, level: u32) -> usize {
-    let [u0, v0, u1, v1] = listed.extent.lane(lane).map(|bound| bound.clamp(-1.0, 1.0));
-    let extent = (u1 - u0).max(v1 - v0);
-    let cells = extent * (1u32 << level) as f32 * 0.5;
-    let class = if cells < 2.0 {
-        0
-    } else if cells < 6.0 {
-        1
-    } else {
-        2
-    };
-    let place = |low: f32, high: f32| (((low + high) * 0.25 + 0.5) * 15.0) as usize;
-    let morton = spread_bits(place(u0, u1)) | spread_bits(place(v0, v1)) << 1;
-    class << 9 | usize::from(listed.reversed >> lane & 1) << 8 | morton
-}
-
-/// Four bits with gaps between them.
-fn spread_bits(x: usize) -> usize {
-    let x = (x | x << 2) & 0x33;
-    (x | x << 1) & 0x55
 }
