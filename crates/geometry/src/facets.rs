@@ -25,7 +25,7 @@ use crate::{
     parallelogram::{Parallelogram, area_between},
     placement::Placement,
     point::{Image, Point},
-    predicates::{Target, rows_filter, side_value},
+    predicates::{Target, float_light_filter, side_value},
     rectangle::Rectangle,
     ring::Sign,
     topology::Topology,
@@ -340,7 +340,7 @@ impl Facets {
         let corners = [corners[0], corners[1], corners[corners.len() - 1]];
         if self.are_floats() {
             let [a, b, c] = corners.map(|corner| self.positions()[corner as usize]);
-            let side = rows_filter(a - c, b - c, light.xyz() - c * light.w());
+            let side = float_light_filter(a, b, c, light);
             if side.value.abs() > side.error {
                 count(Level::Double, 1);
                 return Sign::of(side.value);

@@ -141,6 +141,12 @@ pub fn float_side_filter(a: DVec3, b: DVec3, c: DVec3, x: DVec3) -> Approx {
     rows_filter(a - c, b - c, x - c)
 }
 
+/// As [`side_filter`] of a light and points that are floats.
+#[inline(always)]
+pub fn float_light_filter(a: DVec3, b: DVec3, c: DVec3, light: &LightSource) -> Approx {
+    rows_filter(a - c, b - c, light.xyz() - c * light.w())
+}
+
 /// The determinant of three rows, each a rounded difference of two exact floats or an exact float, with a bound of its error.
 #[inline(always)]
 pub fn rows_filter(a: DVec3, b: DVec3, x: DVec3) -> Approx {

@@ -8,7 +8,7 @@ use crate::{
     facets::Facets,
     gathered::{BLOCK, Gathered},
     light::LightSource,
-    predicates::rows_filter,
+    predicates::float_light_filter,
     ring::Sign,
     simd::{Kernel, Simd, dispatch},
 };
@@ -36,7 +36,6 @@ impl Kernel for Turns<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) -> Vec<Sign> {
         let Self { facets, triangles, light } = self;
-        let (toward, weight) = (light.xyz(), light.w());
         let mut turns = Vec::with_capacity(triangles.len());
         let (mut corners, mut signs) = (Gathered::<3>::default(), [0_i64; BLOCK]);
         for triangles in triangles.chunks(BLOCK) {
@@ -44,7 +43,7 @@ impl Kernel for Turns<'_> {
             let mut certain = 0;
             for (lane, sign) in signs[..triangles.len()].iter_mut().enumerate() {
                 let [a, b, c] = [corners.at(0, lane), corners.at(1, lane), corners.at(2, lane)];
-                let side = rows_filter(a - c, b - c, toward - c * weight);
+                let side = float_light_filter(a, b, c, light);
                 *sign = i64::from(side.value > side.error) - i64::from(side.value < -side.error);
                 certain += *sign * *sign;
             }

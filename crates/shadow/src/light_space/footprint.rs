@@ -7,7 +7,7 @@
 //!
 //! Functions are divided by |∂E/∂u| + |∂E/∂v|, so a point that is off by d in u and v moves them by d at most. What cannot
 //! be told (which way the triangle turns, an edge that points at the light) is left vague: such a function is zero, which
-//! says neither inside nor outside. Guarantee: all coefficients hold within the errors that stand beside them.
+//! says neither inside nor outside; a triangle that is seen edge-on is known to lie in a strip. Guarantee: all coefficients hold within the errors that stand beside them.
 
 use super::{
     Homogeneous,
@@ -35,7 +35,7 @@ pub(crate) struct Footprint {
     pub(crate) nearest: f64,
     /// Holds the triangle where it is in front of the light: least u, v, greatest u, v; infinite where that is unknown.
     pub(crate) bounds: [f64; 4],
-    /// It certainly turns one way; edges are vague if it does not.
+    /// It certainly turns one way.
     pub(crate) is_turned: bool,
     /// Seen the other way round than by its winding in (u, v); a hint for what belongs together.
     pub(crate) is_reversed: bool,
@@ -49,13 +49,16 @@ pub(crate) struct CornerError {
 }
 
 impl Footprint {
-    /// The footprint of a triangle of a sun's view (w = 1) or a lamp's (h constant). Without branches, so that many take the same steps together:
-    /// whether it is [`Self::edge_on`], which says more of triangles that are, is left to ask.
+    /// The footprint of a triangle of a sun's view (w = 1) or a lamp's (h constant). Without branches, so that many take the same steps together. Of one that
+    /// does not turn for certain [`Self::edge_on`] says more.
     #[inline(always)]
     pub(crate) fn of<const IS_SUN: bool>(r: &[Homogeneous; 3], error: CornerError) -> Self {
-        let span = Span::of::<IS_SUN>(r, error);
-        let sides = sides(r, error);
-        let (edges, edge_error) = span.edges(&sides);
+        Self::between::<IS_SUN>(r, &Span::of::<IS_SUN>(r, error), &sides(r, error), error)
+    }
+
+    #[inline(always)]
+    fn between<const IS_SUN: bool>(r: &[Homogeneous; 3], span: &Span, sides: &[Side; 3], error: CornerError) -> Self {
+        let (edges, edge_error) = span.edges(sides);
         let (plane, plane_error) = span.plane::<IS_SUN>(&r[0], error);
         Self {
             edges,
@@ -71,8 +74,8 @@ impl Footprint {
 
     /// The footprint of a triangle that is seen edge-on, or too nearly so to be turned: the strip round its longest edge that holds it.
     pub(crate) fn edge_on<const IS_SUN: bool>(r: &[Homogeneous; 3], error: CornerError) -> Self {
-        let footprint = Self::of::<IS_SUN>(r, error);
         let (span, sides) = (Span::of::<IS_SUN>(r, error), sides(r, error));
+        let footprint = Self::between::<IS_SUN>(r, &span, &sides, error);
         let longest = sides.iter().fold(&sides[0], |best, side| if side.reach > best.reach { side } else { best });
         let (factor, off) = (1.0 / longest.reach, longest.error / longest.reach);
         if !(span.least_w > 0.0 && off < VAGUE) {

@@ -159,6 +159,12 @@ impl View {
         [u0 - error, v0 - error, u1 + error, v1 + error]
     }
 
+    /// What nearness is measured by beside its own size: 1 for a sun, whose nearness may have any sign, 0 for a lamp.
+    #[inline(always)]
+    pub(crate) fn unit(&self) -> f32 {
+        if self.is_sun { 1.0 } else { 0.0 }
+    }
+
     /// How much the nearness of a sun's view changes over one metre of height; of a lamp's view, h.
     pub(crate) fn nearness_scale(&self) -> f64 {
         self.scale

@@ -147,7 +147,7 @@ impl Over<'_> {
             if concerned == 0 {
                 break;
             }
-            let (hits, unclear) = self.compare(simd, entry, &points, &own, concerned, seen);
+            let (hits, unclear) = self.compare(simd, entry, &points, own, concerned, seen);
             open &= !hits;
             doubts |= unclear & concerned;
         }
@@ -172,7 +172,7 @@ impl Over<'_> {
         simd: S,
         entry: &Entry,
         points: &Eight<S>,
-        own: &Option<[I8<S>; 2]>,
+        own: Option<[I8<S>; 2]>,
         mut concerned: u32,
         seen: &[Seen],
     ) -> (u32, u32) {
@@ -233,8 +233,8 @@ impl Over<'_> {
 
     /// Which points lie on the face that a lane of a group is of.
     #[inline(always)]
-    fn owners<S: Simd>(&self, simd: S, group: u32, lane: usize, own: &Option<[I8<S>; 2]>) -> u32 {
-        let Some([first, last]) = *own else { return 0 };
+    fn owners<S: Simd>(&self, simd: S, group: u32, lane: usize, own: Option<[I8<S>; 2]>) -> u32 {
+        let Some([first, last]) = own else { return 0 };
         let piece = simd.splat_int8(self.tile.pieces[group as usize][lane] as i32);
         (piece.eq(first) | piece.eq(last)).bits()
     }

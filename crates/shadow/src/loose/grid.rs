@@ -211,7 +211,7 @@ impl<'a> Grid<'a> {
         (if is_inside { tile } else { self.tiles.len() as u32 }, [s, t])
     }
 
-    /// The tiles under a rectangle: first and last column, first and last row.
+    /// The tiles under a rectangle: first and last column, first and last row; there are [`MAX_TILES`] along a side, and two more.
     #[inline(always)]
     fn tiles_under(&self, bounds: &[f64; 4]) -> [u16; 4] {
         let index = |k: usize, wide: f64| {
@@ -276,7 +276,7 @@ impl<'a> Grid<'a> {
             cells: 0.5 * (1u32 << level) as f32,
         };
         let listed = see_listed(window, self.pieces, &list);
-        Tile::of(&listed, level, if self.view.is_sun() { 1.0 } else { 0.0 })
+        Tile::of(&listed, level, self.view.unit())
     }
 }
 

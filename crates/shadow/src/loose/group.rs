@@ -24,6 +24,8 @@ pub(super) const EDGE_MARGIN: f32 = 1.0 / (1u32 << 20) as f32;
 pub(super) const NEARNESS_MARGIN: f32 = 1.0 / (1u32 << 19) as f32;
 /// Edge functions that are greater all over the tile are cut to this.
 const EDGE_LIMIT: f64 = 4.0;
+/// What lies farther out than this from the tile's middle is put there: no cell comes near it.
+const BEYOND: f64 = 4.0;
 
 /// Eight triangles; lanes that are not used have an edge that is −4 everywhere.
 ///
@@ -105,7 +107,7 @@ impl Extent {
         // Differences from a place in the tile round by less than what cells are widened by.
         (u0_to[lane], v0_to[lane]) = (-above(-greater(u0, -BEYOND)), -above(-greater(v0, -BEYOND)));
         (u1_to[lane], v1_to[lane]) = (above(lesser(u1, BEYOND)), above(lesser(v1, BEYOND)));
-        self.nearest[lane] = above(footprint.nearest);
+        self.nearest[lane] = above(greater(footprint.nearest, f64::from(f32::MIN)));
     }
 
     /// Takes a lane of other extents.
@@ -149,8 +151,7 @@ impl Group {
     /// A group without triangles.
     pub(super) const EMPTY: Self = Self { edges: [[[0.0; 8], [0.0; 8], [-4.0; 8]]; 3], plane: [[0.0; 8]; 3] };
 
-    /// Puts a triangle into a lane. What is too far off is made vague: `unit` is 1 for a sun, 0 for a lamp. Whether it may hide something for certain: not
-    /// where its plane is not known, and a bound takes its place.
+    /// Puts a triangle into a lane. What is too far off is made vague: `unit` is 1 for a sun, 0 for a lamp. Whether its plane is known; a bound takes its place if not.
     #[inline(always)]
     pub(super) fn set(&mut self, lane: usize, footprint: &Footprint, unit: f32) -> bool {
         let [p, q, r] = footprint.plane;
@@ -280,10 +281,15 @@ fn at_s<S: Simd>(simd: S, [a, ..]: &[[f32; 8]; 3], s: F8<S>, at_t: F8<S>) -> F8<
     simd.load(a) * s + at_t
 }
 
-/// What lies farther out than this beside the tile's middle is at this place: no cell comes near it.
-const BEYOND: f64 = 4.0;
+/// The nearest whole number to one from 0 up to below 2^16, without a branch.
+#[inline(always)]
+pub(super) fn whole(x: f32) -> u32 {
+    // As with floats of 64 bits in `grid`: it is the low bits of the sum.
+    const WHOLE: f32 = 1.5 * (1u32 << 23) as f32;
+    (x + WHOLE).to_bits() & 0xffff
+}
 
-/// A float of 32 bits that is no less. Without branches, where `f32::next_up` has some.
+/// A float of 32 bits that is no less than a value from the least of them on. Without branches, where `f32::next_up` has some.
 #[inline(always)]
 fn above(value: f64) -> f32 {
     let near = value as f32;

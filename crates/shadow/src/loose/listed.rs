@@ -9,9 +9,8 @@ use umbriel_geometry::simd::{Kernel, Simd, dispatch};
 use crate::{
     light_space::{CornerError, Footprint, Homogeneous, View},
     loose::{
-        group::{Extent, Group},
+        group::{Extent, Group, whole},
         pieces::{Piece, Pieces},
-        tile::whole,
     },
 };
 
@@ -96,7 +95,7 @@ impl See<'_> {
     /// Which of the eight have holes, which are curved, and which are there at all, a bit each.
     #[inline(always)]
     fn see_eight<const IS_SUN: bool>(&self, corners: &Corners, [holes, curved, valid]: [u8; 3], listed: &mut Listed) {
-        // Not the list's own: what is known to lie nowhere else becomes vectors.
+        // Made here and then moved: written straight into the list, the lanes do not become vectors.
         let mut seen = Lanes::EMPTY;
         for lane in 0..8 {
             let footprint = Footprint::of::<IS_SUN>(&self.window.triangle(corners, lane), self.window.error);
@@ -115,8 +114,9 @@ impl See<'_> {
         }
         (listed.group, listed.extent) = (seen.group, seen.extent);
         listed.extent.vague = holes | !bits(seen.known);
+        let place_bits = place_bits(self.list.len());
         for lane in 0..8 {
-            listed.keys[lane] = key(listed.extent.lane(lane), seen.reversed[lane], self.window.cells);
+            listed.keys[lane] = key(listed.extent.lane(lane), seen.reversed[lane], self.window.cells, place_bits);
         }
         listed.met = valid & bits(seen.met);
     }
@@ -186,6 +186,7 @@ impl Lanes {
 
     #[inline(always)]
     fn set<const IS_SUN: bool>(&mut self, lane: usize, footprint: &Footprint, window: &Window) {
+        // The view's unit, known while compiling: asked of the view here, the lanes do not become vectors.
         self.known[lane] = self.group.set(lane, footprint, if IS_SUN { 1.0 } else { 0.0 });
         self.extent.set(lane, footprint);
         self.turned[lane] = footprint.is_turned;
@@ -199,26 +200,41 @@ fn bits(lanes: [bool; 8]) -> u8 {
     lanes.iter().enumerate().fold(0, |bits, (lane, &is_set)| bits | u8::from(is_set) << lane)
 }
 
-/// How many keys there are: three sizes, two facings, 256 places.
-pub(super) const KEYS: usize = 3 << 9;
+/// Places along a side that keys tell apart, as a power of two: about as many as there are pieces.
+fn place_bits(pieces: usize) -> u32 {
+    (pieces.max(1).ilog2() / 2).clamp(4, 8)
+}
+
+/// How many keys there are for so many pieces: three sizes, two facings, and the places.
+pub(super) fn keys(pieces: usize) -> usize {
+    6 << (2 * place_bits(pieces))
+}
 
 /// Neighbours in this order go into one group: triangles of like size, then of one facing, then along a Morton curve. `cells` lie over half the tile.
 #[inline(always)]
-fn key(bounds: [f32; 4], is_reversed: bool, cells: f32) -> u32 {
-    let within = |bound: f32| if bound > -1.0 { bound } else { -1.0 };
-    let within = |bound: f32| if bound < 1.0 { within(bound) } else { 1.0 };
-    let [u0, v0, u1, v1] = [within(bounds[0]), within(bounds[1]), within(bounds[2]), within(bounds[3])];
+fn key([u0, v0, u1, v1]: [f32; 4], is_reversed: bool, cells: f32, place_bits: u32) -> u32 {
+    let (u0, v0, u1, v1) = (within(u0), within(v0), within(u1), within(v1));
     let (wide, high) = (u1 - u0, v1 - v0);
-    let extent = if wide > high { wide } else { high } * cells;
+    let longer = if wide > high { wide } else { high };
+    let extent = longer * cells;
     let class = u32::from(extent >= 2.0) + u32::from(extent >= 6.0);
-    let place = |low: f32, high: f32| whole(((low + high) * 0.25 + 0.5) * 15.0);
+    let last = ((1u32 << place_bits) - 1) as f32;
+    let place = |low: f32, high: f32| whole(((low + high) * 0.25 + 0.5) * last);
     let morton = spread_bits(place(u0, u1)) | spread_bits(place(v0, v1)) << 1;
-    class << 9 | u32::from(is_reversed) << 8 | morton
+    (class << 1 | u32::from(is_reversed)) << (2 * place_bits) | morton
 }
 
-/// Four bits with gaps between them.
+/// The nearest place of the tile.
+#[inline(always)]
+fn within(bound: f32) -> f32 {
+    let bound = if bound > -1.0 { bound } else { -1.0 };
+    if bound < 1.0 { bound } else { 1.0 }
+}
+
+/// Eight bits with gaps between them.
 #[inline(always)]
 fn spread_bits(x: u32) -> u32 {
-    let x = (x | x << 2) & 0x33;
-    (x | x << 1) & 0x55
+    let x = (x | x << 4) & 0x0f0f;
+    let x = (x | x << 2) & 0x3333;
+    (x | x << 1) & 0x5555
 }

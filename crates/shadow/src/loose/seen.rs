@@ -178,8 +178,7 @@ impl Off {
         let error = PointError::of(&grid.view, &grid.pieces.bounds, slack, size);
         let half = 2.0 * grid.density;
         let up = |bound: f64| if bound == 0.0 { 0.0 } else { (bound as f32).next_up() };
-        let unit = if grid.view.is_sun() { 1.0 } else { 0.0 };
-        Self { place: error.place.map(|off| up(half * off)), height: error.nearness.map(up), unit }
+        Self { place: error.place.map(|off| up(half * off)), height: error.nearness.map(up), unit: grid.view.unit() }
     }
 
     /// What a point of this nearness is off by: place, and height with its [`NEARNESS_MARGIN`].

@@ -284,3 +284,63 @@ fn the_first_point_beside_its_face_is_refused() {
         assert_eq!(answer, Err(PointsError::Refused { index: 2, defect }), "{bad:?}");
     }
 }
+
+/// Asks `lit_many` and single queries for the same points in space; how many are lit.
+fn lit_of_points(scene: &Scene, points: &[[f64; 3]], light: &LightSource) -> usize {
+    let queries = Queries::new(scene);
+    let many = queries.lit_many(Points::FreeDouble(points), light, &Silent).expect("points");
+    for (&position, &many) in points.iter().zip(&many) {
+        let alone = queries.lit(&Place::Free { position }, light).expect("a point").lit;
+        assert_eq!(many, alone, "{position:?} under {light:?}");
+    }
+    many.into_iter().filter(|&lit| lit).count()
+}
+
+#[test]
+fn walls_that_are_seen_edge_on_and_curved_bodies_among_them() {
+    let at = |name: &str, shape, x: f64, z: f64| {
+        let placement = Placement::new(DAffine3::from_translation(DVec3::new(x, 0.5, z))).expect("a placement");
+        Object::new(name.into(), shape, placement, Sides::Two).expect("an object")
+    };
+    // Boxes of different heights with cylinders numbered between them: eight pieces are seldom of one kind.
+    let objects = (0..30).map(|k| {
+        let (x, z) = (f64::from(k % 6) * 1.5, f64::from(k / 6) * 1.5);
+        match k % 3 {
+            0 => at("cylinder", Shape::from(Analytic::Cylinder { radius: 0.4, height: 0.75 }), x, z),
+            _ => at("box", Shape::Cuboid(Cuboid { size: [1.0, 0.25 * f64::from(k % 5 + 1), 1.0] }), x, z),
+        }
+    });
+    let scene = Scene { objects: objects.collect(), ..Scene::default() };
+    // On the borders of shadows, beside them, within and above bodies.
+    let along = |k: u32| f64::from(k) * 0.25 - 1.0;
+    let points: Vec<[f64; 3]> =
+        (0..40 * 32 * 3).map(|k| [along(k % 40), [-1.0, 0.5, 2.0][(k / 1280) as usize], along(k / 40 % 32)]).collect();
+    let sun = |x, y, z| LightSource::sun([x, y, z]).expect("a sun");
+    let lamp = LightSource::point([3.5, 4.0, 3.0]).expect("a lamp");
+    for light in [sun(0.0, 1.0, 0.0), sun(1.0, 0.0, 0.0), sun(0.0, 1.0, 1.0), lamp] {
+        let lit = lit_of_points(&scene, &points, &light);
+        assert!(lit > points.len() / 8 && lit < points.len() * 7 / 8, "{lit} of {} under {light:?}", points.len());
+    }
+}
+
+#[test]
+fn a_crowd_in_one_tile() {
+    // A floor a thousand times as wide as the leaves over its middle, in no order.
+    let part = |k: u32, step: u32| f64::from(k * step % 4099) / 4099.0;
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for k in 0..4000u32 {
+        let [x, y, z] = [part(k, 1657), part(k, 2221), part(k, 3023)];
+        positions.extend([[x, y, z], [x + 0.02, y, z + 0.01], [x, y + 0.01, z + 0.02]]);
+        triangles.push([3 * k, 3 * k + 1, 3 * k + 2]);
+    }
+    positions.extend([[-500.0, -1.0, -500.0], [500.0, -1.0, -500.0], [500.0, -1.0, 500.0], [-500.0, -1.0, 500.0]]);
+    triangles.extend([[12000, 12001, 12002], [12000, 12002, 12003]]);
+    let mesh = Mesh::new(positions, triangles).expect("a mesh");
+    let object = Object::new("crowd".into(), Shape::Mesh(mesh.into()), Placement::IDENTITY, Sides::Auto);
+    let scene = Scene { objects: vec![object.expect("an object")], ..Scene::default() };
+    let points: Vec<[f64; 3]> = (0..900).map(|k| [part(k, 811), part(k, 1277) - 0.5, part(k, 2609)]).collect();
+    for light in lights() {
+        let lit = lit_of_points(&scene, &points, &light);
+        assert!(lit > 9 && lit < points.len() - 9, "{lit} of {} under {light:?}", points.len());
+    }
+}

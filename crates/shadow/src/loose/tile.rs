@@ -1,15 +1,15 @@
 //! One tile of a view's plane: groups of eight triangles that lie together, and square cells with the groups over them,
 //! nearest to the light first.
 //!
-//! Cost: some hundred nanoseconds a triangle. Cells are about the size of the tile's triangles; they hold numbers of groups only, so
+//! Cost: some tens of nanoseconds a triangle. Cells are about the size of the tile's triangles; they hold numbers of groups only, so
 //! a triangle is stored once a tile. A cell that one triangle covers as a whole needs nothing that lies farther: what is
 //! behind that triangle is in its shadow.
 
 use umbriel_geometry::simd::{Kernel, Simd, dispatch};
 
 use crate::loose::{
-    group::{Extent, Group},
-    listed::{KEYS, Listed},
+    group::{Extent, Group, whole},
+    listed::{Listed, keys},
 };
 
 /// Cells hold what meets them when they are this much wider on each side, units of half a cell. So a point within
@@ -75,7 +75,7 @@ impl Tile {
     /// Puts triangles that lie together into groups, by counting how many there are of each key.
     fn group(&mut self, listed: &[Listed]) -> Vec<Extent> {
         let lanes = |met: u8| (0..8).filter(move |lane| met >> lane & 1 == 1);
-        let mut next = [0u32; KEYS];
+        let mut next = vec![0u32; keys(8 * listed.len())];
         for listed in listed {
             lanes(listed.met).for_each(|lane| next[listed.keys[lane] as usize] += 1);
         }
@@ -196,14 +196,6 @@ pub(super) fn cell_along(place: f32, scale: f32) -> u32 {
     let middle = if middle < last { middle } else { last };
     let middle = if middle > 0.0 { middle } else { 0.0 };
     whole(middle)
-}
-
-/// The nearest whole number to one from 0 to 2^16, without a branch.
-#[inline(always)]
-pub(super) fn whole(x: f32) -> u32 {
-    // As with floats of 64 bits in `grid`: it is the low bits of the sum.
-    const WHOLE: f32 = 1.5 * (1u32 << 23) as f32;
-    (x + WHOLE).to_bits() & 0xffff
 }
 
 /// About a triangle's size a cell, and smaller where many points will be asked for each triangle.
