@@ -147,8 +147,9 @@ impl View {
         if least_w > 16.0 * error { self.scale / (least_w - 2.0 * error) } else { f64::INFINITY }
     }
 
+    /// Of a sun's view, which sees everything.
     #[inline(always)]
-    fn sun_bounds(&self, corners: &[DVec3], error: f64) -> [f64; 4] {
+    pub(crate) fn sun_bounds(&self, corners: &[DVec3], error: f64) -> [f64; 4] {
         let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
         for &corner in corners {
             let Homogeneous { x, y, .. } = self.see(corner);

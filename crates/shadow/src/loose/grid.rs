@@ -2,12 +2,9 @@
 //!
 //! Cost: some tens of nanoseconds a triangle to find its tiles.
 
-use std::{
-    ops::Range,
-    sync::{
-        OnceLock,
-        atomic::{AtomicU32, Ordering},
-    },
+use std::sync::{
+    OnceLock,
+    atomic::{AtomicU32, Ordering},
 };
 
 use crate::{
@@ -16,10 +13,10 @@ use crate::{
         listed::{Window, see_listed},
         occupancy::Occupancy,
         pieces::Pieces,
+        placed::{NOWHERE, Part, Placed, see_all, union},
         tile::{Tile, level_for},
     },
 };
-use glam::DVec3;
 use rayon::prelude::*;
 
 /// About as many pieces share a tile.
@@ -28,9 +25,6 @@ const PIECES_A_TILE: f64 = 512.0;
 const MAX_TILES: f64 = 256.0;
 /// Pieces are given to tiles that they come this near, in tiles: more than cells are widened by, and than corners are off.
 const TILE_MARGIN: f64 = 1.0 / 32.0;
-
-/// Pieces are listed in so many parts at most, by as many threads: each part has a number for each tile.
-const PARTS: usize = 64;
 
 /// Added to a number below 2^51 in size it leaves a whole number, the nearest one, in the low bits.
 const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
@@ -109,21 +103,6 @@ pub(super) struct TilePlace {
     pub(super) level: u32,
 }
 
-/// A piece and its rectangle in the view: least u, v, greatest u, v.
-#[derive(Clone, Copy, Debug)]
-struct Placed {
-    piece: u32,
-    bounds: [f64; 4],
-}
-
-/// Nothing.
-pub(super) const NOWHERE: [f64; 4] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
-
-/// A rectangle that holds two.
-pub(super) fn union([a, b, c, d]: [f64; 4], other: &[f64; 4]) -> [f64; 4] {
-    [a.min(other[0]), b.min(other[1]), c.max(other[2]), d.max(other[3])]
-}
-
 /// Which of some pieces each tile has.
 struct List {
     /// The first entry of each tile in `pieces`, and the end.
@@ -142,8 +121,8 @@ impl<'a> Grid<'a> {
     fn of(pieces: &'a Pieces<'a>, view: View, points: usize, occupancy: Option<&Occupancy>) -> Self {
         let error = view.error(pieces.slack, view.reach(&pieces.bounds));
         let seen = see_all(pieces, &view, error, occupancy);
-        let bounds = seen.iter().fold(NOWHERE, |all, (_, bounds)| union(all, bounds));
-        let count: usize = seen.iter().map(|(placed, _)| placed.len()).sum();
+        let bounds = seen.iter().fold(NOWHERE, |all, part| union(all, part.bounds));
+        let count: usize = seen.iter().map(|part| part.placed.len()).sum();
         let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
         let tiles = (count as f64 / PIECES_A_TILE).clamp(1.0, MAX_TILES * MAX_TILES);
         let largest = width.max(height);
@@ -222,9 +201,9 @@ impl<'a> Grid<'a> {
     }
 
     /// Which pieces each tile has.
-    fn list(&mut self, seen: &[(Vec<Placed>, [f64; 4])], points_a_piece: f64) {
+    fn list(&mut self, seen: &[Part], points_a_piece: f64) {
         let tiles = self.size[0] * self.size[1];
-        self.lists = seen.par_iter().map(|(placed, _)| self.list_of(placed, tiles)).collect();
+        self.lists = seen.par_iter().map(|part| self.list_of(&part.placed, tiles)).collect();
         let place = |tile: usize| {
             let count = self.lists.iter().map(|list| list.of_tile(tile).len()).sum();
             TilePlace { first: 0, level: level_for(count, points_a_piece) }
@@ -278,25 +257,4 @@ impl<'a> Grid<'a> {
         let listed = see_listed(window, self.pieces, &list);
         Tile::of(&listed, level, self.view.unit())
     }
-}
-
-/// The rectangles of all pieces that the view sees, in parts, and a rectangle round each part; of those that may meet a point if that is known.
-fn see_all(pieces: &Pieces, view: &View, error: f64, occupancy: Option<&Occupancy>) -> Vec<(Vec<Placed>, [f64; 4])> {
-    let is_needed = |bounds: [f64; 4], corners: &[DVec3]| {
-        occupancy.is_none_or(|occupancy| occupancy.may_meet(bounds, view.nearest(corners, error)))
-    };
-    let see = |runs: &[Range<u32>]| {
-        let (mut seen, mut round) = (Vec::new(), NOWHERE);
-        for run in runs {
-            pieces.for_each(run.clone(), |piece, corners| {
-                if let Some(bounds) = view.bounds(corners, error).filter(|&bounds| is_needed(bounds, corners)) {
-                    seen.push(Placed { piece, bounds });
-                    round = union(round, &bounds);
-                }
-            });
-        }
-        (seen, round)
-    };
-    let runs = pieces.runs();
-    runs.par_chunks(runs.len().div_ceil(PARTS).max(1)).with_max_len(1).map(see).collect()
 }

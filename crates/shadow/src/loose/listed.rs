@@ -10,7 +10,7 @@ use crate::{
     light_space::{CornerError, Footprint, Homogeneous, View},
     loose::{
         group::{Extent, Group, whole},
-        pieces::{Piece, Pieces},
+        pieces::{Corners, Piece, Pieces},
     },
 };
 
@@ -44,9 +44,6 @@ pub(super) struct Listed {
     pub(super) met: u8,
 }
 
-/// Corners of eight triangles: corner, axis, lane.
-type Corners = [[[f64; 8]; 3]; 3];
-
 /// Sees all pieces of a list.
 pub(super) fn see_listed(window: Window, pieces: &Pieces, list: &[u32]) -> Vec<Listed> {
     dispatch(See { window, pieces, list })
@@ -72,15 +69,15 @@ impl See<'_> {
     fn all<const IS_SUN: bool>(&self) -> Vec<Listed> {
         let mut hint = 0;
         let mut all = vec![Listed::EMPTY; self.list.len().div_ceil(8)];
-        let mut corners = [[[0.0; 8]; 3]; 3];
+        let mut corners = Corners::default();
         for (list, listed) in self.list.chunks(8).zip(&mut all) {
             let (mut holes, mut curved) = (0, 0);
             for (lane, &number) in list.iter().enumerate() {
                 listed.pieces[lane] = number;
                 match self.pieces.get(number, &mut hint) {
-                    Piece::Triangle(triangle) => set(&mut corners, lane, &triangle),
+                    Piece::Triangle(triangle) => corners.set(lane, &triangle),
                     Piece::CutOut(triangle) => {
-                        set(&mut corners, lane, &triangle);
+                        corners.set(lane, &triangle);
                         holes |= 1 << lane;
                     }
                     Piece::Box(_) => curved |= 1 << lane,
@@ -142,20 +139,8 @@ impl Window<'_> {
 
     #[inline(always)]
     fn triangle(&self, corners: &Corners, lane: usize) -> [Homogeneous; 3] {
-        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = corners;
-        [
-            self.see(DVec3::new(ax[lane], ay[lane], az[lane])),
-            self.see(DVec3::new(bx[lane], by[lane], bz[lane])),
-            self.see(DVec3::new(cx[lane], cy[lane], cz[lane])),
-        ]
-    }
-}
-
-#[inline(always)]
-fn set(corners: &mut Corners, lane: usize, triangle: &[DVec3; 3]) {
-    for (to, corner) in corners.iter_mut().zip(triangle) {
-        let [x, y, z] = to;
-        (x[lane], y[lane], z[lane]) = (corner.x, corner.y, corner.z);
+        let [a, b, c] = corners.get(lane);
+        [self.see(a), self.see(b), self.see(c)]
     }
 }
 

@@ -25,6 +25,7 @@ mod listed;
 mod occupancy;
 mod on_faces;
 mod pieces;
+mod placed;
 mod seen;
 mod sorted;
 mod tile;

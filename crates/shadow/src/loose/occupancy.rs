@@ -14,9 +14,9 @@ use crate::{
     light_space::View,
     loose::{
         CHUNK, Points,
-        grid::{NOWHERE, union},
         on_faces::OnFaces,
         pieces::Pieces,
+        placed::{NOWHERE, union},
         seen::{BLOCK, Block, PointError, Row},
     },
     query::Queries,
@@ -97,7 +97,7 @@ impl Occupancy {
 
     fn of_view(view: usize, parts: &[Spots], off: f64) -> Self {
         let spots = || parts.iter().flat_map(|part| &part.spots).filter(|spot| spot.view == view);
-        let bounds = spots().fold(NOWHERE, |bounds, &Spot { place: [u, v], .. }| union(bounds, &[u, v, u, v]));
+        let bounds = spots().fold(NOWHERE, |bounds, &Spot { place: [u, v], .. }| union(bounds, [u, v, u, v]));
         let side = ((spots().count() as f64 * CELLS_A_POINT).sqrt() as usize).clamp(1, MOST_CELLS);
         let density = |length: f64| if length > 0.0 { side as f64 / length } else { 0.0 };
         let density = [density(bounds[2] - bounds[0]), density(bounds[3] - bounds[1])];

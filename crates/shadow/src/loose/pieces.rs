@@ -31,6 +31,29 @@ struct Numbered<'a> {
     bounds: Aabb,
 }
 
+/// Corners of eight triangles: corner, axis, lane.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Corners([[[f64; 8]; 3]; 3]);
+
+impl Corners {
+    #[inline(always)]
+    pub(super) fn set(&mut self, lane: usize, triangle: &[DVec3; 3]) {
+        for ([x, y, z], corner) in self.0.iter_mut().zip(triangle) {
+            (x[lane], y[lane], z[lane]) = (corner.x, corner.y, corner.z);
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> [DVec3; 3] {
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = &self.0;
+        [
+            DVec3::new(ax[lane], ay[lane], az[lane]),
+            DVec3::new(bx[lane], by[lane], bz[lane]),
+            DVec3::new(cx[lane], cy[lane], cz[lane]),
+        ]
+    }
+}
+
 /// One piece.
 pub(super) enum Piece {
     /// Corners, each known to the pieces' slack.
@@ -84,19 +107,19 @@ impl<'a> Pieces<'a> {
         let first = numbered.first;
         match numbered.body {
             Body::Analytic(_) => visit(run.start, &numbered.bounds.corners()),
-            Body::Flat(facets) => match facets.triangles() {
-                // One look for the whole run at what the faces are.
-                Some(triangles) => {
-                    let (positions, triangles) = (facets.positions(), &triangles[(run.start - first) as usize..]);
-                    for (piece, corners) in run.zip(triangles) {
-                        visit(piece, &corners.map(|corner| positions[corner as usize]));
-                    }
-                }
-                None => run.for_each(|piece| {
-                    visit(piece, &corners(facets, (piece - first) as usize, numbered.is_halved));
-                }),
-            },
+            Body::Flat(facets) => run.for_each(|piece| {
+                visit(piece, &corners(facets, (piece - first) as usize, numbered.is_halved));
+            }),
         }
+    }
+
+    /// The triangles of a run and the points that they are of; `None` where the object's faces are something else.
+    #[inline(always)]
+    pub(super) fn triangles(&self, run: &Range<u32>) -> Option<(&[DVec3], &[[u32; 3]])> {
+        let numbered = &self.objects[self.place_of(run.start)];
+        let Body::Flat(facets) = numbered.body else { return None };
+        let [from, to] = [run.start, run.end].map(|piece| (piece - numbered.first) as usize);
+        facets.triangles().map(|triangles| (facets.positions(), &triangles[from..to]))
     }
 
     pub(super) fn len(&self) -> u32 {
