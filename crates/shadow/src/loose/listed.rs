@@ -111,7 +111,7 @@ impl See<'_> {
         }
         (listed.group, listed.extent) = (seen.group, seen.extent);
         listed.extent.vague = holes | !bits(seen.known);
-        let place_bits = place_bits(self.list.len());
+        let place_bits = place_bits(self.list.len().div_ceil(8));
         for lane in 0..8 {
             listed.keys[lane] = key(listed.extent.lane(lane), seen.reversed[lane], self.window.cells, place_bits);
         }
@@ -185,14 +185,14 @@ fn bits(lanes: [bool; 8]) -> u8 {
     lanes.iter().enumerate().fold(0, |bits, (lane, &is_set)| bits | u8::from(is_set) << lane)
 }
 
-/// Places along a side that keys tell apart, as a power of two: about as many as there are pieces.
-fn place_bits(pieces: usize) -> u32 {
-    (pieces.max(1).ilog2() / 2).clamp(4, 8)
+/// Places along a side that keys tell apart, as a power of two: about as many in all as there are pieces.
+fn place_bits(eights: usize) -> u32 {
+    ((8 * eights).max(1).ilog2() / 2).clamp(4, 8)
 }
 
-/// How many keys there are for so many pieces: three sizes, two facings, and the places.
-pub(super) fn keys(pieces: usize) -> usize {
-    6 << (2 * place_bits(pieces))
+/// How many keys there are for so many eights: three sizes, two facings, and the places.
+pub(super) fn keys(eights: usize) -> usize {
+    6 << (2 * place_bits(eights))
 }
 
 /// Neighbours in this order go into one group: triangles of like size, then of one facing, then along a Morton curve. `cells` lie over half the tile.

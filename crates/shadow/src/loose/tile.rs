@@ -75,7 +75,7 @@ impl Tile {
     /// Puts triangles that lie together into groups, by counting how many there are of each key.
     fn group(&mut self, listed: &[Listed]) -> Vec<Extent> {
         let lanes = |met: u8| (0..8).filter(move |lane| met >> lane & 1 == 1);
-        let mut next = vec![0u32; keys(8 * listed.len())];
+        let mut next = vec![0u32; keys(listed.len())];
         for listed in listed {
             lanes(listed.met).for_each(|lane| next[listed.keys[lane] as usize] += 1);
         }
