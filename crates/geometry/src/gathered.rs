@@ -6,22 +6,22 @@ use glam::DVec3;
 /// Triangles or edges that are gathered together.
 pub const BLOCK: usize = 64;
 
-/// The points of up to [`BLOCK`] triangles (`N` = 3), or of whatever has `N` points.
+/// The points of up to `LANES` triangles (`N` = 3), or of whatever has `N` points.
 #[derive(Clone, Debug)]
-pub struct Gathered<const N: usize> {
-    x: [[f64; BLOCK]; N],
-    y: [[f64; BLOCK]; N],
-    z: [[f64; BLOCK]; N],
+pub struct Gathered<const N: usize, const LANES: usize = BLOCK> {
+    x: [[f64; LANES]; N],
+    y: [[f64; LANES]; N],
+    z: [[f64; LANES]; N],
 }
 
-impl<const N: usize> Default for Gathered<N> {
+impl<const N: usize, const LANES: usize> Default for Gathered<N, LANES> {
     #[inline(always)]
     fn default() -> Self {
-        Self { x: [[0.0; BLOCK]; N], y: [[0.0; BLOCK]; N], z: [[0.0; BLOCK]; N] }
+        Self { x: [[0.0; LANES]; N], y: [[0.0; LANES]; N], z: [[0.0; LANES]; N] }
     }
 }
 
-impl<const N: usize> Gathered<N> {
+impl<const N: usize, const LANES: usize> Gathered<N, LANES> {
     /// The positions of these points, their numbers counted from `first`.
     ///
     /// # Panics
@@ -30,12 +30,20 @@ impl<const N: usize> Gathered<N> {
     pub fn gather(&mut self, points: &[[u32; N]], positions: &[DVec3], first: u32) {
         for (lane, points) in points.iter().enumerate() {
             for (k, &point) in points.iter().enumerate() {
-                let position = positions[(first + point) as usize];
-                self.x[k][lane] = position.x;
-                self.y[k][lane] = position.y;
-                self.z[k][lane] = position.z;
+                self.set(k, lane, positions[(first + point) as usize]);
             }
         }
+    }
+
+    /// Puts a point into a lane.
+    ///
+    /// # Panics
+    /// If there is no such place.
+    #[inline(always)]
+    pub fn set(&mut self, k: usize, lane: usize, position: DVec3) {
+        self.x[k][lane] = position.x;
+        self.y[k][lane] = position.y;
+        self.z[k][lane] = position.z;
     }
 
     /// A point of the triangle or edge in a lane.

@@ -4,13 +4,16 @@
 //! few that are seen edge-on and curved bodies are put into their lanes one by one. Cost: some tens of nanoseconds a triangle.
 
 use glam::DVec3;
-use umbriel_geometry::simd::{Kernel, Simd, dispatch};
+use umbriel_geometry::{
+    gathered::Gathered,
+    simd::{Kernel, Simd, dispatch},
+};
 
 use crate::{
     light_space::{CornerError, Footprint, Homogeneous, View},
     loose::{
         group::{Extent, Group, whole},
-        pieces::{Corners, Piece, Pieces},
+        pieces::{Piece, Pieces},
     },
 };
 
@@ -44,6 +47,9 @@ pub(super) struct Listed {
     pub(super) met: u8,
 }
 
+/// Corners of eight triangles.
+type Corners = Gathered<3, 8>;
+
 /// Sees all pieces of a list.
 pub(super) fn see_listed(window: Window, pieces: &Pieces, list: &[u32]) -> Vec<Listed> {
     dispatch(See { window, pieces, list })
@@ -74,14 +80,18 @@ impl See<'_> {
             let (mut holes, mut curved) = (0, 0);
             for (lane, &number) in list.iter().enumerate() {
                 listed.pieces[lane] = number;
-                match self.pieces.get(number, &mut hint) {
-                    Piece::Triangle(triangle) => corners.set(lane, &triangle),
+                let triangle = match self.pieces.get(number, &mut hint) {
+                    Piece::Triangle(triangle) => triangle,
                     Piece::CutOut(triangle) => {
-                        corners.set(lane, &triangle);
                         holes |= 1 << lane;
+                        triangle
                     }
-                    Piece::Box(_) => curved |= 1 << lane,
-                }
+                    Piece::Box(_) => {
+                        curved |= 1 << lane;
+                        continue;
+                    }
+                };
+                (0..3).for_each(|k| corners.set(k, lane, triangle[k]));
             }
             let valid = 0xff >> (8 - list.len());
             self.see_eight::<IS_SUN>(&corners, [holes, curved, valid], listed);
@@ -139,8 +149,7 @@ impl Window<'_> {
 
     #[inline(always)]
     fn triangle(&self, corners: &Corners, lane: usize) -> [Homogeneous; 3] {
-        let [a, b, c] = corners.get(lane);
-        [self.see(a), self.see(b), self.see(c)]
+        [self.see(corners.at(0, lane)), self.see(corners.at(1, lane)), self.see(corners.at(2, lane))]
     }
 }
 

@@ -31,29 +31,6 @@ struct Numbered<'a> {
     bounds: Aabb,
 }
 
-/// Corners of eight triangles: corner, axis, lane.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Corners([[[f64; 8]; 3]; 3]);
-
-impl Corners {
-    #[inline(always)]
-    pub(super) fn set(&mut self, lane: usize, triangle: &[DVec3; 3]) {
-        for ([x, y, z], corner) in self.0.iter_mut().zip(triangle) {
-            (x[lane], y[lane], z[lane]) = (corner.x, corner.y, corner.z);
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn get(&self, lane: usize) -> [DVec3; 3] {
-        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = &self.0;
-        [
-            DVec3::new(ax[lane], ay[lane], az[lane]),
-            DVec3::new(bx[lane], by[lane], bz[lane]),
-            DVec3::new(cx[lane], cy[lane], cz[lane]),
-        ]
-    }
-}
-
 /// One piece.
 pub(super) enum Piece {
     /// Corners, each known to the pieces' slack.

@@ -7,14 +7,14 @@ use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbriel_geometry::simd::{Kernel, Simd, dispatch};
+use umbriel_geometry::{
+    gathered::Gathered,
+    simd::{Kernel, Simd, dispatch},
+};
 
 use crate::{
     light_space::{View, greater, lesser},
-    loose::{
-        occupancy::Occupancy,
-        pieces::{Corners, Pieces},
-    },
+    loose::{occupancy::Occupancy, pieces::Pieces},
 };
 
 /// Pieces are seen and listed in so many parts at most, by as many threads: each part has a number for each tile.
@@ -85,14 +85,12 @@ impl See<'_> {
     #[inline(always)]
     fn see_triangles(&self, first: u32, positions: &[DVec3], triangles: &[[u32; 3]], part: &mut Part) {
         let (view, error) = (self.view, self.error);
-        let mut corners = Corners::default();
+        let mut corners = Gathered::<3, 8>::default();
         for (first, triangles) in (first..).step_by(8).zip(triangles.chunks(8)) {
-            for (lane, triangle) in triangles.iter().enumerate() {
-                corners.set(lane, &triangle.map(|corner| positions[corner as usize]));
-            }
+            corners.gather(triangles, positions, 0);
             let (mut bounds, mut nearest) = ([[0.0; 8]; 4], [0.0; 8]);
             for lane in 0..8 {
-                let triangle = corners.get(lane);
+                let triangle = [corners.at(0, lane), corners.at(1, lane), corners.at(2, lane)];
                 let [u0, v0, u1, v1] = view.sun_bounds(&triangle, error);
                 (bounds[0][lane], bounds[1][lane], bounds[2][lane], bounds[3][lane]) = (u0, v0, u1, v1);
                 nearest[lane] = view.nearest(&triangle, error);
