@@ -141,19 +141,26 @@ pub fn float_side_filter(a: DVec3, b: DVec3, c: DVec3, x: DVec3) -> Approx {
     rows_filter(a - c, b - c, x - c)
 }
 
-/// As [`side_filter`] of a light and points that are floats.
+/// As [`side_filter`] of a light and points that are floats, for the sign alone: which order the axes have may change the last bits.
 #[inline(always)]
 pub fn float_light_filter(a: DVec3, b: DVec3, c: DVec3, light: &LightSource) -> Approx {
-    rows_filter(a - c, b - c, light.xyz() - c * light.w())
+    let [terms, permanent] = terms_of_rows(a - c, b - c, light.xyz() - c * light.w());
+    Approx { value: terms.element_sum(), error: permanent.element_sum() * ROUNDED_ROWS_BOUND }
 }
 
 /// The determinant of three rows, each a rounded difference of two exact floats or an exact float, with a bound of its error.
 #[inline(always)]
 pub fn rows_filter(a: DVec3, b: DVec3, x: DVec3) -> Approx {
-    let value = symmetric_sum(a * b.cross(x));
+    let [terms, permanent] = terms_of_rows(a, b, x);
+    Approx { value: symmetric_sum(terms), error: symmetric_sum(permanent) * ROUNDED_ROWS_BOUND }
+}
+
+/// The terms whose sum is the determinant of three rows, and those of the permanent of their magnitudes.
+#[inline(always)]
+fn terms_of_rows(a: DVec3, b: DVec3, x: DVec3) -> [DVec3; 2] {
+    let terms = a * b.cross(x);
     let (a, b, x) = (a.abs(), b.abs(), x.abs());
-    let permanent = a * DVec3::new(b.y * x.z + b.z * x.y, b.z * x.x + b.x * x.z, b.x * x.y + b.y * x.x);
-    Approx { value, error: symmetric_sum(permanent) * ROUNDED_ROWS_BOUND }
+    [terms, a * DVec3::new(b.y * x.z + b.z * x.y, b.z * x.x + b.x * x.z, b.x * x.y + b.y * x.x)]
 }
 
 /// [`side_value`] in pairs of floats; the corners are those of [`Pair::of_point`].

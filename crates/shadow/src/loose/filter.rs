@@ -1,16 +1,16 @@
 //! Points against the cells they fall into: lit, in shadow, or in doubt with what causes it.
 //!
-//! The points of a job are seen and sorted by cell. Then eight points of one cell at a time are compared with the
+//! The points of a job are seen and sorted by cell. Then eight or sixteen points of one cell at a time are compared with the
 //! cell's groups, nearest first: one triangle with all points, or one point with all triangles of a group, whichever are fewer.
 
 use umbriel_geometry::{
     decisions::{Level, count},
-    simd::{Float, I8, Int, Kernel, Mask, Simd},
+    simd::{Float, Int, Kernel, Lanes, Mask, Simd},
 };
 
 use crate::loose::{
     grid::Grids,
-    group::{Eight, Said, TilePoint},
+    group::{Said, TilePoint, TilePoints},
     seen::{BLOCK, Block, Off, Row},
     sorted::{Buckets, Seen},
     tile::{Entry, PLACE_LIMIT, Tile, cell_along},
@@ -54,7 +54,7 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
             let begin = ((begin * places.len() as u64) >> 32) as usize;
             for index in (begin..places.len()).chain(0..begin) {
                 let place = places[index];
-                let (first, cells) = (place.first as usize, 1 << (2 * place.level));
+                let (first, cells) = (place.first as usize, place.cells() as usize);
                 if buckets.start(first) < buckets.start(first + cells) {
                     Over { tile: grid.tile(index), buckets, first, off, own }.tell(simd, &mut told);
                 }
@@ -86,9 +86,9 @@ fn list<T: Row>(grids: &Grids, offs: &[Off], rows: &[T], buckets: &mut Buckets) 
             block.locate(|view| (&grids.grids[view], &offs[view]));
         }
         for (index, key) in keys.iter_mut().enumerate() {
-            let scale = (1u32 << block.level[index]) as f32;
+            let side = block.side[index];
             let [s, t] = [block.s[index], block.t[index]];
-            let cell = cell_along(t, scale) << block.level[index] | cell_along(s, scale);
+            let cell = cell_along(t, side as f32) * side + cell_along(s, side as f32);
             *key = if block.is_told[index] { block.first[index] + cell } else { beside + 1 };
         }
         for (index, point) in points.iter_mut().enumerate() {
@@ -116,38 +116,50 @@ struct Over<'a> {
     own: &'a [[u32; 2]],
 }
 
+/// Up to `N` points of one cell, a lane each; lanes behind the last are of no meaning.
+struct Batch<'a, S: Lanes<N>, const N: usize> {
+    seen: &'a [Seen],
+    points: TilePoints<S, N>,
+    /// The pieces of the points' own faces, first and last; `None` where points have none.
+    own: Option<[S::Int; 2]>,
+}
+
 impl Over<'_> {
-    /// Tells all of them.
+    /// Tells all of them: sixteen of a cell at a time, and where no more than eight are left, those.
     #[inline(always)]
     fn tell<S: Simd>(&self, simd: S, told: &mut Told) {
         let mut first = self.buckets.start(self.first);
-        for cell in 0..1 << (2 * self.tile.level) {
+        for cell in 0..(self.tile.side * self.tile.side) as usize {
             let end = self.buckets.start(self.first + cell + 1);
-            for points in self.buckets.points()[first..end].chunks(8) {
-                self.tell_eight(simd, cell, points, told);
+            for points in self.buckets.points()[first..end].chunks(16) {
+                if points.len() > 8 {
+                    self.tell_some::<S, 16>(simd, cell, points, told);
+                } else {
+                    self.tell_some::<S, 8>(simd, cell, points, told);
+                }
             }
             first = end;
         }
     }
 
-    /// Tells up to eight points of one cell.
+    /// Tells up to `N` points of one cell.
     #[inline(always)]
-    fn tell_eight<S: Simd>(&self, simd: S, cell: usize, seen: &[Seen], told: &mut Told) {
-        let points = self.eight(simd, seen);
-        let valid = 0xff >> (8 - seen.len());
-        let limit = simd.splat8(PLACE_LIMIT / (1u32 << self.tile.level) as f32);
+    fn tell_some<S: Simd + Lanes<N>, const N: usize>(&self, simd: S, cell: usize, seen: &[Seen], told: &mut Told) {
+        let batch = self.batch::<S, N>(simd, seen);
+        let points = &batch.points;
+        let valid = u32::MAX >> (32 - seen.len());
+        let limit = Lanes::<N>::splat(simd, PLACE_LIMIT / self.tile.side as f32);
         let known = valid & points.place.le(limit).bits();
         let (covered, entries) = self.tile.list_of(cell);
-        let mut open = known & !(points.nearness + points.height).lt(simd.splat8(covered)).bits();
+        let mut open = known & !(points.nearness + points.height).lt(Lanes::<N>::splat(simd, covered)).bits();
         let front = points.nearness - points.height;
         let mut doubts = 0;
-        let own = self.own_of(simd, seen);
         for entry in entries {
-            let concerned = open & !front.gt(simd.splat8(entry.nearest)).bits();
+            let concerned = open & !front.gt(Lanes::<N>::splat(simd, entry.nearest)).bits();
             if concerned == 0 {
                 break;
             }
-            let (hits, unclear) = self.compare(simd, entry, &points, own, concerned, seen);
+            let (hits, unclear) = self.compare(simd, entry, &batch, concerned);
             open &= !hits;
             doubts |= unclear & concerned;
         }
@@ -159,7 +171,7 @@ impl Over<'_> {
         while left != 0 {
             let lane = left.trailing_zeros();
             left &= left - 1;
-            let point = &seen[lane as usize % 8];
+            let point = &seen[lane as usize % N];
             let pieces = (known >> lane & 1 == 1).then(|| self.doubts(simd, entries, point));
             told.doubtful.push(Doubtful { index: point.index, pieces });
         }
@@ -167,14 +179,12 @@ impl Over<'_> {
 
     /// Which points a group hides and which it leaves in doubt; what it says of points that are not concerned does not matter.
     #[inline(always)]
-    fn compare<S: Simd>(
+    fn compare<S: Simd + Lanes<N>, const N: usize>(
         &self,
         simd: S,
         entry: &Entry,
-        points: &Eight<S>,
-        own: Option<[I8<S>; 2]>,
+        batch: &Batch<S, N>,
         mut concerned: u32,
-        seen: &[Seen],
     ) -> (u32, u32) {
         let group = &self.tile.groups[entry.group as usize];
         let (mut hits, mut doubts) = (0, 0);
@@ -182,10 +192,11 @@ impl Over<'_> {
             while concerned != 0 {
                 let lane = concerned.trailing_zeros();
                 concerned &= concerned - 1;
-                match group.test(simd, entry.vague, &self.point(&seen[lane as usize % 8])) {
+                let seen = &batch.seen[lane as usize % N];
+                match group.test(simd, entry.vague, &self.point(seen)) {
                     Said::Blocked => hits |= 1 << lane,
                     Said::Doubt(lanes) => {
-                        let is_left = self.others(simd, entry.group, lanes, &seen[lane as usize % 8]) != 0;
+                        let is_left = self.others(simd, entry.group, lanes, seen) != 0;
                         doubts |= u32::from(is_left) << lane;
                     }
                 }
@@ -195,8 +206,9 @@ impl Over<'_> {
             while lanes != 0 && concerned & !hits != 0 {
                 let lane = lanes.trailing_zeros() as usize;
                 lanes &= lanes - 1;
-                let (hit, doubt) = group.test_points(simd, lane, entry.vague, points);
-                let doubt = if doubt == 0 { 0 } else { doubt & !self.owners(simd, entry.group, lane, own) };
+                let (hit, clear) = group.test_points(simd, lane, entry.vague, &batch.points);
+                let doubt = concerned & !(hit | clear);
+                let doubt = if doubt == 0 { 0 } else { doubt & !self.owners(simd, entry.group, lane, batch) };
                 (hits, doubts) = (hits | hit, doubts | doubt);
             }
         }
@@ -233,24 +245,10 @@ impl Over<'_> {
 
     /// Which points lie on the face that a lane of a group is of.
     #[inline(always)]
-    fn owners<S: Simd>(&self, simd: S, group: u32, lane: usize, own: Option<[I8<S>; 2]>) -> u32 {
-        let Some([first, last]) = own else { return 0 };
-        let piece = simd.splat_int8(self.tile.pieces[group as usize][lane] as i32);
+    fn owners<S: Lanes<N>, const N: usize>(&self, simd: S, group: u32, lane: usize, batch: &Batch<S, N>) -> u32 {
+        let Some([first, last]) = batch.own else { return 0 };
+        let piece = simd.splat_int(self.tile.pieces[group as usize][lane] as i32);
         (piece.eq(first) | piece.eq(last)).bits()
-    }
-
-    /// The pieces of the points' own faces, first and last; `None` where points have none.
-    #[inline(always)]
-    fn own_of<S: Simd>(&self, simd: S, seen: &[Seen]) -> Option<[I8<S>; 2]> {
-        if self.own.is_empty() {
-            return None;
-        }
-        let (mut first, mut last) = ([-1; 8], [-1; 8]);
-        for (lane, point) in seen.iter().enumerate().take(8) {
-            let own = self.own[point.index as usize];
-            (first[lane], last[lane]) = (own[0] as i32, own[1] as i32);
-        }
-        Some([simd.load_int(&first), simd.load_int(&last)])
     }
 
     #[inline(always)]
@@ -259,15 +257,27 @@ impl Over<'_> {
         TilePoint { s, t, nearness, place, height }
     }
 
-    /// Up to eight points; lanes behind the last are of no meaning.
     #[inline(always)]
-    fn eight<S: Simd>(&self, simd: S, seen: &[Seen]) -> Eight<S> {
-        let (mut s, mut t, mut nearness) = ([0.0; 8], [0.0; 8], [0.0; 8]);
-        for (lane, point) in seen.iter().enumerate().take(8) {
+    fn batch<'s, S: Lanes<N>, const N: usize>(&self, simd: S, seen: &'s [Seen]) -> Batch<'s, S, N> {
+        let (mut s, mut t, mut nearness) = ([0.0; N], [0.0; N], [0.0; N]);
+        for (lane, point) in seen.iter().enumerate().take(N) {
             (s[lane], t[lane], nearness[lane]) = (point.s, point.t, point.nearness);
         }
         let (s, t, nearness) = (simd.load(&s), simd.load(&t), simd.load(&nearness));
-        let (place, height) = self.off.at_eight(simd, nearness);
-        Eight { s, t, nearness, place, height }
+        let (place, height) = self.off.at_lanes(simd, nearness);
+        Batch { seen, points: TilePoints { s, t, nearness, place, height }, own: self.own_of(simd, seen) }
+    }
+
+    #[inline(always)]
+    fn own_of<S: Lanes<N>, const N: usize>(&self, simd: S, seen: &[Seen]) -> Option<[S::Int; 2]> {
+        if self.own.is_empty() {
+            return None;
+        }
+        let (mut first, mut last) = ([-1; N], [-1; N]);
+        for (lane, point) in seen.iter().enumerate().take(N) {
+            let own = self.own[point.index as usize];
+            (first[lane], last[lane]) = (own[0] as i32, own[1] as i32);
+        }
+        Some([simd.load_int(&first), simd.load_int(&last)])
     }
 }

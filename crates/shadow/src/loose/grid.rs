@@ -14,13 +14,13 @@ use crate::{
         occupancy::Occupancy,
         pieces::Pieces,
         placed::{NOWHERE, Part, Placed, see_all, union},
-        tile::{Tile, level_for},
+        tile::{Tile, side_for},
     },
 };
 use rayon::prelude::*;
 
 /// About as many pieces share a tile.
-const PIECES_A_TILE: f64 = 512.0;
+const PIECES_A_TILE: f64 = 2048.0;
 /// At most so many tiles along a side.
 const MAX_TILES: f64 = 256.0;
 /// Pieces are given to tiles that they come this near, in tiles: more than cells are widened by, and than corners are off.
@@ -82,7 +82,7 @@ impl<'a> Grids<'a> {
             let (_, places) = grid.places.split_last_mut()?;
             for place in places {
                 place.first = cells;
-                cells = cells.checked_add(1 << (2 * place.level)).filter(|&cells| cells < 1 << 31)?;
+                cells = cells.checked_add(place.cells()).filter(|&cells| cells < 1 << 31)?;
             }
         }
         grids.iter_mut().filter_map(|grid| grid.places.last_mut()).for_each(|beside| beside.first = cells);
@@ -96,11 +96,18 @@ impl<'a> Grids<'a> {
     }
 }
 
-/// The cells of a tile: 2^level along each side, from `first` on.
+/// The cells of a tile: `side` along each side, from `first` on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TilePlace {
     pub(super) first: u32,
-    pub(super) level: u32,
+    pub(super) side: u32,
+}
+
+impl TilePlace {
+    /// How many.
+    pub(super) fn cells(self) -> u32 {
+        self.side * self.side
+    }
 }
 
 /// Which of some pieces each tile has.
@@ -206,9 +213,9 @@ impl<'a> Grid<'a> {
         self.lists = seen.par_iter().map(|part| self.list_of(&part.placed, tiles)).collect();
         let place = |tile: usize| {
             let count = self.lists.iter().map(|list| list.of_tile(tile).len()).sum();
-            TilePlace { first: 0, level: level_for(count, points_a_piece) }
+            TilePlace { first: 0, side: side_for(count, points_a_piece) }
         };
-        let beside = TilePlace { first: 0, level: 0 };
+        let beside = TilePlace { first: 0, side: 1 };
         self.places = (0..tiles).map(place).chain([beside]).collect();
         self.tiles = (0..tiles).map(|_| OnceLock::new()).collect();
     }
@@ -244,7 +251,7 @@ impl<'a> Grid<'a> {
     /// Cells of one tile.
     fn make(&self, index: usize) -> Tile {
         let list: Vec<u32> = self.lists.iter().flat_map(|list| list.of_tile(index)).copied().collect();
-        let level = self.places[index].level;
+        let side = self.places[index].side;
         let window = Window {
             view: &self.view,
             corner: self.corner,
@@ -252,9 +259,9 @@ impl<'a> Grid<'a> {
             middle: [index % self.size[0], index / self.size[0]].map(|index| (2 * index + 1) as f64),
             error: self.error,
             margin: 2.0 * TILE_MARGIN,
-            cells: 0.5 * (1u32 << level) as f32,
+            cells: 0.5 * side as f32,
         };
         let listed = see_listed(window, self.pieces, &list);
-        Tile::of(&listed, level, self.view.unit())
+        Tile::of(&listed, side, self.view.unit())
     }
 }

@@ -14,7 +14,7 @@
 //! (|p| + |q|)·(place + 2^-19) + height, where `place` is what s and t are off by and `height` what n is off by and
 //! 2^-19·(|n| + unit), is 32v times these sizes; what remains is for the error of the f64 plane.
 
-use umbriel_geometry::simd::{F8, Float, M8, Mask, Simd};
+use umbriel_geometry::simd::{F8, Float, Lanes, M8, Mask, Simd};
 
 use crate::light_space::{Footprint, greater, lesser};
 
@@ -60,14 +60,14 @@ pub(super) enum Said {
     Doubt(u32),
 }
 
-/// Eight points in the coordinates of a tile; as for [`TilePoint`], lane by lane.
+/// `N` points in the coordinates of a tile; as for [`TilePoint`], lane by lane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Eight<S: Simd> {
-    pub(super) s: F8<S>,
-    pub(super) t: F8<S>,
-    pub(super) nearness: F8<S>,
-    pub(super) place: F8<S>,
-    pub(super) height: F8<S>,
+pub(super) struct TilePoints<S: Lanes<N>, const N: usize> {
+    pub(super) s: S::Float,
+    pub(super) t: S::Float,
+    pub(super) nearness: S::Float,
+    pub(super) place: S::Float,
+    pub(super) height: S::Float,
 }
 
 /// A group along a row of squares of a tile: its functions in s alone.
@@ -201,22 +201,27 @@ impl Group {
         if is_blocked.bits() & !u32::from(vague) != 0 { Said::Blocked } else { Said::Doubt((!is_clear).bits()) }
     }
 
-    /// Tests one triangle against eight points: which are blocked, and which are in doubt. A `vague` one hides nothing for certain.
+    /// Tests one triangle against `N` points: which are blocked, and which are clear. A `vague` one hides nothing for certain.
     #[inline(always)]
-    pub(super) fn test_points<S: Simd>(&self, simd: S, lane: usize, vague: u8, points: &Eight<S>) -> (u32, u32) {
-        let Eight { s, t, nearness, place, height } = *points;
+    pub(super) fn test_points<S: Lanes<N>, const N: usize>(
+        &self,
+        simd: S,
+        lane: usize,
+        vague: u8,
+        points: &TilePoints<S, N>,
+    ) -> (u32, u32) {
+        let TilePoints { s, t, nearness, place, height } = *points;
         let inside = affine_lane(simd, &self.edges[0], lane, s, t)
             .min(affine_lane(simd, &self.edges[1], lane, s, t))
             .min(affine_lane(simd, &self.edges[2], lane, s, t));
-        let margin = simd.splat8(EDGE_MARGIN) + place;
+        let margin = simd.splat(EDGE_MARGIN) + place;
         let ahead = affine_lane(simd, &self.plane, lane, s, t) - nearness;
         let slope = self.plane[0][lane].abs() + self.plane[1][lane].abs();
-        let slack = simd.splat8(slope) * (place + simd.splat8(NEARNESS_MARGIN)) + height;
+        let slack = simd.splat(slope) * (place + simd.splat(NEARNESS_MARGIN)) + height;
         let is_blocked = inside.gt(margin) & ahead.gt(slack);
         let is_clear = inside.lt(-margin) | ahead.lt(-slack);
-        let (blocked, clear) = (is_blocked.bits(), is_clear.bits());
-        let blocked = if vague >> lane & 1 == 0 { blocked } else { 0 };
-        (blocked, 0xff & !(blocked | clear))
+        let blocked = if vague >> lane & 1 == 0 { is_blocked.bits() } else { 0 };
+        (blocked, is_clear.bits())
     }
 
     /// The group along the row of squares with the middle `t`; `half` their edge, widened. `None` where all lie beside the row.
@@ -302,10 +307,16 @@ fn affine<S: Simd>(simd: S, [a, b, c]: &[[f32; 8]; 3], s: F8<S>, t: F8<S>) -> F8
     (simd.load(a) * s + simd.load(b) * t) + simd.load(c)
 }
 
-/// a·s + b·t + c of one lane at eight places.
+/// a·s + b·t + c of one lane at `N` places.
 #[inline(always)]
-fn affine_lane<S: Simd>(simd: S, [a, b, c]: &[[f32; 8]; 3], lane: usize, s: F8<S>, t: F8<S>) -> F8<S> {
-    (simd.splat8(a[lane]) * s + simd.splat8(b[lane]) * t) + simd.splat8(c[lane])
+fn affine_lane<S: Lanes<N>, const N: usize>(
+    simd: S,
+    [a, b, c]: &[[f32; 8]; 3],
+    lane: usize,
+    s: S::Float,
+    t: S::Float,
+) -> S::Float {
+    (simd.splat(a[lane]) * s + simd.splat(b[lane]) * t) + simd.splat(c[lane])
 }
 
 #[inline(always)]

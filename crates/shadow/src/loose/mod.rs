@@ -74,8 +74,11 @@ const POINTS_A_CELL: usize = 4;
 /// A job takes at least so many points, and at most so many: what is sorted should stay in the processor's caches.
 const SMALLEST_JOB: usize = 1 << 16;
 const LARGEST_JOB: usize = 1 << 20;
-/// So many jobs keep threads busy. Not a matter of how many there are: counts of decisions depend on how points are parted.
+/// So many jobs keep threads busy, of fewer points where there are not enough. Not a matter of how many threads there are: counts of decisions depend on how points are parted.
 const LEAST_JOBS: usize = 16;
+/// Each job goes once through all cells, whose number over this is fewest points; so are these, whatever the cells.
+const CELLS_A_POINT: usize = 8;
+const FEWEST: usize = 1 << 10;
 /// Points that are looked at one by one are few to a job.
 const CHUNK: usize = 4096;
 
@@ -295,7 +298,8 @@ impl Queries<'_> {
         let grids = pieces.as_ref().and_then(|pieces| self.grids(pieces, points, light));
         let cells = grids.as_ref().map_or(0, |grids| grids.cells as usize);
         let size = (cells * POINTS_A_CELL).clamp(SMALLEST_JOB, LARGEST_JOB);
-        let size = size.min(points.len() / LEAST_JOBS).max(CHUNK);
+        let fewest = (cells / CELLS_A_POINT).clamp(FEWEST, CHUNK);
+        let size = size.min(points.len() / LEAST_JOBS).max(fewest);
         points.for_each_part(self, lit, size, progress, |room, part, lit| match (&pieces, &grids) {
             (Some(pieces), Some(grids)) => {
                 // Points of faces are looked at while they are gathered.

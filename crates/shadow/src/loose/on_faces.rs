@@ -120,13 +120,16 @@ impl OnFaces {
         self.rows.reserve(points.len());
         self.own.reserve(points.len());
         self.indices.reserve(points.len());
-        let mut met = Met::NONE;
+        let mut met = &Met::NONE;
         for (index, &point) in points.iter().enumerate() {
             let FacePoint { object, face, u, v } = point;
             if met.place != (object, face) {
-                met = self.meet(queries, pieces, point, light).ok_or(index)?;
+                met = remembered(&mut self.met, queries, pieces, (object, face), light).ok_or(index)?;
+                if let Kind::Open(Open { slack, size, .. }) = met.kind {
+                    (self.slack, self.size) = (self.slack.max(slack), self.size.max(size));
+                }
             }
-            let is_inside = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v) && u + v <= met.reach;
+            let is_inside = (u >= 0.0) & (v >= 0.0) & (u <= 1.0) & (v <= 1.0) & (u + v <= met.reach);
             if !is_inside && queries.surface_defect(point).is_some() {
                 return Err(index);
             }
@@ -153,21 +156,6 @@ impl OnFaces {
         (self.slack, self.size)
     }
 
-    /// The face of a point; `None` where the point is refused.
-    fn meet(&mut self, queries: &Queries, pieces: &Pieces, point: FacePoint, light: &LightSource) -> Option<Met> {
-        let place = (point.object, point.face);
-        let known = &mut self.met[place.0.wrapping_mul(97).wrapping_add(place.1) % REMEMBERED];
-        let met = match *known {
-            Some(met) if met.place == place => met,
-            _ if queries.surface_defect(point).is_some() => return None,
-            _ => *known.insert(Met::of(&queries.bodies, pieces, place, light)),
-        };
-        if let Kind::Open(Open { slack, size, .. }) = met.kind {
-            (self.slack, self.size) = (self.slack.max(slack), self.size.max(size));
-        }
-        Some(met)
-    }
-
     /// Fills in what is certain; what is left is returned.
     pub(super) fn filter(&mut self, grids: &Grids, lit: &mut [bool], buckets: &mut Buckets) -> Vec<Doubtful> {
         self.told.clear();
@@ -183,14 +171,31 @@ impl OnFaces {
     }
 }
 
+/// A face, as it is remembered; `None` if there is none.
+fn remembered<'a>(
+    met: &'a mut [Option<Met>],
+    queries: &Queries,
+    pieces: &Pieces,
+    place: (usize, usize),
+    light: &LightSource,
+) -> Option<&'a Met> {
+    let known = &mut met[place.0.wrapping_mul(97).wrapping_add(place.1) % REMEMBERED];
+    if known.is_none_or(|met| met.place != place) {
+        *known = Some(Met::of(&queries.bodies, pieces, place, light)?);
+    }
+    known.as_ref()
+}
+
 impl Met {
     /// No face has this number.
     const NONE: Self = Self { place: (usize::MAX, usize::MAX), reach: -1.0, kind: Kind::Dark };
 
-    fn of(bodies: &Bodies, pieces: &Pieces, (object, face): (usize, usize), light: &LightSource) -> Self {
+    /// `None` if there is no such face.
+    fn of(bodies: &Bodies, pieces: &Pieces, (object, face): (usize, usize), light: &LightSource) -> Option<Self> {
+        bodies.scene.objects.get(object)?;
         let (reach, kind) = match bodies.get(object) {
             Body::Analytic(_) => (-1.0, Kind::Single),
-            Body::Flat(facets) => {
+            Body::Flat(facets) if face < facets.len() => {
                 let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
                 let kind = if flat_face_is_turned_to(bodies, object, face, light) {
                     let own = pieces.of_face(object, face).unwrap_or([u32::MAX; 2]);
@@ -200,8 +205,9 @@ impl Met {
                 };
                 (if is_triangle { 1.0 - f64::EPSILON } else { 2.0 }, kind)
             }
+            Body::Flat(_) => return None,
         };
-        Self { place: (object, face), reach, kind }
+        Some(Self { place: (object, face), reach, kind })
     }
 }
 

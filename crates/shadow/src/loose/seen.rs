@@ -3,7 +3,7 @@
 use glam::DVec3;
 use umbriel_geometry::{
     Aabb,
-    simd::{F8, Float, Simd},
+    simd::{Float, Lanes},
 };
 
 use crate::{
@@ -49,9 +49,9 @@ pub(super) struct Block {
     pub(super) s: [f32; BLOCK],
     pub(super) t: [f32; BLOCK],
     tile: [u32; BLOCK],
-    /// The tiles' cells: the first one's number, and 2^level along each side.
+    /// The tiles' cells: the first one's number, and how many there are along each side.
     pub(super) first: [u32; BLOCK],
-    pub(super) level: [u32; BLOCK],
+    pub(super) side: [u32; BLOCK],
     /// Whether they are known well enough for tiles.
     pub(super) is_told: [bool; BLOCK],
 }
@@ -66,7 +66,7 @@ impl Block {
         t: [0.0; BLOCK],
         tile: [0; BLOCK],
         first: [0; BLOCK],
-        level: [0; BLOCK],
+        side: [1; BLOCK],
         is_told: [false; BLOCK],
     };
 
@@ -80,8 +80,8 @@ impl Block {
         }
         for index in 0..BLOCK {
             let (grid, _) = view(usize::from(self.view[index]));
-            let TilePlace { first, level } = grid.place(self.tile[index]);
-            (self.first[index], self.level[index]) = (first, level);
+            let TilePlace { first, side } = grid.place(self.tile[index]);
+            (self.first[index], self.side[index]) = (first, side);
         }
     }
 
@@ -190,15 +190,15 @@ impl Off {
         ((place + place_by * nearness) * UPWARD, height * UPWARD + f32::MIN_POSITIVE)
     }
 
-    /// [`Off::at`] of eight points.
+    /// [`Off::at`] of `N` points.
     #[inline(always)]
-    pub(super) fn at_eight<S: Simd>(&self, simd: S, nearness: F8<S>) -> (F8<S>, F8<S>) {
+    pub(super) fn at_lanes<S: Lanes<N>, const N: usize>(&self, simd: S, nearness: S::Float) -> (S::Float, S::Float) {
         let ([place, place_by], [height, height_by]) = (self.place, self.height);
-        let size = nearness.abs() + simd.splat8(self.unit);
-        let height = (simd.splat8(height) + (simd.splat8(height_by) * nearness) * nearness)
-            + size * simd.splat8(NEARNESS_MARGIN);
-        let place = simd.splat8(place) + simd.splat8(place_by) * nearness;
-        (place * simd.splat8(UPWARD), height * simd.splat8(UPWARD) + simd.splat8(f32::MIN_POSITIVE))
+        let size = nearness.abs() + simd.splat(self.unit);
+        let height =
+            (simd.splat(height) + (simd.splat(height_by) * nearness) * nearness) + size * simd.splat(NEARNESS_MARGIN);
+        let place = simd.splat(place) + simd.splat(place_by) * nearness;
+        (place * simd.splat(UPWARD), height * simd.splat(UPWARD) + simd.splat(f32::MIN_POSITIVE))
     }
 
     /// Whether a point of this nearness is known well enough for tiles. Not so for NaN.

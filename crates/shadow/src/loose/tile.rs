@@ -19,10 +19,10 @@ const WIDENED: f32 = 1.0 / 64.0;
 pub(super) const PLACE_LIMIT: f32 = 1.0 / 128.0;
 /// Points whose nearness is off by more, in parts of it (a sun's: of the scene), cannot be told by what covers a cell.
 pub(super) const HEIGHT_LIMIT: f32 = 1.0 / (1u32 << 17) as f32;
-/// At most 2^8 cells along a tile's side.
-const MAX_LEVEL: u32 = 8;
+/// At most so many cells along a tile's side.
+const MAX_SIDE: f64 = 256.0;
 /// Cells a triangle where points are few; more cells make shorter lists and more of them.
-const CELLS_A_TRIANGLE: f64 = 0.25;
+const CELLS_A_TRIANGLE: f64 = 3.0 / 16.0;
 /// Points a triangle that pay for one more times as many cells, and how many times at most.
 const POINTS_A_TRIANGLE: f64 = 16.0;
 const MOST_TIMES: f64 = 32.0;
@@ -30,8 +30,8 @@ const MOST_TIMES: f64 = 32.0;
 /// A tile's cells.
 #[derive(Debug)]
 pub(super) struct Tile {
-    /// 2^level cells along each side.
-    pub(super) level: u32,
+    /// So many cells along each side.
+    pub(super) side: u32,
     /// Row by row, and one more that ends the last.
     pub(super) cells: Vec<Cell>,
     /// The cells' lists.
@@ -63,11 +63,11 @@ pub(super) struct Entry {
 }
 
 impl Tile {
-    /// 2^level cells along each side for pieces in units of half the tile. `unit` is 1 for a sun, whose nearness may have any sign, 0 for a lamp.
-    pub(super) fn of(listed: &[Listed], level: u32, unit: f32) -> Self {
-        let mut tile = Self { level, cells: Vec::new(), entries: Vec::new(), groups: Vec::new(), pieces: Vec::new() };
+    /// `side` cells along each side for pieces in units of half the tile. `unit` is 1 for a sun, whose nearness may have any sign, 0 for a lamp.
+    pub(super) fn of(listed: &[Listed], side: u32, unit: f32) -> Self {
+        let mut tile = Self { side, cells: Vec::new(), entries: Vec::new(), groups: Vec::new(), pieces: Vec::new() };
         let extents = tile.group(listed);
-        let (found, covered) = dispatch(Spread { groups: &tile.groups, extents: &extents, level, unit });
+        let (found, covered) = dispatch(Spread { groups: &tile.groups, extents: &extents, side, unit });
         tile.list(&found, &covered, unit);
         tile
     }
@@ -146,7 +146,7 @@ struct Found {
 struct Spread<'a> {
     groups: &'a [Group],
     extents: &'a [Extent],
-    level: u32,
+    side: u32,
     unit: f32,
 }
 
@@ -155,19 +155,19 @@ impl Kernel for Spread<'_> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> Self::Output {
-        let level = self.level;
-        let half = 1.0 / (1u32 << level) as f32;
+        let side = self.side;
+        let half = 1.0 / side as f32;
         let middle = |cell: u32| (2 * cell + 1) as f32 * half - 1.0;
-        let mut covered = vec![f32::NEG_INFINITY; 1 << (2 * level)];
+        let mut covered = vec![f32::NEG_INFINITY; (side * side) as usize];
         let mut found = Vec::with_capacity(self.groups.len() * 16);
         for (number, (group, extent)) in self.groups.iter().zip(self.extents).enumerate() {
             let [u0, v0, u1, v1] = extent.bounds().map(f64::from);
-            let columns = cell_index(u0, -WIDENED, level)..=cell_index(u1, WIDENED, level);
-            for row in cell_index(v0, -WIDENED, level)..=cell_index(v1, WIDENED, level) {
+            let columns = cell_index(u0, -WIDENED, side)..=cell_index(u1, WIDENED, side);
+            for row in cell_index(v0, -WIDENED, side)..=cell_index(v1, WIDENED, side) {
                 let Some(strip) = group.strip(simd, middle(row), half * (1.0 + WIDENED), extent) else { continue };
                 for column in columns.clone() {
                     let Some(over) = group.over(simd, &strip, middle(column), extent, self.unit) else { continue };
-                    let cell = row << level | column;
+                    let cell = row * side + column;
                     let entry =
                         Entry { nearest: over.nearest, group: number as u32, lanes: over.lanes, vague: extent.vague };
                     found.push(Found { cell, entry });
@@ -182,8 +182,8 @@ impl Kernel for Spread<'_> {
 
 /// Which cell along a side, the cells widened.
 #[inline(always)]
-fn cell_index(bound: f64, wide: f32, level: u32) -> u32 {
-    let count = f64::from(1u32 << level);
+fn cell_index(bound: f64, wide: f32, side: u32) -> u32 {
+    let count = f64::from(side);
     (((bound + 1.0) * count + f64::from(wide)) * 0.5).clamp(0.0, count - 1.0) as u32
 }
 
@@ -199,8 +199,7 @@ pub(super) fn cell_along(place: f32, scale: f32) -> u32 {
 }
 
 /// About a triangle's size a cell, and smaller where many points will be asked for each triangle.
-pub(super) fn level_for(count: usize, points_a_triangle: f64) -> u32 {
+pub(super) fn side_for(count: usize, points_a_triangle: f64) -> u32 {
     let times = (points_a_triangle / POINTS_A_TRIANGLE).clamp(1.0, MOST_TIMES);
-    let wanted = (count as f64 * CELLS_A_TRIANGLE * times).max(1.0);
-    ((wanted.log2() * 0.5).round() as u32).min(MAX_LEVEL)
+    (count as f64 * CELLS_A_TRIANGLE * times).sqrt().round().clamp(1.0, MAX_SIDE) as u32
 }

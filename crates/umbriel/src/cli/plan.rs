@@ -49,10 +49,7 @@ pub(crate) fn load(args: &SceneArgs) -> Result<Loaded, Failure> {
 
 /// As [`load`]; also the layouts of light maps from that set of texture coordinates, if one is given.
 pub(crate) fn load_with_layouts(args: &SceneArgs, lightmap_set: Option<u32>) -> Result<Loaded, Failure> {
-    if let Some(threads) = args.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
-        pool.map_err(|error| Failure::Unusable(format!("--threads {threads}: {error}")))?;
-    }
+    start_threads(args.threads)?;
     let begun = Instant::now();
     let options = LoadOptions {
         up: args.up.map(|up| match up {
@@ -75,6 +72,16 @@ pub(crate) fn load_with_layouts(args: &SceneArgs, lightmap_set: Option<u32>) -> 
     };
     let file = umbriel_io::load(&args.scene, &options)?;
     Ok(Loaded { file, seconds: begun.elapsed().as_secs_f64() })
+}
+
+/// Sets up so many threads, or one a core. This one is among them: small jobs would wait longer for another to wake up than they take.
+fn start_threads(wanted: Option<u16>) -> Result<(), Failure> {
+    let count = wanted.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).use_current_thread().build_global();
+    match (wanted, pool) {
+        (Some(threads), Err(error)) => Err(Failure::Unusable(format!("--threads {threads}: {error}"))),
+        _ => Ok(()),
+    }
 }
 
 /// Adds the lights that were typed to the scene and chooses: the named ones, else all. Some light there must be.
