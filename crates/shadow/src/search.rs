@@ -248,6 +248,7 @@ impl Flats {
         Self { mesh: Arc::new(mesh), owners, bvh: OnceLock::new(), others, boxes: BoxTree::build(&boxes) }
     }
 
+    /// Built by all threads: to be called before many ask at once, since one that helps to build it may take up another's question meanwhile and wait for itself.
     fn bvh(&self) -> &TriangleBvh {
         self.bvh.get_or_init(|| TriangleBvh::build(Arc::clone(&self.mesh)))
     }
@@ -325,6 +326,9 @@ impl Queries<'_> {
                 renewals.push(renewal);
                 Some(Octree { projection, is_looked_up: *is_looked_up })
             });
+            if renewed.is_none() {
+                self.flats().bvh();
+            }
             self.lookups.retain(|lookup| lookup.light != *light);
             self.lookups.push(Lookup { light: *light, octree: renewed });
         }

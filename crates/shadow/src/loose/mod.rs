@@ -3,7 +3,7 @@
 //! The problem: whether a light reaches each of millions of loose points, with the answers of [`Queries::lit`]. The way is that
 //! of light space: every shadow ray is a point (u, v) of a plane there. The plane is cut into tiles, tiles into cells of about
 //! the size of a triangle; a cell holds the triangles over it, nearest to the light first, eight to a [`group`]. Points are [`sorted`] by
-//! cell; each looks into its own cell alone, eight of a cell at a time, in f32 with a derived margin. The few points
+//! cell; each looks into its own cell alone, up to sixteen of a cell at a time, in f32 with a derived margin. The few points
 //! that the margin cannot tell, and those whose slack box may meet a surface, are decided exactly.
 //!
 //! Guarantee: the answers are those of the definition. A point that some triangle certainly hides, all of its slack box at once and
@@ -26,6 +26,7 @@ mod occupancy;
 mod on_faces;
 mod pieces;
 mod placed;
+mod points;
 mod seen;
 mod sorted;
 mod tile;
@@ -44,30 +45,16 @@ use occupancy::Occupancy;
 pub use on_faces::FacePoint;
 use on_faces::OnFaces;
 use pieces::Pieces;
+pub use points::Points;
 use rayon::prelude::*;
 use sorted::Buckets;
-use umbriel_geometry::{LightSource, accept, simd::dispatch};
+use umbriel_geometry::{LightSource, simd::dispatch};
 
 use crate::{
     light_space::View,
     progress::{Cancelled, Progress},
-    query::{Place, Precision, Queries, QueryDefect},
+    query::{Place, Queries, QueryDefect},
 };
-
-/// Points by coordinates, world, metres; or by faces. A normal may have any length but zero.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Points<'a> {
-    /// Points in space, coordinates that were 32-bit floats.
-    FreeSingle(&'a [[f32; 3]]),
-    /// Points in space.
-    FreeDouble(&'a [[f64; 3]]),
-    /// Position and normal; each point stands for half an ulp of its 32-bit coordinates.
-    OrientedSingle(&'a [[f32; 6]]),
-    /// Position and normal; each point stands for half an ulp of its 64-bit coordinates.
-    OrientedDouble(&'a [[f64; 6]]),
-    /// Points of faces.
-    OnFaces(&'a [FacePoint]),
-}
 
 /// Points a cell that make it worth its while to sort by cells.
 const POINTS_A_CELL: usize = 4;
@@ -76,74 +63,13 @@ const SMALLEST_JOB: usize = 1 << 16;
 const LARGEST_JOB: usize = 1 << 20;
 /// So many jobs keep threads busy, of fewer points where there are not enough. Not a matter of how many threads there are: counts of decisions depend on how points are parted.
 const LEAST_JOBS: usize = 16;
-/// Each job goes once through all cells, whose number over this is fewest points; so are these, whatever the cells.
-const CELLS_A_POINT: usize = 8;
+/// Jobs of fewer points than [`CHUNK`] go where each goes through no more cells than this for a point, and never below so many points.
+const CELLS_GONE_THROUGH: usize = 8;
 const FEWEST: usize = 1 << 10;
 /// Points that are looked at one by one are few to a job.
 const CHUNK: usize = 4096;
 
 impl Points<'_> {
-    /// How many.
-    pub fn len(&self) -> usize {
-        match self {
-            Self::FreeSingle(rows) => rows.len(),
-            Self::FreeDouble(rows) => rows.len(),
-            Self::OrientedSingle(rows) => rows.len(),
-            Self::OrientedDouble(rows) => rows.len(),
-            Self::OnFaces(points) => points.len(),
-        }
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// One point, as a single query takes it.
-    ///
-    /// # Panics
-    /// If there is no such point.
-    pub fn place(&self, index: usize) -> Place {
-        let wide = |row: [f32; 6]| row.map(f64::from);
-        let oriented = |[x, y, z, nx, ny, nz]: [f64; 6], precision| Place::Oriented {
-            position: [x, y, z],
-            normal: [nx, ny, nz],
-            precision,
-        };
-        match self {
-            Self::FreeSingle(rows) => Place::Free { position: rows[index].map(f64::from) },
-            Self::FreeDouble(rows) => Place::Free { position: rows[index] },
-            Self::OrientedSingle(rows) => oriented(wide(rows[index]), Precision::Single),
-            Self::OrientedDouble(rows) => oriented(rows[index], Precision::Double),
-            Self::OnFaces(points) => points[index].place(),
-        }
-    }
-
-    /// The first point that a single query would refuse is an error.
-    fn check(&self, queries: &Queries) -> Result<(), usize> {
-        // Every 32-bit float that is finite is accepted; NaN compares as false.
-        let single = |row: &[f32]| size_of_vector(row.iter().map(|&x| f64::from(x))) < f64::INFINITY;
-        let double = |row: &[f64]| row.iter().all(|&x| accept(x).is_ok());
-        let normal = |size: f64| size > 0.0 && size < f64::INFINITY;
-        let normal_single = |row: &[f32]| normal(size_of_vector(row.iter().map(|&x| f64::from(x))));
-        let normal_double = |row: &[f64]| row.iter().all(|x| x.is_finite()) && row.iter().any(|&x| x != 0.0);
-        // In 32 bits sums of finite numbers may overflow; then the numbers are looked at again.
-        let sum = |row: &[f32]| row.iter().fold(0.0, |sum, x| sum + x.abs());
-        let is_fine = |row: &[f32; 6]| {
-            let (position, normal) = (sum(&row[..3]), sum(&row[3..]));
-            (position < f32::INFINITY) & (normal > 0.0) & (normal < f32::INFINITY)
-        };
-        let refused = match self {
-            Self::OrientedSingle(rows) if rows.iter().fold(true, |all, row| all & is_fine(row)) => None,
-            Self::FreeSingle(rows) => rows.iter().position(|row| !single(row)),
-            Self::FreeDouble(rows) => rows.iter().position(|row| !double(row)),
-            Self::OrientedSingle(rows) => rows.iter().position(|row| !(single(&row[..3]) && normal_single(&row[3..]))),
-            Self::OrientedDouble(rows) => rows.iter().position(|row| !(double(&row[..3]) && normal_double(&row[3..]))),
-            Self::OnFaces(points) => points.iter().position(|&point| queries.surface_defect(point).is_some()),
-        };
-        refused.map_or(Ok(()), Err)
-    }
-
     /// Lets threads fill in what is said of parts of the points; the first point of a part that is refused ends it.
     fn for_each_part(
         &self,
@@ -179,55 +105,6 @@ impl Points<'_> {
                 let defect = queries.refusal(&self.place(index)).unwrap_or(QueryDefect::OutsideFace);
                 Err(PointsError::Refused { index, defect })
             }
-        }
-    }
-
-    fn part(&self, from: usize, to: usize) -> Self {
-        match self {
-            Self::FreeSingle(rows) => Self::FreeSingle(&rows[from..to]),
-            Self::FreeDouble(rows) => Self::FreeDouble(&rows[from..to]),
-            Self::OrientedSingle(rows) => Self::OrientedSingle(&rows[from..to]),
-            Self::OrientedDouble(rows) => Self::OrientedDouble(&rows[from..to]),
-            Self::OnFaces(points) => Self::OnFaces(&points[from..to]),
-        }
-    }
-
-    /// What a coordinate of a slack box differs from the point's by at most, for points no greater than `size`.
-    fn slack(&self, size: f64) -> f64 {
-        match self {
-            Self::FreeSingle(_) | Self::FreeDouble(_) | Self::OnFaces(_) => 0.0,
-            Self::OrientedSingle(_) => size * 2f64.powi(-24) + 2f64.powi(-150),
-            Self::OrientedDouble(_) => size * f64::EPSILON * 0.5,
-        }
-    }
-
-    /// The greatest magnitude of a coordinate that is given.
-    fn size(&self) -> f64 {
-        // Axis by axis, so that no comparison waits for the last one.
-        fn greatest<const N: usize>(rows: &[[f32; N]]) -> f64 {
-            let mut most = [0.0f32; 3];
-            for row in rows {
-                for (most, x) in most.iter_mut().zip(row) {
-                    *most = if x.abs() > *most { x.abs() } else { *most };
-                }
-            }
-            f64::from(most[0].max(most[1]).max(most[2]))
-        }
-        fn greatest_double<const N: usize>(rows: &[[f64; N]]) -> f64 {
-            let mut most = [0.0f64; 3];
-            for row in rows {
-                for (most, x) in most.iter_mut().zip(row) {
-                    *most = if x.abs() > *most { x.abs() } else { *most };
-                }
-            }
-            most[0].max(most[1]).max(most[2])
-        }
-        match self {
-            Self::FreeSingle(rows) => greatest(rows),
-            Self::FreeDouble(rows) => greatest_double(rows),
-            Self::OrientedSingle(rows) => greatest(rows),
-            Self::OrientedDouble(rows) => greatest_double(rows),
-            Self::OnFaces(_) => 0.0,
         }
     }
 }
@@ -298,15 +175,13 @@ impl Queries<'_> {
         let grids = pieces.as_ref().and_then(|pieces| self.grids(pieces, points, light));
         let cells = grids.as_ref().map_or(0, |grids| grids.cells as usize);
         let size = (cells * POINTS_A_CELL).clamp(SMALLEST_JOB, LARGEST_JOB);
-        let fewest = (cells / CELLS_A_POINT).clamp(FEWEST, CHUNK);
+        let fewest = (cells / CELLS_GONE_THROUGH).clamp(FEWEST, CHUNK);
         let size = size.min(points.len() / LEAST_JOBS).max(fewest);
         points.for_each_part(self, lit, size, progress, |room, part, lit| match (&pieces, &grids) {
             (Some(pieces), Some(grids)) => {
                 // Points of faces are looked at while they are gathered.
-                if !matches!(part, Points::OnFaces(_)) {
-                    part.check(self)?;
-                }
-                let doubts = self.filter((pieces, grids), part, light, lit, room)?;
+                let size = part.checked_size(self)?;
+                let doubts = self.filter((pieces, grids), part, size, light, lit, room)?;
                 for doubt in doubts {
                     let index = doubt.index as usize;
                     lit[index] = self.decide(pieces, &part.place(index), &doubt, light);
@@ -355,18 +230,18 @@ impl Queries<'_> {
         &self,
         (pieces, grids): (&Pieces, &Grids),
         part: Points,
+        size: f64,
         light: &LightSource,
         lit: &mut [bool],
         room: &mut Room,
     ) -> Result<Vec<Doubtful>, usize> {
-        let size = part.size();
         if size > FAR * grids.size && part.len() > CHUNK {
             let half = part.len() / 2;
             let (first, second) = lit.split_at_mut(half);
-            let mut doubtful = self.filter((pieces, grids), part.part(0, half), light, first, room)?;
-            let behind = self.filter((pieces, grids), part.part(half, part.len()), light, second, room);
-            let behind = behind.map_err(|index| index + half)?.into_iter();
-            doubtful.extend(behind.map(|doubt| Doubtful { index: doubt.index + half as u32, ..doubt }));
+            let [before, behind] = [part.part(0, half), part.part(half, part.len())];
+            let mut doubtful = self.filter((pieces, grids), before, before.size(), light, first, room)?;
+            let behind = self.filter((pieces, grids), behind, behind.size(), light, second, room)?;
+            doubtful.extend(behind.into_iter().map(|doubt| Doubtful { index: doubt.index + half as u32, ..doubt }));
             return Ok(doubtful);
         }
         let slack = part.slack(size);
@@ -387,12 +262,6 @@ impl Queries<'_> {
     fn ask(&self, place: &Place, light: &LightSource) -> bool {
         self.lit(place, light).is_ok_and(|answer| answer.lit)
     }
-}
-
-/// The sum of magnitudes: of 32-bit numbers it is finite if they are, and zero for zeros alone.
-#[inline(always)]
-fn size_of_vector(coordinates: impl Iterator<Item = f64>) -> f64 {
-    coordinates.fold(0.0, |sum, x| sum + x.abs())
 }
 
 /// Points whose coordinates are this many times those of the scene are far away.

@@ -131,7 +131,8 @@ fn one_point_far_away_does_not_make_others_doubtful() {
     let grids = Grids::of(&pieces, View::all(&light, &pieces.bounds), points.len(), None).expect("few cells");
     let mut lit = vec![false; points.len()];
     let part = Points::FreeSingle(&points);
-    let doubtful = queries.filter((&pieces, &grids), part, &light, &mut lit, &mut Room::default()).expect("accepted");
+    let doubtful =
+        queries.filter((&pieces, &grids), part, part.size(), &light, &mut lit, &mut Room::default()).expect("accepted");
     assert!(doubtful.len() < CHUNK, "{} of {}", doubtful.len(), points.len());
     let answers = queries.lit_many(Points::FreeSingle(&points), &light, &Silent).expect("points");
     let is_certain = |index: usize| doubtful.iter().all(|doubt| doubt.index as usize != index);
@@ -258,8 +259,9 @@ fn few_points_of_faces_are_in_doubt_far_from_the_origin() {
             let grids = Grids::of(&pieces, View::all(&light, &pieces.bounds), points.len(), None).expect("few cells");
             let mut lit = vec![false; points.len()];
             let part = Points::OnFaces(&points);
-            let doubtful =
-                queries.filter((&pieces, &grids), part, &light, &mut lit, &mut Room::default()).expect("accepted");
+            let doubtful = queries
+                .filter((&pieces, &grids), part, part.size(), &light, &mut lit, &mut Room::default())
+                .expect("accepted");
             assert!(doubtful.len() < points.len() / 50, "{} of {} under {light:?}", doubtful.len(), points.len());
         }
     }
@@ -342,5 +344,32 @@ fn a_crowd_in_one_tile() {
     for light in lights() {
         let lit = lit_of_points(&scene, &points, &light);
         assert!(lit > 9 && lit < points.len() - 9, "{lit} of {} under {light:?}", points.len());
+    }
+}
+
+#[test]
+fn what_is_refused_is_found_wherever_it_stands() {
+    let scene = scene();
+    let queries = Queries::new(&scene);
+    let rows = [[1.0f32, -7.5, 0.0, 0.0, -0.0, 1e-45]; 40];
+    assert_eq!(Points::OrientedSingle(&rows).checked_size(&queries), Ok(7.5));
+    for index in [0, 15, 16, 31, 32, 39] {
+        let with = |columns: &[usize], number: f32| {
+            let mut rows = rows;
+            columns.iter().for_each(|&column| rows[index][column] = number);
+            rows
+        };
+        for column in 0..6 {
+            for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                let rows = with(&[column], number);
+                assert_eq!(Points::OrientedSingle(&rows).checked_size(&queries), Err(index), "{number} at {column}");
+                let free = rows.map(|[x, y, z, ..]| [x, y, z]);
+                assert_eq!(Points::FreeSingle(&free).checked_size(&queries).is_err(), column < 3);
+            }
+        }
+        let flat = with(&[3, 4, 5], -0.0);
+        assert_eq!(Points::OrientedSingle(&flat).checked_size(&queries), Err(index));
+        let far = with(&[2], -1e38);
+        assert_eq!(Points::OrientedSingle(&far).checked_size(&queries), Ok(f64::from(1e38f32)));
     }
 }

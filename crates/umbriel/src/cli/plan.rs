@@ -78,10 +78,10 @@ pub(crate) fn load_with_layouts(args: &SceneArgs, lightmap_set: Option<u32>) -> 
 fn start_threads(wanted: Option<u16>) -> Result<(), Failure> {
     let count = wanted.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count).use_current_thread().build_global();
-    match (wanted, pool) {
-        (Some(threads), Err(error)) => Err(Failure::Unusable(format!("--threads {threads}: {error}"))),
-        _ => Ok(()),
-    }
+    pool.map_err(|error| match wanted {
+        Some(threads) => Failure::Unusable(format!("--threads {threads}: {error}")),
+        None => Failure::Unusable(format!("no threads can be started: {error}; --threads 1 needs none")),
+    })
 }
 
 /// Adds the lights that were typed to the scene and chooses: the named ones, else all. Some light there must be.
