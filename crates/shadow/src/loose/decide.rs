@@ -23,8 +23,8 @@ use crate::{
 impl Queries<'_> {
     /// The answer for a doubtful point.
     pub(super) fn decide(&self, pieces: &Pieces, place: &Place, doubt: &Doubtful, light: &LightSource) -> bool {
-        let Some(doubts) = &doubt.pieces else { return self.ask(place, light) };
-        let faces: Vec<(usize, usize)> = doubts.iter().map(|&piece| pieces.face(piece)).collect();
+        let Some(faces) = &doubt.faces else { return self.ask(place, light) };
+        let faces: Vec<(usize, usize)> = faces.iter().map(|&first| pieces.face(first)).collect();
         let among = Among::Faces(&faces);
         let blocks = |probe: &Probe, own| self.is_blocked(probe, own, light, among);
         match *place {

@@ -19,8 +19,8 @@ use crate::loose::{
 /// A point that the filter cannot tell.
 pub(super) struct Doubtful {
     pub(super) index: u32,
-    /// What may stand in its way or meet its slack box; `None` when the point is too roughly known to say.
-    pub(super) pieces: Option<Vec<u32>>,
+    /// The faces, by their first pieces, that may stand in its way or meet its slack box; `None` when the point is too roughly known to say.
+    pub(super) faces: Option<Vec<u32>>,
 }
 
 /// The points of a part of the input.
@@ -28,8 +28,8 @@ pub(super) struct Filter<'a, 'b, T> {
     pub(super) grids: &'a Grids<'b>,
     /// Rows that begin with x, y, z.
     pub(super) rows: &'a [T],
-    /// The pieces of each point's own face, first and last, which do not hide it; empty where points have none.
-    pub(super) own: &'a [[u32; 2]],
+    /// Each point's own face, by its first piece, which does not hide it; empty where points have none.
+    pub(super) own: &'a [i32],
     /// What any coordinate of a slack box differs from the point's by at most.
     pub(super) slack: f64,
     /// Greatest magnitude of a point's coordinates.
@@ -64,7 +64,7 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
         let (beside, rough) =
             buckets.points()[buckets.start(beside)..].split_at(buckets.start(beside + 1) - buckets.start(beside));
         beside.iter().for_each(|point| told.lit[point.index as usize] = true);
-        told.doubtful.extend(rough.iter().map(|point| Doubtful { index: point.index, pieces: None }));
+        told.doubtful.extend(rough.iter().map(|point| Doubtful { index: point.index, faces: None }));
         count(Level::Single, (rows.len() - told.doubtful.len()) as u64);
         told.doubtful
     }
@@ -113,15 +113,15 @@ struct Over<'a> {
     first: usize,
     off: &'a Off,
     /// As in [`Filter`].
-    own: &'a [[u32; 2]],
+    own: &'a [i32],
 }
 
 /// Up to `N` points of one cell, a lane each; lanes behind the last are of no meaning.
 struct Batch<'a, S: Lanes<N>, const N: usize> {
     seen: &'a [Seen],
     points: TilePoints<S, N>,
-    /// The pieces of the points' own faces, first and last; `None` where points have none.
-    own: Option<[S::Int; 2]>,
+    /// The points' own faces; `None` where points have none.
+    own: Option<S::Int>,
 }
 
 impl Over<'_> {
@@ -172,8 +172,8 @@ impl Over<'_> {
             let lane = left.trailing_zeros();
             left &= left - 1;
             let point = &seen[lane as usize % N];
-            let pieces = (known >> lane & 1 == 1).then(|| self.doubts(simd, entries, point));
-            told.doubtful.push(Doubtful { index: point.index, pieces });
+            let faces = (known >> lane & 1 == 1).then(|| self.doubts(simd, entries, point));
+            told.doubtful.push(Doubtful { index: point.index, faces });
         }
     }
 
@@ -215,40 +215,34 @@ impl Over<'_> {
         (hits, doubts)
     }
 
-    /// The pieces that a cell's groups cannot tell about.
+    /// The faces that a cell's groups cannot tell about.
     #[inline(always)]
     fn doubts<S: Simd>(&self, simd: S, entries: &[Entry], seen: &Seen) -> Vec<u32> {
         let point = self.point(seen);
-        let mut pieces = Vec::new();
+        let mut faces = Vec::new();
         for entry in entries {
             if let Said::Doubt(lanes) = self.tile.groups[entry.group as usize].test(simd, entry.vague, &point) {
                 let lanes = self.others(simd, entry.group, lanes, seen);
-                let numbers = self.tile.pieces[entry.group as usize];
-                pieces.extend((0..8).filter(|lane| lanes >> lane & 1 == 1).map(|lane| numbers[lane]));
+                let numbers = self.tile.faces[entry.group as usize];
+                faces.extend((0..8).filter(|lane| lanes >> lane & 1 == 1).map(|lane| numbers[lane] as u32));
             }
         }
-        pieces
+        faces
     }
 
     /// Of these lanes of a group those that are not of the point's own face.
     #[inline(always)]
     fn others<S: Simd>(&self, simd: S, group: u32, lanes: u32, seen: &Seen) -> u32 {
-        let Some(&[first, last]) = self.own.get(seen.index as usize) else { return lanes };
-        let mut pieces = [0; 8];
-        for (piece, &number) in pieces.iter_mut().zip(&self.tile.pieces[group as usize]) {
-            *piece = number as i32;
-        }
-        let pieces = simd.load_int(&pieces);
-        let is_own = pieces.eq(simd.splat_int8(first as i32)) | pieces.eq(simd.splat_int8(last as i32));
+        let Some(&own) = self.own.get(seen.index as usize) else { return lanes };
+        let is_own = simd.load_int(&self.tile.faces[group as usize]).eq(simd.splat_int8(own));
         lanes & !is_own.bits()
     }
 
     /// Which points lie on the face that a lane of a group is of.
     #[inline(always)]
     fn owners<S: Lanes<N>, const N: usize>(&self, simd: S, group: u32, lane: usize, batch: &Batch<S, N>) -> u32 {
-        let Some([first, last]) = batch.own else { return 0 };
-        let piece = simd.splat_int(self.tile.pieces[group as usize][lane] as i32);
-        (piece.eq(first) | piece.eq(last)).bits()
+        let Some(own) = batch.own else { return 0 };
+        own.eq(simd.splat_int(self.tile.faces[group as usize][lane])).bits()
     }
 
     #[inline(always)]
@@ -269,15 +263,14 @@ impl Over<'_> {
     }
 
     #[inline(always)]
-    fn own_of<S: Lanes<N>, const N: usize>(&self, simd: S, seen: &[Seen]) -> Option<[S::Int; 2]> {
+    fn own_of<S: Lanes<N>, const N: usize>(&self, simd: S, seen: &[Seen]) -> Option<S::Int> {
         if self.own.is_empty() {
             return None;
         }
-        let (mut first, mut last) = ([-1; N], [-1; N]);
-        for (lane, point) in seen.iter().enumerate().take(N) {
-            let own = self.own[point.index as usize];
-            (first[lane], last[lane]) = (own[0] as i32, own[1] as i32);
+        let mut own = [-1; N];
+        for (own, point) in own.iter_mut().zip(seen) {
+            *own = self.own[point.index as usize];
         }
-        Some([simd.load_int(&first), simd.load_int(&last)])
+        Some(simd.load_int(&own))
     }
 }

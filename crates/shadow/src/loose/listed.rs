@@ -38,7 +38,8 @@ pub(super) struct Window<'a> {
 /// Eight pieces, a lane each.
 #[derive(Clone, Debug)]
 pub(super) struct Listed {
-    pub(super) pieces: [u32; 8],
+    /// Their faces, by the first piece of each; integers as vectors have them.
+    pub(super) faces: [i32; 8],
     pub(super) group: Group,
     pub(super) extent: Extent,
     /// Neighbours by [`key`] belong together.
@@ -79,8 +80,9 @@ impl See<'_> {
         for (list, listed) in self.list.chunks(8).zip(&mut all) {
             let (mut holes, mut curved) = (0, 0);
             for (lane, &number) in list.iter().enumerate() {
-                listed.pieces[lane] = number;
-                let triangle = match self.pieces.get(number, &mut hint) {
+                let (piece, first) = self.pieces.get(number, &mut hint);
+                listed.faces[lane] = first as i32;
+                let triangle = match piece {
                     Piece::Triangle(triangle) => triangle,
                     Piece::CutOut(triangle) => {
                         holes |= 1 << lane;
@@ -115,7 +117,7 @@ impl See<'_> {
             let footprint = if curved >> lane & 1 == 0 {
                 Footprint::edge_on::<IS_SUN>(&self.window.triangle(corners, lane), self.window.error)
             } else {
-                self.curved::<IS_SUN>(listed.pieces[lane])
+                self.curved::<IS_SUN>(listed.faces[lane] as u32)
             };
             seen.set::<IS_SUN>(lane, &footprint, &self.window);
         }
@@ -130,7 +132,7 @@ impl See<'_> {
 
     /// A curved body may be anywhere inside its box.
     fn curved<const IS_SUN: bool>(&self, piece: u32) -> Footprint {
-        let Piece::Box(bounds) = self.pieces.get(piece, &mut 0) else { unreachable!("told before") };
+        let (Piece::Box(bounds), _) = self.pieces.get(piece, &mut 0) else { unreachable!("told before") };
         let corners = bounds.corners().map(|corner| self.window.see(corner));
         Footprint::somewhere::<IS_SUN>(&corners, self.window.error)
     }
@@ -154,7 +156,7 @@ impl Window<'_> {
 }
 
 impl Listed {
-    const EMPTY: Self = Self { pieces: [0; 8], group: Group::EMPTY, extent: Extent::EMPTY, keys: [0; 8], met: 0 };
+    const EMPTY: Self = Self { faces: [0; 8], group: Group::EMPTY, extent: Extent::EMPTY, keys: [0; 8], met: 0 };
 }
 
 /// What is made lane by lane.

@@ -1,4 +1,4 @@
-//! Points given by face and parameters, as light space takes them: where floats put them, and which pieces are their own.
+//! Points given by face and parameters, as light space takes them: where floats put them, and which face is their own.
 //!
 //! A face does not hide its own points, so its pieces count neither as in the way nor as in doubt. Faces that are turned away are dark
 //! without a look; points of curved bodies are left to single queries.
@@ -43,7 +43,7 @@ impl FacePoint {
 #[derive(Debug, Default)]
 pub(super) struct OnFaces {
     rows: Vec<[f64; 3]>,
-    own: Vec<[u32; 2]>,
+    own: Vec<i32>,
     /// Which of the job's points each is.
     indices: Vec<u32>,
     /// What a coordinate is off by at most, and how large it is.
@@ -84,13 +84,13 @@ struct Open {
     /// What that is off by in any coordinate, and how large it is at most.
     slack: f64,
     size: f64,
-    own: [u32; 2],
+    own: i32,
 }
 
 impl Open {
     /// With corners up to m in size and off by s, and u' = 2^-53: an edge is off by 2u'm, its multiple rounds by 2u'm; the sums, at most m and 3m in size, round by
     /// u'm and 3u'm: 12u'm in all, without second powers. A place is a sum of corners with weights of 3 at most, and lies between them.
-    fn of(facets: &Facets, face: usize, own: [u32; 2]) -> Self {
+    fn of(facets: &Facets, face: usize, own: i32) -> Self {
         let corners = facets.facet(face).corners();
         let at = |k: usize| facets.positions()[corners[k] as usize];
         let [a, b, d] = [at(0), at(1), at(corners.len() - 1)];
@@ -166,7 +166,7 @@ impl OnFaces {
             lit[index as usize] = told;
         }
         doubtful.iter_mut().for_each(|doubt| doubt.index = self.indices[doubt.index as usize]);
-        doubtful.extend(self.single.iter().map(|&index| Doubtful { index, pieces: None }));
+        doubtful.extend(self.single.iter().map(|&index| Doubtful { index, faces: None }));
         doubtful
     }
 }
@@ -198,7 +198,7 @@ impl Met {
             Body::Flat(facets) if face < facets.len() => {
                 let is_triangle = matches!(facets.facet(face), Facet::Triangle(_));
                 let kind = if flat_face_is_turned_to(bodies, object, face, light) {
-                    let own = pieces.of_face(object, face).unwrap_or([u32::MAX; 2]);
+                    let own = pieces.of_face(object, face).unwrap_or(u32::MAX) as i32;
                     Kind::Open(Open::of(facets, face, own))
                 } else {
                     Kind::Dark

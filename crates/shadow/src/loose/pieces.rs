@@ -103,14 +103,12 @@ impl<'a> Pieces<'a> {
         self.count
     }
 
-    /// The first and the last piece of a face; `None` where the object has no pieces.
-    pub(super) fn of_face(&self, object: usize, face: usize) -> Option<[u32; 2]> {
+    /// The first piece of a face; `None` where the object has no pieces.
+    pub(super) fn of_face(&self, object: usize, face: usize) -> Option<u32> {
         // Objects are numbered in the order of the scene.
         let place = self.objects.binary_search_by_key(&object, |numbered| numbered.object).ok()?;
         let numbered = &self.objects[place];
-        let halves = u32::from(numbered.is_halved);
-        let first = numbered.first + ((face as u32) << halves);
-        Some([first, first + halves])
+        Some(numbered.first + ((face as u32) << u32::from(numbered.is_halved)))
     }
 
     /// Object and face of a piece.
@@ -120,9 +118,9 @@ impl<'a> Pieces<'a> {
         (numbered.object, index >> u32::from(numbered.is_halved))
     }
 
-    /// A piece. `hint` remembers where the last one was found: neighbours in number are found at once.
+    /// A piece, and the first one of its face. `hint` remembers where the last one was found: neighbours in number are found at once.
     #[inline(always)]
-    pub(super) fn get(&self, piece: u32, hint: &mut usize) -> Piece {
+    pub(super) fn get(&self, piece: u32, hint: &mut usize) -> (Piece, u32) {
         let is_here = |numbered: &Numbered, next: Option<&Numbered>| {
             numbered.first <= piece && next.is_none_or(|next| piece < next.first)
         };
@@ -131,13 +129,15 @@ impl<'a> Pieces<'a> {
         }
         let numbered = &self.objects[*hint];
         match numbered.body {
-            Body::Analytic(_) => Piece::Box(numbered.bounds),
+            Body::Analytic(_) => (Piece::Box(numbered.bounds), piece),
             Body::Flat(facets) => {
                 let index = (piece - numbered.first) as usize;
                 let corners = corners(facets, index, numbered.is_halved);
-                match facets.opacity(index >> u32::from(numbered.is_halved)) {
-                    Opacity::Opaque => Piece::Triangle(corners),
-                    Opacity::Mixed | Opacity::Clear => Piece::CutOut(corners),
+                let halves = u32::from(numbered.is_halved);
+                let first = numbered.first + (index >> halves << halves) as u32;
+                match facets.opacity(index >> halves) {
+                    Opacity::Opaque => (Piece::Triangle(corners), first),
+                    Opacity::Mixed | Opacity::Clear => (Piece::CutOut(corners), first),
                 }
             }
         }

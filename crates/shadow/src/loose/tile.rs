@@ -37,8 +37,8 @@ pub(super) struct Tile {
     /// The cells' lists.
     pub(super) entries: Vec<Entry>,
     pub(super) groups: Vec<Group>,
-    /// Numbers of each group's triangles.
-    pub(super) pieces: Vec<[u32; 8]>,
+    /// The faces that each group's triangles are of, by the first piece of each.
+    pub(super) faces: Vec<[i32; 8]>,
 }
 
 /// One cell.
@@ -65,7 +65,7 @@ pub(super) struct Entry {
 impl Tile {
     /// `side` cells along each side for pieces in units of half the tile. `unit` is 1 for a sun, whose nearness may have any sign, 0 for a lamp.
     pub(super) fn of(listed: &[Listed], side: u32, unit: f32) -> Self {
-        let mut tile = Self { side, cells: Vec::new(), entries: Vec::new(), groups: Vec::new(), pieces: Vec::new() };
+        let mut tile = Self { side, cells: Vec::new(), entries: Vec::new(), groups: Vec::new(), faces: Vec::new() };
         let extents = tile.group(listed);
         let (found, covered) = dispatch(Spread { groups: &tile.groups, extents: &extents, side, unit });
         tile.list(&found, &covered, unit);
@@ -86,7 +86,7 @@ impl Tile {
         let groups = (count as usize).div_ceil(8);
         let mut extents = vec![Extent::EMPTY; groups];
         self.groups = vec![Group::EMPTY; groups];
-        self.pieces = vec![[0; 8]; groups];
+        self.faces = vec![[0; 8]; groups];
         for listed in listed {
             for lane in lanes(listed.met) {
                 let next = &mut next[listed.keys[lane] as usize];
@@ -94,7 +94,7 @@ impl Tile {
                 *next += 1;
                 self.groups[group].take(to, &listed.group, lane);
                 extents[group].take(to, &listed.extent, lane);
-                self.pieces[group][to] = listed.pieces[lane];
+                self.faces[group][to] = listed.faces[lane];
             }
         }
         extents
