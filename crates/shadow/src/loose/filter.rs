@@ -9,7 +9,7 @@ use umbriel_geometry::{
 };
 
 use crate::loose::{
-    grid::Grids,
+    grid::{Grids, TilePlace},
     group::{Said, TilePoint, TilePoints},
     seen::{BLOCK, Block, Off, Row},
     sorted::{Buckets, Seen},
@@ -54,9 +54,8 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
             let begin = ((begin * places.len() as u64) >> 32) as usize;
             for index in (begin..places.len()).chain(0..begin) {
                 let place = places[index];
-                let (first, cells) = (place.first as usize, place.cells() as usize);
-                if buckets.start(first) < buckets.start(first + cells) {
-                    Over { tile: grid.tile(index), buckets, first, off, own }.tell(simd, &mut told);
+                if buckets.start(place.first as usize) < buckets.start((place.first + place.cells()) as usize) {
+                    Over { tile: grid.tile(index), place, buckets, off, own }.tell(simd, &mut told);
                 }
             }
         }
@@ -108,9 +107,9 @@ struct Told<'a> {
 /// The points over one tile.
 struct Over<'a> {
     tile: &'a Tile,
+    /// The tile's cells.
+    place: TilePlace,
     buckets: &'a Buckets,
-    /// The number of the tile's first cell.
-    first: usize,
     off: &'a Off,
     /// As in [`Filter`].
     own: &'a [i32],
@@ -128,9 +127,10 @@ impl Over<'_> {
     /// Tells all of them: sixteen of a cell at a time, and where no more than eight are left, those.
     #[inline(always)]
     fn tell<S: Simd>(&self, simd: S, told: &mut Told) {
-        let mut first = self.buckets.start(self.first);
-        for cell in 0..(self.tile.side * self.tile.side) as usize {
-            let end = self.buckets.start(self.first + cell + 1);
+        let begin = self.place.first as usize;
+        let mut first = self.buckets.start(begin);
+        for cell in 0..self.place.cells() as usize {
+            let end = self.buckets.start(begin + cell + 1);
             for points in self.buckets.points()[first..end].chunks(16) {
                 if points.len() > 8 {
                     self.tell_some::<S, 16>(simd, cell, points, told);
@@ -148,7 +148,7 @@ impl Over<'_> {
         let batch = self.batch::<S, N>(simd, seen);
         let points = &batch.points;
         let valid = u32::MAX >> (32 - seen.len());
-        let limit = Lanes::<N>::splat(simd, PLACE_LIMIT / self.tile.side as f32);
+        let limit = Lanes::<N>::splat(simd, PLACE_LIMIT / self.place.side as f32);
         let known = valid & points.place.le(limit).bits();
         let (covered, entries) = self.tile.list_of(cell);
         let mut open = known & !(points.nearness + points.height).lt(Lanes::<N>::splat(simd, covered)).bits();

@@ -30,8 +30,6 @@ const MOST_TIMES: f64 = 32.0;
 /// A tile's cells.
 #[derive(Debug)]
 pub(super) struct Tile {
-    /// So many cells along each side.
-    pub(super) side: u32,
     /// Row by row, and one more that ends the last.
     pub(super) cells: Vec<Cell>,
     /// The cells' lists.
@@ -65,7 +63,7 @@ pub(super) struct Entry {
 impl Tile {
     /// `side` cells along each side for pieces in units of half the tile. `unit` is 1 for a sun, whose nearness may have any sign, 0 for a lamp.
     pub(super) fn of(listed: &[Listed], side: u32, unit: f32) -> Self {
-        let mut tile = Self { side, cells: Vec::new(), entries: Vec::new(), groups: Vec::new(), faces: Vec::new() };
+        let mut tile = Self { cells: Vec::new(), entries: Vec::new(), groups: Vec::new(), faces: Vec::new() };
         let extents = tile.group(listed);
         let (found, covered) = dispatch(Spread { groups: &tile.groups, extents: &extents, side, unit });
         tile.list(&found, &covered, unit);
