@@ -28,6 +28,8 @@
 //! Every step is monotone in the occluder's box, so a larger box never gets a no where a smaller one inside it gets a
 //! yes: a tree of boxes answers exactly as a loop over its boxes.
 
+mod columns;
+
 use glam::DVec3;
 use umbriel_geometry::{Aabb, LightSource};
 

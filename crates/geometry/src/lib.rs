@@ -16,6 +16,7 @@ mod aabb;
 pub mod analytic;
 mod approx;
 pub mod blocking;
+mod box_columns;
 mod brep;
 pub mod cut_out;
 mod decide;
@@ -49,6 +50,7 @@ mod turns;
 pub use aabb::Aabb;
 pub use analytic::{Analytic, AnalyticDefect, PlacedAnalytic};
 pub use approx::Approx;
+pub use box_columns::{BoxBlock, BoxColumns};
 pub use brep::{
     Brep, BrepDefect, Convex, ConvexMeshDefect, Cuboid, Flatness, HalfEdge, HalfSpace, HalfSpaceDefect, HullDefect,
     Silhouette, canonical_loop,

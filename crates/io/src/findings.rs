@@ -351,7 +351,7 @@ mod tests {
         let mesh = Mesh::new(positions, vec![[0, 1, 2]]).expect("a mesh");
         let placement = Placement::new(DAffine3 { matrix3, translation: DVec3::splat(1024.0) }).expect("regular");
         let needle = Object::new("needle".to_owned(), Shape::Mesh(Arc::new(mesh)), placement, Sides::Auto);
-        let scene = Scene { objects: vec![needle.expect("an object")], ..Scene::default() };
+        let scene = Scene { objects: [needle.expect("an object")].into(), ..Scene::default() };
         let found: Vec<_> = surface_findings(&scene).into_iter().map(|finding| (finding.kind, finding.count)).collect();
         assert_eq!(found, [(FindingKind::ZeroAreaFaces, 1)], "two of its corners are one");
     }

@@ -267,7 +267,7 @@ impl Model {
             let (kind, subject, places) = (FindingKind::EmptyScene, String::new(), Vec::new());
             findings.push(Finding { kind, subject, count: 1, places });
         }
-        Ok(Scene { objects, families, lights, camera, cells, findings })
+        Ok(Scene { objects: objects.into(), families, lights, camera, cells, findings })
     }
 }
 

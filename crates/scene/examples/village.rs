@@ -71,7 +71,7 @@ fn village() -> Result<Scene, Box<dyn Error>> {
     let projection = Projection::Perspective { vertical_degrees: 40.0 };
     let camera = Camera { eye: DVec3::new(20.0, 12.0, 25.0), target: DVec3::ZERO, up: DVec3::Y, projection };
     let sun = Light::new("sun", LightSource::sun([-0.5, -1.0, -0.3])?);
-    Ok(Scene { objects, families, lights: vec![sun], camera: Some(camera), ..Scene::default() })
+    Ok(Scene { objects: objects.into(), families, lights: vec![sun], camera: Some(camera), ..Scene::default() })
 }
 
 /// A ridge over 3 m × 4 m, open below.

@@ -14,6 +14,7 @@ mod family;
 mod finding;
 mod light;
 mod object;
+mod objects;
 
 pub use alike::first_alike;
 pub use camera::{Camera, Projection};
@@ -22,12 +23,13 @@ pub use family::{Family, FamilyTree, Member};
 pub use finding::{Finding, FindingKind};
 pub use light::{Extent, ExtentDefect, Light};
 pub use object::{Object, ObjectDefect, PartBox, Placed, Shape, Sides};
+pub use objects::Objects;
 
 /// Objects, lights, and what a file said besides.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// The bodies, each placed; names are unique.
-    pub objects: Vec<Object>,
+    pub objects: Objects,
     /// How the objects group into families; names objects by their index.
     pub families: FamilyTree,
     /// The lights; names are unique.

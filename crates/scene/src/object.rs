@@ -253,6 +253,11 @@ impl Object {
         *self.placed.bounds.get_or_init(|| self.find_bounds())
     }
 
+    /// Whether the world box was found before.
+    pub(crate) fn knows_bounds(&self) -> bool {
+        self.placed.bounds.get().is_some()
+    }
+
     fn find_bounds(&self) -> Aabb {
         match &self.shape {
             Shape::Mesh(mesh) if self.placement == Placement::IDENTITY => mesh.bounds(),

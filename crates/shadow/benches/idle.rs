@@ -1,16 +1,19 @@
 //! What 10,000 objects that cannot influence the asked receiver add to the time after loading: jobs beside them and without them, in turns.
 //! What is added is the same for all jobs, so what part that is goes by the job: the least of these are the least that can be asked, those of balls at depth 8, the depth
-//! that is taken where nothing is said, are like real scenes. `cargo bench -p umbriel-shadow --bench idle`.
+//! that is taken where nothing is said, are like real scenes. The idle objects are in families, as those of most files are.
+//! `cargo bench -p umbriel-shadow --bench idle`.
 
 use std::{hint::black_box, time::Instant};
 
 use glam::{DAffine3, DVec3};
 use umbriel_geometry::{Analytic, Cuboid, LightSource, Placement, Rectangle};
-use umbriel_scene::{Light, Object, Scene, Shape, Sides};
+use umbriel_scene::{Family, FamilyTree, Light, Member, Object, Scene, Shape, Sides};
 use umbriel_shadow::{Detail, Request, Silent, bake};
 
 /// Runs of which the quickest counts.
-const RUNS: usize = 100;
+const RUNS: usize = 300;
+/// Objects of a family.
+const FAMILY: usize = 100;
 /// Objects that are far from the light's way to the receiver.
 const IDLE: u32 = 10_000;
 
@@ -53,8 +56,13 @@ fn over_floor(bodies: Vec<Object>, idle: u32) -> Scene {
     let below = |k: u32| place(k) + DVec3::new(0.0, -100.0 - f64::from(k / 100), 5000.0);
     let idle = (0..idle).map(|k| placed(format!("far {k}"), Shape::Cuboid(Cuboid { size: [1.0; 3] }), below(k)));
     let sun = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
-    let objects = std::iter::once(floor).chain(bodies).chain(idle).collect();
-    Scene { objects, lights: vec![Light::new("sun", sun)], ..Scene::default() }
+    let objects: Vec<Object> = std::iter::once(floor).chain(bodies).chain(idle).collect();
+    let members: Vec<Member> = (0..objects.len()).map(Member::Object).collect();
+    let families = members.chunks(FAMILY).map(|members| Family { name: String::new(), members: members.to_vec() });
+    let families: Vec<Family> = families.collect();
+    let roots = (0..families.len()).map(Member::Family).collect();
+    let lights = vec![Light::new("sun", sun)];
+    Scene { objects: objects.into(), families: FamilyTree { families, roots }, lights, ..Scene::default() }
 }
 
 /// How long the floor takes.

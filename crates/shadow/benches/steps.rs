@@ -58,7 +58,7 @@ fn boxes() -> Scene {
     let sun = LightSource::sun([0.5, -1.0, 0.25]).expect("a direction");
     let lamp = LightSource::point([0.5, 9.0, 0.25]).expect("a position");
     let lights = [("sun", sun), ("lamp", lamp)].map(|(name, source)| Light::new(name, source));
-    Scene { objects, lights: lights.to_vec(), ..Scene::default() }
+    Scene { objects: objects.into(), lights: lights.to_vec(), ..Scene::default() }
 }
 
 /// Seconds of the quickest run.

@@ -41,10 +41,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let city = Shape::Mesh(Arc::new(buildings(along)?));
     let lamp = [edge * 0.4, 80.0, edge * 0.45];
     let scene = Scene {
-        objects: vec![
+        objects: [
             Object::new("ground".into(), ground, Placement::new(middle)?, Sides::Auto)?,
             Object::new("city".into(), city, Placement::IDENTITY, Sides::Auto)?,
-        ],
+        ]
+        .into(),
         lights: vec![
             Light::new("sun", LightSource::sun([0.5, -0.9, 0.3])?),
             Light::new("lamp", LightSource::point(lamp)?),

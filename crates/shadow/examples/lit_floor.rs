@@ -14,10 +14,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let ball = Shape::from(Analytic::Sphere { radius: 1.0 });
     let above = Placement::new(DAffine3::from_translation(DVec3::new(0.0, 2.0, 0.0)))?;
     let scene = Scene {
-        objects: vec![
+        objects: [
             Object::new("floor".into(), floor, Placement::IDENTITY, Sides::Auto)?,
             Object::new("ball".into(), ball, above, Sides::Auto)?,
-        ],
+        ]
+        .into(),
         lights: vec![Light::new("sun", LightSource::sun([0.5, -1.0, 0.0])?)],
         ..Scene::default()
     };

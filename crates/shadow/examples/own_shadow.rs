@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for body in BODIES {
         let object = Object::new(body.name().into(), Shape::from(body), Placement::IDENTITY, Sides::Auto)?;
         let lights = vec![Light::new("sun", sun)];
-        let scene = Scene { objects: vec![object], lights, ..Scene::default() };
+        let scene = Scene { objects: [object].into(), lights, ..Scene::default() };
 
         let detail = Detail::Depth { interior: 4, boundary: 7 };
         let report = bake(&scene, &Request::everything(&scene, detail), &Silent)?;

@@ -110,10 +110,11 @@ impl Body {
         let floor = Shape::Rectangle(Rectangle { size: [FLOOR_EDGE; 2] });
         let above = Placement::new(DAffine3::from_translation(CENTER))?;
         let scene = Scene {
-            objects: vec![
+            objects: [
                 Object::new("floor".into(), floor, Placement::IDENTITY, Sides::Auto)?,
                 Object::new("ball".into(), ball, above, Sides::Auto)?,
-            ],
+            ]
+            .into(),
             lights: vec![
                 Light::new("sun", LightSource::sun(sun().to_array())?),
                 Light::new("lamp", LightSource::point(LAMP.to_array())?),

@@ -91,7 +91,7 @@ mod tests {
             let object = Object::new("body".into(), shape, placement, Sides::Auto).expect("a body");
             let source = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
             let lights = vec![Light::new("sun", source)];
-            let scene = Scene { objects: vec![object], lights, ..Scene::default() };
+            let scene = Scene { objects: [object].into(), lights, ..Scene::default() };
             let detail = Detail::Depth { interior: 4, boundary: 4 };
             let request = Request { keep_cells: true, ..Request::everything(&scene, detail) };
             let report = bake(&scene, &request, &Silent).expect("not cancelled");

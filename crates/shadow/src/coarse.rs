@@ -9,7 +9,6 @@
 
 use std::{borrow::Cow, ops::ControlFlow};
 
-use rayon::prelude::*;
 use umbriel_bvh::{Families, Member, ObjectTree, PairCounts, Shaft, for_each_influence, occluders_of};
 use umbriel_geometry::{Aabb, LightSource};
 use umbriel_scene::{FamilyTree, Object, Scene, Shape, first_alike};
@@ -25,8 +24,8 @@ const PAIRS_AN_OBJECT: usize = 64;
 /// Pairs that are seen in any scene before it is asked whether all are to be, and [`PAIRS_AN_OBJECT`] besides: a tenth of a second.
 const FIRST_PAIRS: usize = 1 << 18;
 
-/// Objects that one thread tests at least: a test takes some ten nanoseconds.
-const TESTS: usize = 1 << 11;
+/// Where so small a part of a scene is left, families are not looked at: those of all the others would be gone through as well.
+const FEW: usize = 8;
 
 /// The objects of a scene as the coarse step looks at them, in places that follow each other; made once for all lights.
 pub(crate) struct Coarse {
@@ -91,6 +90,7 @@ impl Coarse {
             // No place either.
             None => Some(u32::MAX),
         };
+        let families = present.families_pay().then_some(families);
         let tree = object_tree(present.objects.len(), bounds, families, place_of);
         Self { present, tree, is_occluder, alike, faces }
     }
@@ -145,25 +145,22 @@ impl Coarse {
 
 impl Present {
     /// Without what is nothing, or dark, or, if the lights are known, in no shaft from all of the receivers together to a light; receivers are present in any case. The
-    /// test of a shaft is monotone in both boxes, so nothing that may shadow one of the receivers goes. Cost: one test an object and light.
+    /// test of a shaft is monotone in both boxes, so nothing that may shadow one of the receivers goes. Cost: one test of a box an object and light.
     fn of(bodies: &Bodies, receivers: &[usize], lights: Option<&[LightSource]>) -> Self {
         let of = bodies.scene.objects.len();
-        let some = receivers.iter().copied().filter(|&receiver| !is_nothing(bodies, receiver));
-        let all = some.fold(Aabb::EMPTY, |all, receiver| all.union(bodies.bounds(receiver)));
-        let shafts: Option<Vec<Shaft>> =
-            lights.map(|lights| lights.iter().map(|light| Shaft::new(&all, light)).collect());
-        let is_met = |bounds: &Aabb| shafts.as_ref().is_none_or(|all| all.iter().any(|shaft| shaft.may_meet(bounds)));
-        let may_matter = |object: &u32| {
-            let bounds = bodies.bounds(*object as usize);
-            is_met(&bounds) && !is_nothing(bodies, *object as usize)
-        };
-        let tested = (0..of as u32).into_par_iter().with_min_len(TESTS);
-        let mut objects: Vec<u32> = tested.filter(may_matter).collect();
+        let mut objects =
+            lights.map_or_else(|| (0..of as u32).collect(), |lights| in_shafts(bodies, receivers, lights));
+        objects.retain(|&object| !is_nothing(bodies, object as usize));
         objects.extend(receivers.iter().map(|&receiver| receiver as u32));
-        // Two runs, most often.
+        // A few runs, most often.
         objects.sort();
         objects.dedup();
         Self { objects, of }
+    }
+
+    /// Whether so many are present that a walk through the families of all costs no more than the tests that families save.
+    fn families_pay(&self) -> bool {
+        self.objects.len() > self.of / FEW
     }
 
     /// Where an object is, if it is present.
@@ -295,6 +292,21 @@ impl Influences<'_> {
     }
 }
 
+/// What may stand between all of the receivers together and a light; in no order, some several times.
+fn in_shafts(bodies: &Bodies, receivers: &[usize], lights: &[LightSource]) -> Vec<u32> {
+    let bounds = receivers.iter().map(|&receiver| bodies.bounds(receiver)).filter(|bounds| !bounds.is_empty());
+    let around = bounds.fold(Aabb::EMPTY, Aabb::union);
+    let mut met = Vec::new();
+    for light in lights {
+        let shaft = Shaft::new(&around, light);
+        let may_matter = |object: usize| shaft.may_meet(&bodies.bounds(object));
+        shaft.for_each_met(bodies.scene.objects.boxes(), |object| {
+            met.extend(may_matter(object).then_some(object as u32));
+        });
+    }
+    met
+}
+
 /// How many faces an object has, at most: without building the hull of a convex body.
 pub(crate) fn most_faces(object: &Object) -> usize {
     match &object.shape {
@@ -312,19 +324,19 @@ fn is_nothing(bodies: &Bodies, object: usize) -> bool {
 /// The tree of bounding cubes over all objects of a scene, by its families.
 pub(crate) fn tree_of_all(scene: &Scene) -> ObjectTree {
     let bounds = |object: u32| Some(scene.objects[object as usize].bounds());
-    object_tree(scene.objects.len(), bounds, &scene.families, |object| Some(object as u32))
+    object_tree(scene.objects.len(), bounds, Some(&scene.families), |object| Some(object as u32))
 }
 
-/// The tree of bounding cubes over places, by families of objects, each of which has a place or is left out. A scene whose families do not form a tree over its
-/// objects is grouped by place instead.
+/// The tree of bounding cubes over places, by families of objects, each of which has a place or is left out. Without families, or where they do not form a tree over
+/// the objects, these are grouped by where they stand.
 fn object_tree(
     places: usize,
     bounds: impl Fn(u32) -> Option<Aabb>,
-    families: &FamilyTree,
+    families: Option<&FamilyTree>,
     place_of: impl Fn(usize) -> Option<u32>,
 ) -> ObjectTree {
     let build = |families: &Families| ObjectTree::build_of(places, &bounds, families);
-    build(&families_of(families, place_of))
+    build(&families.map_or_else(Families::default, |families| families_of(families, place_of)))
         .unwrap_or_else(|_| build(&Families::default()).expect("fewer than 2^30 objects without families"))
 }
 

@@ -141,7 +141,7 @@ mod tests {
     fn lights_share_what_there_is() {
         let ball = Shape::from(Analytic::Sphere { radius: 1.0 });
         let ball = Object::new("ball".to_owned(), ball, Placement::IDENTITY, Sides::Auto).expect("an object");
-        let scene = Scene { objects: vec![ball], ..Scene::default() };
+        let scene = Scene { objects: [ball].into(), ..Scene::default() };
         let of_all = |lights: usize| lights as u64 * typical_effort(&scene, lights);
         assert_eq!(of_all(2) - of_all(1), OF_FACE * most_faces(&scene.objects[0]) as u64);
         assert!(of_all(1) < of_all(16) && of_all(100_000) <= of_all(16));

@@ -115,7 +115,7 @@ mod tests {
         let ball = Shape::from(Analytic::Sphere { radius: 0.75 });
         let sun = LightSource::sun([0.25, -1.0, 0.125]).expect("a sun");
         Scene {
-            objects: vec![object("flat", flat), object("floor", floor), object("ball", ball)],
+            objects: [object("flat", flat), object("floor", floor), object("ball", ball)].into(),
             lights: vec![Light::new("sun", sun)],
             ..Scene::default()
         }

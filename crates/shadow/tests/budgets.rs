@@ -34,7 +34,7 @@ fn street(houses: u32) -> Scene {
     let sheet = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a mesh")));
     objects.push(placed("sheet".into(), sheet, DVec3::new(3.0, 9.0, 2.0)));
     let sun = LightSource::sun([0.45, -1.0, 0.3]).expect("a sun");
-    Scene { objects, lights: vec![Light::new("sun", sun)], ..Scene::default() }
+    Scene { objects: objects.into(), lights: vec![Light::new("sun", sun)], ..Scene::default() }
 }
 
 fn run(scene: &Scene, detail: Detail) -> Report {

@@ -25,7 +25,7 @@ fn scene() -> Scene {
         placed("box", Shape::Cuboid(Cuboid { size: [1.0, 2.0, 1.0] }), [2.5, 1.75, 0.0]),
         placed("ball", Shape::from(Analytic::Sphere { radius: 1.0 }), [7.0, 2.0, 0.0]),
     ];
-    Scene { objects, lights, ..Scene::default() }
+    Scene { objects: objects.into(), lights, ..Scene::default() }
 }
 
 fn depth(boundary: u8) -> Detail {
@@ -104,7 +104,7 @@ fn cells_follow_the_pixels_to_the_horizon() {
         placed(&format!("box {k}"), Shape::Cuboid(Cuboid { size }), [5.0 + f64::from(k * k), 1.0, 0.0])
     }));
     let sun = Light::new("sun", LightSource::sun([0.31, -1.0, 0.17]).expect("a sun"));
-    let scene = Scene { objects, lights: vec![sun], ..Scene::default() };
+    let scene = Scene { objects: objects.into(), lights: vec![sun], ..Scene::default() };
     let projection = Projection::Perspective { vertical_degrees: 50.0 };
     let eye = DVec3::new(0.0, 1.7, 0.0);
     let camera = Camera { eye, target: DVec3::new(10.0, 1.0, 0.0), up: DVec3::Y, projection };
@@ -139,7 +139,7 @@ fn surfaces_without_thickness_are_not_divided_to_the_end() {
         (matrix[0][0], matrix[3][3]) = (1.0, constant);
         let sheet = placed("sheet", Shape::from(Analytic::Quadric { matrix, within: [[-2.0; 3], [2.0; 3]] }), [0.0; 3]);
         let lights = vec![Light::new("sun", LightSource::sun([0.3, -1.0, 0.2]).expect("a sun"))];
-        let scene = Scene { objects: vec![sheet], lights, ..Scene::default() };
+        let scene = Scene { objects: [sheet].into(), lights, ..Scene::default() };
         // Finer levels add what lies along its borders, not four times as many.
         let [coarse, fine] = [8, 9].map(|level| run(&scene, depth(level), &OwnDetails::default())[0][0].cells.len());
         assert!(fine < 3 * coarse && coarse < 50_000, "{constant}: {coarse}, {fine}");
@@ -171,7 +171,7 @@ fn quadrics_that_floats_tell_little_of_are_not_divided_to_the_end() {
     for (name, matrix, within) in quadrics {
         let body = placed(name, Shape::from(Analytic::Quadric { matrix, within }), [0.0; 3]);
         let lights = vec![Light::new("sun", LightSource::sun([1.0, -1.5, 3f64.sqrt()]).expect("a sun"))];
-        let scene = Scene { objects: vec![body], lights, ..Scene::default() };
+        let scene = Scene { objects: [body].into(), lights, ..Scene::default() };
         let cells = run(&scene, depth(8), &OwnDetails::default())[0][0].cells.len();
         assert!(cells < 40_000, "{name}: {cells}");
     }
@@ -185,7 +185,7 @@ fn the_inner_side_of_a_cut_quadric_is_dark() {
     let shape = Shape::from(Analytic::Quadric { matrix, within: [[-1.0, -0.5, -1.0], [1.0, 0.5, 1.0]] });
     let body = Object::new("hourglass".into(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
     let lights = vec![Light::new("sun", LightSource::sun([0.3, -1.0, 0.2]).expect("a sun"))];
-    let scene = Scene { objects: vec![body], lights, ..Scene::default() };
+    let scene = Scene { objects: [body].into(), lights, ..Scene::default() };
     let [coarse, fine] = [5, 7].map(|level| {
         let report = &run(&scene, depth(level), &OwnDetails::default())[0][0];
         (report.lit.upper - report.lit.lower) / report.area
@@ -199,7 +199,7 @@ fn a_light_on_a_capsule_lights_its_inner_side() {
         let shape = Shape::from(Analytic::Capsule { radius: 1.0, height: 2.0 });
         let body = Object::new("capsule".into(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
         let lights = vec![Light::new("lamp", LightSource::point(position).expect("a lamp"))];
-        let scene = Scene { objects: vec![body], lights, ..Scene::default() };
+        let scene = Scene { objects: [body].into(), lights, ..Scene::default() };
         let report = &run(&scene, depth(6), &OwnDetails::default())[0][0];
         assert!(report.lit.lower > 0.98 * report.area, "{position:?}: {:?}", report.lit);
     }
@@ -219,7 +219,7 @@ fn flat_faces_hide_a_disk_and_a_cap() {
     for (body, roof) in [(&disk, &roofs[0]), (&disk, &roofs[1]), (&cylinder, &roofs[0]), (&cylinder, &roofs[1])] {
         let sun = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun");
         let objects = vec![placed("body", body.clone(), [0.0; 3]), placed("roof", roof.clone(), [0.0, 2.0, 0.0])];
-        let scene = Scene { objects, lights: vec![Light::new("sun", sun)], ..Scene::default() };
+        let scene = Scene { objects: objects.into(), lights: vec![Light::new("sun", sun)], ..Scene::default() };
         let lit = run(&scene, depth(6), &OwnDetails::default())[0][0].lit;
         let known = std::f64::consts::PI - 1.0;
         assert!(lit.lower <= known && known <= lit.upper, "{lit:?}");

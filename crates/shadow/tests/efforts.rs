@@ -31,7 +31,11 @@ fn yard() -> Scene {
     }
     let sun = LightSource::sun([0.45, -1.0, 0.3]).expect("a sun");
     let lamp = LightSource::point([0.5, 4.0, 0.25]).expect("a lamp");
-    Scene { objects, lights: vec![Light::new("sun", sun), Light::new("lamp", lamp)], ..Scene::default() }
+    Scene {
+        objects: objects.into(),
+        lights: vec![Light::new("sun", sun), Light::new("lamp", lamp)],
+        ..Scene::default()
+    }
 }
 
 /// Balls that all but coincide, over a floor: hardly anything can be told of them at any depth.
@@ -51,7 +55,7 @@ fn tangle(count: u32) -> Scene {
     let corners = (0..3 * count).map(at).collect();
     let mesh = Mesh::new(corners, (0..count).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()).expect("a mesh");
     let lights = vec![Light::new("sun", LightSource::sun([0.45, -1.0, 0.3]).expect("a sun"))];
-    Scene { objects: vec![placed(Shape::Mesh(Arc::new(mesh)), DVec3::ZERO)], lights, ..Scene::default() }
+    Scene { objects: [placed(Shape::Mesh(Arc::new(mesh)), DVec3::ZERO)].into(), lights, ..Scene::default() }
 }
 
 /// Bodies the areas of whose cells no formula tells.

@@ -16,7 +16,7 @@ fn over_floor(matrix: [[f64; 4]; 4], within: [[f64; 3]; 2], light: LightSource) 
         Object::new("object".to_owned(), shape, placement, Sides::Auto).expect("an object")
     };
     Scene {
-        objects: vec![object(floor, -2.0), object(body, 0.0)],
+        objects: [object(floor, -2.0), object(body, 0.0)].into(),
         lights: vec![Light::new("light", light)],
         ..Scene::default()
     }
@@ -67,7 +67,7 @@ fn samples_count_by_the_area_they_stand_for() {
     let mesh = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a mesh")));
     let object = Object::new("object".to_owned(), mesh, Placement::IDENTITY, Sides::Two).expect("an object");
     let sun = LightSource::sun([0.2, -1.0, 0.1]).expect("a sun");
-    let scene = Scene { objects: vec![object], lights: vec![Light::new("sun", sun)], ..Scene::default() };
+    let scene = Scene { objects: [object].into(), lights: vec![Light::new("sun", sun)], ..Scene::default() };
     for count in [100, 10_000] {
         let request = Request { sampling: Some(Sampling::Count(count)), ..Request::everything(&scene, Detail::Faces) };
         let report = bake(&scene, &request, &Silent).expect("nobody cancels").lights[0].objects[0].clone();

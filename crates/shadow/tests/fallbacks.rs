@@ -20,7 +20,7 @@ fn mesh(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Shape {
 
 fn scene(objects: Vec<Object>) -> Scene {
     let source = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
-    Scene { objects, lights: vec![Light::new("sun", source)], ..Scene::default() }
+    Scene { objects: objects.into(), lights: vec![Light::new("sun", source)], ..Scene::default() }
 }
 
 /// Runs on one thread, which counts for itself.

@@ -41,7 +41,7 @@ fn boxes(name: &str, boxes: &[([f64; 3], [f64; 3])]) -> Object {
 /// The faults at points all over the scene, under a sun.
 fn faults(objects: Vec<Object>, direction: [f64; 3], method: Literal) -> Faults {
     let sun = LightSource::sun(direction).expect("a sun");
-    let scene = Scene { objects, lights: vec![Light::new("sun", sun)], ..Scene::default() };
+    let scene = Scene { objects: objects.into(), lights: vec![Light::new("sun", sun)], ..Scene::default() };
     let polygons = Polygons::new(&scene, 1);
     let judge = Judge::new(&scene, &polygons, &sun, 20_000);
     let faults = method.faults(&polygons, &sun, judge.points(), judge.lit()).expect("faults");

@@ -17,7 +17,7 @@ fn mesh(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Shape {
 
 /// What is told of the first object.
 fn first(objects: Vec<Object>, light: LightSource, depth: u8) -> ObjectReport {
-    let scene = Scene { objects, lights: vec![Light::new("light", light)], ..Scene::default() };
+    let scene = Scene { objects: objects.into(), lights: vec![Light::new("light", light)], ..Scene::default() };
     let detail = Detail::Depth { interior: depth, boundary: depth };
     let request = Request { receivers: vec![0], ..Request::everything(&scene, detail) };
     bake(&scene, &request, &Silent).expect("nobody cancels").lights.remove(0).objects.remove(0)

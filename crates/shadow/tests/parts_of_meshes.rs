@@ -47,7 +47,7 @@ fn scene(light: LightSource) -> Scene {
         let tile = Shape::Rectangle(Rectangle { size: [2.0; 2] });
         objects.push(object(format!("tile {row} {column}"), tile, at));
     }
-    Scene { objects, lights: vec![Light::new("light", light)], ..Scene::default() }
+    Scene { objects: objects.into(), lights: vec![Light::new("light", light)], ..Scene::default() }
 }
 
 fn baked(scene: &Scene, method: CellMethod) -> Report {

@@ -48,7 +48,11 @@ fn scene(times: i32, alike: bool) -> Scene {
     objects.extend((0..times).flat_map(copies));
     let lights = [LightSource::sun([0.3, -1.0, 0.2]), LightSource::point([0.5, 4.0, 1.0])];
     let light = |source: LightSource| Light::new("light", source);
-    Scene { objects, lights: lights.map(|source| light(source.expect("a light"))).into(), ..Scene::default() }
+    Scene {
+        objects: objects.into(),
+        lights: lights.map(|source| light(source.expect("a light"))).into(),
+        ..Scene::default()
+    }
 }
 
 fn baked(scene: &Scene, request: &Request) -> Report {

@@ -19,10 +19,11 @@ fn scene(scale: f64, light: DVec3, is_sun: bool) -> Scene {
     let source =
         if is_sun { LightSource::sun((-light).to_array()) } else { LightSource::point((light * scale).to_array()) };
     Scene {
-        objects: vec![
+        objects: [
             object("floor", Shape::Rectangle(Rectangle { size: [3.0 * scale; 2] })),
             object("solid", Shape::Mesh(Arc::new(solid))),
-        ],
+        ]
+        .into(),
         lights: vec![Light::new("light", source.expect("a light"))],
         ..Scene::default()
     }

@@ -36,12 +36,13 @@ fn sheet() -> Arc<Mesh> {
 fn small_scene() -> Scene {
     let lamp = Light::new("lamp", LightSource::point([0.5, 6.0, 1.0]).expect("a lamp"));
     Scene {
-        objects: vec![
+        objects: [
             placed("floor", Shape::Rectangle(Rectangle { size: [12.0; 2] }), at(0.0, 0.0, 0.0)),
             placed("box", Shape::Cuboid(Cuboid { size: [1.0, 2.0, 1.0] }), at(-2.0, 1.0, 0.5)),
             placed("ball", Shape::from(Analytic::Sphere { radius: 0.75 }), at(2.0, 1.5, 0.0)),
             placed("sheet", Shape::Mesh(sheet()), at(0.0, 3.0, 0.0)),
-        ],
+        ]
+        .into(),
         lights: vec![sun([0.3, -1.0, 0.2]), lamp],
         ..Scene::default()
     }
@@ -114,7 +115,7 @@ fn one_moved_object_among_a_thousand() {
         objects.push(placed(&format!("tile {k}"), Shape::Rectangle(Rectangle { size: [5.0; 2] }), at(x, 0.0, z)));
         objects.push(placed(&format!("sheet {k}"), Shape::Mesh(Arc::clone(&mesh)), at(x, 1.5, z)));
     }
-    let scene = Scene { objects, lights: vec![sun([0.3, -1.0, 0.2])], ..Scene::default() };
+    let scene = Scene { objects: objects.into(), lights: vec![sun([0.3, -1.0, 0.2])], ..Scene::default() };
     let request = Request::everything(&scene, Detail::Depth { interior: 0, boundary: 4 });
     let begun = Instant::now();
     let mut session = Session::new(scene, request.clone());

@@ -42,7 +42,7 @@ fn a_rectangle_under_a_parallel_rectangle() {
     let plate =
         object("plate", Shape::Rectangle(Rectangle { size: [3.0; 2] }), DAffine3::from_translation(DVec3::Y * 3.0));
     let light = lamp(DVec3::Y * 8.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 0.5 });
-    let scene = Scene { objects: vec![floor(16.0), plate], lights: vec![light], ..Scene::default() };
+    let scene = Scene { objects: [floor(16.0), plate].into(), lights: vec![light], ..Scene::default() };
     let (umbra, reached) = (4.0 * 1.8 * 2.1, 4.0 * 3.0 * 2.7);
     let mut widths = Vec::new();
     for depth in [4, 6, 8] {
@@ -64,7 +64,7 @@ fn shares_times_and_memory_are_details() {
     let plate =
         object("plate", Shape::Rectangle(Rectangle { size: [3.0; 2] }), DAffine3::from_translation(DVec3::Y * 3.0));
     let light = lamp(DVec3::Y * 8.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 0.5 });
-    let scene = Scene { objects: vec![floor(16.0), plate], lights: vec![light.clone(), light], ..Scene::default() };
+    let scene = Scene { objects: [floor(16.0), plate].into(), lights: vec![light.clone(), light], ..Scene::default() };
     let truth = 256.0 - 9.0 * 2.56;
     let open = |detail| {
         let request = SoftRequest { keep_cells: true, ..SoftRequest::everything(&scene, detail) };
@@ -97,7 +97,7 @@ fn a_ball_under_a_ball_of_light() {
     let (light_radius, light_height, radius, height) = (0.5, 10.0, 1.0, 3.0);
     let ball = object("ball", Shape::from(Analytic::Sphere { radius }), DAffine3::from_translation(DVec3::Y * height));
     let light = lamp(DVec3::Y * light_height, Extent::Sphere { radius: light_radius });
-    let scene = Scene { objects: vec![floor(8.0), ball], lights: vec![light], ..Scene::default() };
+    let scene = Scene { objects: [floor(8.0), ball].into(), lights: vec![light], ..Scene::default() };
     let between = light_height - height;
     let tangent = |sine: f64| sine / (1.0f64 - sine * sine).sqrt();
     let umbra =
@@ -212,7 +212,7 @@ fn random_light(kind: usize, dice: &mut Dice) -> Light {
 /// Points of random cells of the first object, corners and borders among them, are within the cells' bounds.
 fn draw(objects: Vec<Object>, round: usize, [depth, cells_drawn]: [u8; 2], dice: &mut Dice, drawn: &mut Drawn) {
     let light = random_light(round % 3, dice);
-    let scene = Scene { objects, lights: vec![light.clone()], ..Scene::default() };
+    let scene = Scene { objects: objects.into(), lights: vec![light.clone()], ..Scene::default() };
     let cells = first(&scene, depth, true).cells;
     let queries = Queries::new(&scene);
     let snapped = |t: f64| if (0.15..=0.85).contains(&t) { t } else { t.round() };
@@ -277,7 +277,7 @@ fn a_ball_under_round_lights() {
         (above, [(radius - lamp_radius) / distance, (radius + lamp_radius) / distance]),
     ];
     for (light, [umbra_ends, lit_begins]) in cases {
-        let scene = Scene { objects: vec![ball()], lights: vec![light], ..Scene::default() };
+        let scene = Scene { objects: [ball()].into(), lights: vec![light], ..Scene::default() };
         let mut widths = Vec::new();
         for depth in [3, 5, 7] {
             let found = first(&scene, depth, false);
@@ -310,7 +310,7 @@ fn curved_occluders_are_bounded_more_sharply_in_smaller_cells() {
     for (number, body) in bodies.into_iter().enumerate() {
         let thing = object("thing", Shape::from(body), DAffine3::from_translation(DVec3::Y * 1.5));
         let light = if number % 2 == 0 { lamp.clone() } else { sun([0.3, -1.0, 0.2], 12.0) };
-        let scene = Scene { objects: vec![floor(6.0), thing], lights: vec![light], ..Scene::default() };
+        let scene = Scene { objects: [floor(6.0), thing].into(), lights: vec![light], ..Scene::default() };
         let found = [3, 5, 7].map(|depth| first(&scene, depth, false).visible);
         let width = |k: usize| found[k].upper - found[k].lower;
         assert!(width(1) < 0.6 * width(0) && width(2) < 0.6 * width(1), "{body:?}: {found:?}");
@@ -327,7 +327,11 @@ fn lit_and_umbra_cells_are_proofs_against_rays() {
         let objects = vec![floor(6.0), dice.occluder(round), dice.occluder(round / 2)];
         let (u, v) = (dice.vector(-0.6, 0.6), dice.vector(-0.6, 0.6));
         let centre = dice.vector(-1.0, 1.0) + DVec3::Y * 6.0;
-        let scene = Scene { objects, lights: vec![lamp(centre, Extent::Rectangle { u, v })], ..Scene::default() };
+        let scene = Scene {
+            objects: objects.into(),
+            lights: vec![lamp(centre, Extent::Rectangle { u, v })],
+            ..Scene::default()
+        };
         let queries = Queries::new(&scene);
         let cells = first(&scene, 5, true).cells;
         for cell in cells.iter().filter(|cell| cell.lower == 1.0 || cell.upper == 0.0).step_by(5) {
@@ -352,7 +356,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let mut dice = Dice(3);
     let objects = vec![floor(6.0), dice.occluder(0), dice.occluder(3)];
     let light = lamp(DVec3::Y * 6.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 0.5 });
-    let scene = Scene { objects, lights: vec![light], ..Scene::default() };
+    let scene = Scene { objects: objects.into(), lights: vec![light], ..Scene::default() };
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| first(&scene, 6, true))

@@ -141,7 +141,7 @@ fn check(draw: impl Fn(&mut Dice) -> Draw, seed: u64) {
         let Draw { blocker, light, truth } = draw(&mut dice);
         let floor = object(Shape::Rectangle(Rectangle { size: [FLOOR; 2] }), DVec3::ZERO);
         let corners = floor.facets().expect("flat").positions().to_vec();
-        let scene_of = Scene { objects: vec![floor, blocker], lights: vec![light], ..Scene::default() };
+        let scene_of = Scene { objects: [floor, blocker].into(), lights: vec![light], ..Scene::default() };
         let levels = DEPTHS.map(|depth| cells(&scene_of, depth));
         for _ in 0..POINTS {
             let mut place = || [dice.next(0.0, 1.0), dice.next(0.0, 1.0)];

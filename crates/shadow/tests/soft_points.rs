@@ -49,7 +49,7 @@ fn assert_near(found: f64, expected: f64, relative: f64, what: &str) {
 fn a_ball_over_a_floor_has_the_radii_of_its_umbra_and_penumbra() {
     // Light of radius R at the height H, ball of radius r at the height h, both over the origin.
     let (light_radius, light_height, radius, height) = (0.5, 10.0, 1.0, 3.0);
-    let scene = Scene { objects: vec![ball(radius, DVec3::new(0.0, height, 0.0))], ..Scene::default() };
+    let scene = Scene { objects: [ball(radius, DVec3::new(0.0, height, 0.0))].into(), ..Scene::default() };
     let light = lamp(DVec3::new(0.0, light_height, 0.0), Extent::Sphere { radius: light_radius });
     let queries = Queries::new(&scene);
     let seen = |x: f64| queries.visible_fraction(&free(DVec3::new(x, 0.0, 0.0)), &light).expect("a place").value;
@@ -68,8 +68,10 @@ fn a_ball_over_a_floor_has_the_radii_of_its_umbra_and_penumbra() {
 fn a_rectangle_under_a_parallel_rectangle_has_the_overlap_of_rectangles() {
     // A light of half edges 1 and 2 at the height 8, an occluder of half edges 1.5 and 0.5 at the height 3.
     let shape = Shape::Rectangle(Rectangle { size: [3.0, 1.0] });
-    let scene =
-        Scene { objects: vec![object("plate", shape, DAffine3::from_translation(DVec3::Y * 3.0))], ..Scene::default() };
+    let scene = Scene {
+        objects: [object("plate", shape, DAffine3::from_translation(DVec3::Y * 3.0))].into(),
+        ..Scene::default()
+    };
     let light = lamp(DVec3::Y * 8.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 2.0 });
     let queries = Queries::new(&scene);
     let overlap = |x: f64, half_plate: f64, half_light: f64| {
@@ -99,7 +101,7 @@ fn bounds_hold_far_aside_of_a_light() {
             let shape = Shape::Rectangle(Rectangle { size: [far - near, 64.0] });
             let middle = DVec3::new(0.5 * (near + far), 0.5 * height, 0.0);
             let objects = vec![object("plate", shape, DAffine3::from_translation(middle))];
-            let scene = Scene { objects, ..Scene::default() };
+            let scene = Scene { objects: objects.into(), ..Scene::default() };
             let light = lamp(DVec3::Y * height, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 2.0 });
             let seen = Queries::new(&scene).visible_fraction(&free(DVec3::X * x), &light).expect("a place");
             assert!((seen.value - 0.625).abs() <= seen.max_error, "{x}, {height}: {seen:?}");
@@ -119,7 +121,7 @@ fn bounds_hold_where_a_light_is_a_needle() {
         let corners = vec![at(0.0, -4.0), at(4.0, -4.0), at(4.0, 4.0), at(0.0, 4.0)];
         let plate = Mesh::new(corners, vec![[0, 1, 2], [0, 2, 3]]).expect("a mesh");
         let objects = vec![object("plate", Shape::Mesh(Arc::new(plate)), DAffine3::IDENTITY)];
-        let scene = Scene { objects, ..Scene::default() };
+        let scene = Scene { objects: objects.into(), ..Scene::default() };
         let seen = Queries::new(&scene).visible_fraction(&free(DVec3::ZERO), &light).expect("a place");
         assert!((seen.value - 0.5).abs() <= seen.max_error, "{v}: {seen:?}");
         let is_wide = v.x < 0.0;
@@ -132,7 +134,7 @@ fn what_is_proved_all_free_or_all_hidden_is_exact() {
     // Neither flat nor balls: the light is sampled where a body may be in the way.
     let body = |shape, at| object("body", Shape::from(shape), DAffine3::from_translation(at));
     let wide = Analytic::Cylinder { radius: 30.0, height: 1.0 };
-    let scene = Scene { objects: vec![body(wide, DVec3::Y * 4.0)], ..Scene::default() };
+    let scene = Scene { objects: [body(wide, DVec3::Y * 4.0)].into(), ..Scene::default() };
     let lights = [
         lamp(DVec3::Y * 9.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z * 2.0 }),
         lamp(DVec3::Y * 9.0, Extent::Sphere { radius: 1.0 }),
@@ -146,13 +148,13 @@ fn what_is_proved_all_free_or_all_hidden_is_exact() {
     }
     // In a corner of the square round a round light, beside the light itself.
     let beside = body(Analytic::Cylinder { radius: 0.05, height: 0.05 }, DVec3::new(0.45, 4.5, 0.45));
-    let scene = Scene { objects: vec![beside], ..Scene::default() };
+    let scene = Scene { objects: [beside].into(), ..Scene::default() };
     let seen = Queries::new(&scene).visible_fraction(&free(DVec3::ZERO), &lights[1]).expect("a place");
     // Squares of the light that the body's outline touches are cut to 2^-32 of it.
     assert!(seen.value == 1.0 && seen.max_error < 1e-9, "{seen:?}");
     // Far from the origin the light's points are rounded coarsely; nothing is claimed that rounding may undo.
     let far = DVec3::splat(2f64.powi(40));
-    let scene = Scene { objects: vec![body(wide, far + DVec3::Y * 4.0)], ..Scene::default() };
+    let scene = Scene { objects: [body(wide, far + DVec3::Y * 4.0)].into(), ..Scene::default() };
     let light = lamp(far + DVec3::Y * 9.0, Extent::Rectangle { u: DVec3::X, v: DVec3::Z });
     let seen = Queries::new(&scene).visible_fraction(&free(far), &light).expect("a place");
     assert_eq!((seen.value, seen.max_error), (0.0, 0.0));
@@ -167,7 +169,7 @@ fn the_horizon_takes_its_part() {
         Placement::new(DAffine3::from_quat(DQuat::from_xyzw(0.5f64.sqrt(), 0.0, 0.0, 0.5f64.sqrt()))).expect("regular"),
         Sides::One,
     );
-    let scene = Scene { objects: vec![wall.expect("a wall")], ..Scene::default() };
+    let scene = Scene { objects: [wall.expect("a wall")].into(), ..Scene::default() };
     let queries = Queries::new(&scene);
     let place = Place::Surface { object: 0, face: 0, u: 0.25, v: 0.5 };
     for light in [
@@ -249,7 +251,7 @@ fn random_scenes_agree_with_many_exact_rays() {
             objects.push(object("thing", shape, map));
         }
         objects.push(object("floor", Shape::Rectangle(Rectangle { size: [8.0; 2] }), DAffine3::IDENTITY));
-        let scene = Scene { objects, ..Scene::default() };
+        let scene = Scene { objects: objects.into(), ..Scene::default() };
         let centre = dice.vector(-1.0, 1.0) + DVec3::Y * 7.0;
         let light = match round % 3 {
             0 => lamp(centre, Extent::Sphere { radius: dice.next(0.2, 1.0) }),
@@ -304,7 +306,7 @@ fn sampled_shares_have_narrow_bounds() {
     ];
     let (mut sampled, mut widest) = (0, 0.0_f64);
     for (number, shape) in bodies.into_iter().enumerate() {
-        let scene = Scene { objects: vec![body(shape, DVec3::Y * 3.0)], ..Scene::default() };
+        let scene = Scene { objects: [body(shape, DVec3::Y * 3.0)].into(), ..Scene::default() };
         let queries = Queries::new(&scene);
         for light in &lights {
             for x in 0..12 {

@@ -28,7 +28,7 @@ fn floor(size: f64) -> Object {
 
 fn lit(objects: Vec<Object>) -> Scene {
     let sun = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
-    Scene { objects, lights: vec![Light::new("sun", sun)], ..Scene::default() }
+    Scene { objects: objects.into(), lights: vec![Light::new("sun", sun)], ..Scene::default() }
 }
 
 /// A floor with a hundred boxes over it, and `far` boxes that cannot shadow it.

@@ -106,5 +106,5 @@ fn scene() -> Scene {
         };
         add(format!("body {number}"), shape, at);
     }
-    Scene { objects, ..Scene::default() }
+    Scene { objects: objects.into(), ..Scene::default() }
 }

@@ -296,7 +296,7 @@ mod tests {
     }
 
     fn scene(objects: Vec<Object>) -> Scene {
-        Scene { objects, ..Default::default() }
+        Scene { objects: objects.into(), ..Default::default() }
     }
 
     /// A unit square of two triangles in the plane z = 0, seen from +z.

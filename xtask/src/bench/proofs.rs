@@ -147,7 +147,7 @@ fn smallest_edge(scene: &Scene, report: &Report) -> Result<f64> {
 /// The length of the border of light and shadow on the level ground, metres.
 fn outline(scene: &Scene, light: &LightSource) -> Result<f64> {
     let ground = scene.objects[0].facets().context("the ground is flat")?.bounds();
-    let others = Scene { objects: scene.objects[1..].to_vec(), ..Scene::default() };
+    let others = Scene { objects: scene.objects[1..].to_vec().into(), ..Scene::default() };
     let queries = Queries::new(&others);
     let (middle, half) = (ground.center(), 0.5 * ground.size());
     ensure!(half.y == 0.0, "the ground is level");

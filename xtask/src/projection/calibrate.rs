@@ -333,7 +333,7 @@ fn eye(name_of_model: &'static str, model: &Model, caster: &mut RayCaster, side:
 fn alone(model: &Model) -> Result<Scene> {
     let shape = Shape::Mesh(Arc::clone(&model.mesh));
     let object = Object::new(model.name.clone(), shape, Placement::IDENTITY, Sides::Auto)?;
-    Ok(Scene { objects: vec![object], ..Scene::default() })
+    Ok(Scene { objects: [object].into(), ..Scene::default() })
 }
 
 /// Points strewn over faces, or as far beside them as a light map's would be.

@@ -111,7 +111,7 @@ fn soup(triangles: usize, edge: f64) -> Result<Scene> {
     });
     let mesh = Mesh::new(corners.collect(), (0..triangles as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect())?;
     let object = Object::new("soup".to_owned(), Shape::Mesh(Arc::new(mesh)), Placement::IDENTITY, Sides::Auto)?;
-    Ok(Scene { objects: vec![object], ..Scene::default() })
+    Ok(Scene { objects: [object].into(), ..Scene::default() })
 }
 
 /// The models that are made here: no file holds them.

@@ -56,7 +56,8 @@ fn at(x: f64, y: f64, z: f64) -> DAffine3 {
 /// Kind, place's number, count and area of all findings, at a depth at which no face is too small.
 fn found(objects: Vec<Object>, lights: &[LightSource]) -> Vec<(DefectKind, usize, usize, f64)> {
     let light = |(number, &source): (usize, &LightSource)| Light::new(number.to_string(), source);
-    let scene = Scene { objects, lights: lights.iter().enumerate().map(light).collect(), ..Scene::default() };
+    let scene =
+        Scene { objects: objects.into(), lights: lights.iter().enumerate().map(light).collect(), ..Scene::default() };
     let chosen: Vec<usize> = (0..lights.len()).collect();
     let diagnosis = examine(&scene, &chosen, Detail::default(), &Silent).expect("not cancelled");
     let row = |defect: &Defect| {
@@ -330,7 +331,7 @@ fn coordinates_in_single_precision_far_from_the_origin() {
     let far = |x: f64| f64::from((x + 85_000.0) as f32);
     let corners: Vec<[f64; 3]> =
         box_corners(DVec3::splat(0.3)).iter().map(|c| [far(c[0]), c[1] as f32 as f64, c[2] as f32 as f64]).collect();
-    let scene = Scene { objects: vec![object("box", mesh(corners, BOX_TRIANGLES.to_vec()))], ..Scene::default() };
+    let scene = Scene { objects: [object("box", mesh(corners, BOX_TRIANGLES.to_vec()))].into(), ..Scene::default() };
     let diagnosis = examine(&scene, &[], Detail::default(), &Silent).expect("not cancelled");
     assert_eq!(diagnosis.defects.len(), 1, "{diagnosis:?}");
     assert_eq!((diagnosis.defects[0].kind, diagnosis.defects[0].count), (DefectKind::CoarseCoordinates, 12));
@@ -350,7 +351,7 @@ fn small_faces_say_which_depth_divides_them() {
         positions.extend([[x, 0.0, z], [x, 0.0, z + 1.0], [x + 1.0, 0.0, z]]);
         triangles.push([first, first + 1, first + 2]);
     }
-    let scene = Scene { objects: vec![object("mesh", mesh(positions, triangles))], ..Scene::default() };
+    let scene = Scene { objects: [object("mesh", mesh(positions, triangles))].into(), ..Scene::default() };
     let at_depth = |boundary| {
         let detail = Detail::Depth { interior: 0, boundary };
         examine(&scene, &[], detail, &Silent).expect("not cancelled").defects
@@ -365,7 +366,7 @@ fn small_faces_say_which_depth_divides_them() {
 #[test]
 fn slivers_and_totals() {
     let needle = mesh(vec![[0.0; 3], [1000.0, 0.0, 0.0], [500.0, 0.0, -1.0 / 128.0]], vec![[0, 1, 2]]);
-    let scene = Scene { objects: vec![object("needle", needle), object("box", unit_box())], ..Scene::default() };
+    let scene = Scene { objects: [object("needle", needle), object("box", unit_box())].into(), ..Scene::default() };
     let diagnosis = examine(&scene, &[], Detail::default(), &Silent).expect("not cancelled");
     let totals = diagnosis.totals();
     let sliver = totals.iter().find(|total| total.kind == DefectKind::Slivers).expect("a sliver");

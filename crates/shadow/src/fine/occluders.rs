@@ -512,7 +512,7 @@ mod tests {
         let sheet = Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a sheet")));
         let floor = Shape::Rectangle(Rectangle { size: [8.0; 2] });
         let object = |shape| Object::new("object".into(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
-        Scene { objects: vec![object(floor), object(sheet)], ..Scene::default() }
+        Scene { objects: [object(floor), object(sheet)].into(), ..Scene::default() }
     }
 
     #[test]

@@ -167,7 +167,7 @@ mod tests {
         let sheet = grid(bumpy, |number| hole > 0 && number % hole == 7);
         let object =
             |shape| Object::new("sheet".to_owned(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
-        Scene { objects: vec![object(floor), object(sheet)], ..Scene::default() }
+        Scene { objects: [object(floor), object(sheet)].into(), ..Scene::default() }
     }
 
     /// How many faces of the floor are told hidden, of how many that are; each is asked at some of its points.

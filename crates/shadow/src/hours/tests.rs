@@ -18,7 +18,7 @@ fn plate_over_floor() -> Scene {
     let rectangle = |size| Shape::Rectangle(Rectangle { size });
     let objects =
         vec![object("floor", rectangle([8.0, 8.0]), [0.0; 3]), object("plate", rectangle([2.0, 1.0]), [0.0, 2.0, 0.0])];
-    Scene { objects, ..Scene::default() }
+    Scene { objects: objects.into(), ..Scene::default() }
 }
 
 /// Directions whose shadows of the plate end on borders of cells, with their durations.

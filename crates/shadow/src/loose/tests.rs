@@ -32,7 +32,7 @@ fn scene() -> Scene {
     triangles.extend([[floor, floor + 1, floor + 2], [floor, floor + 2, floor + 3]]);
     let mesh = Mesh::new(positions, triangles).expect("a mesh");
     let object = Object::new("scene".into(), Shape::Mesh(mesh.into()), Placement::IDENTITY, Sides::Auto);
-    Scene { objects: vec![object.expect("an object")], ..Scene::default() }
+    Scene { objects: [object.expect("an object")].into(), ..Scene::default() }
 }
 
 fn lights() -> Vec<LightSource> {
@@ -241,7 +241,7 @@ fn surveyed(scene: &Scene, is_turned: bool) -> Scene {
     let mesh = Mesh::new(positions, mesh.triangles().to_vec()).expect("a mesh");
     let placement = placement.expect("a placement");
     let object = Object::new("survey".into(), Shape::Mesh(mesh.into()), placement, Sides::Auto).expect("an object");
-    Scene { objects: vec![object], ..Scene::default() }
+    Scene { objects: [object].into(), ..Scene::default() }
 }
 
 #[test]
@@ -339,7 +339,7 @@ fn a_crowd_in_one_tile() {
     triangles.extend([[12000, 12001, 12002], [12000, 12002, 12003]]);
     let mesh = Mesh::new(positions, triangles).expect("a mesh");
     let object = Object::new("crowd".into(), Shape::Mesh(mesh.into()), Placement::IDENTITY, Sides::Auto);
-    let scene = Scene { objects: vec![object.expect("an object")], ..Scene::default() };
+    let scene = Scene { objects: [object.expect("an object")].into(), ..Scene::default() };
     let points: Vec<[f64; 3]> = (0..900).map(|k| [part(k, 811), part(k, 1277) - 0.5, part(k, 2609)]).collect();
     for light in lights() {
         let lit = lit_of_points(&scene, &points, &light);

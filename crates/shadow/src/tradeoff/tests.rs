@@ -19,7 +19,7 @@ fn scene() -> Scene {
     let floor = object("floor", Shape::Rectangle(Rectangle { size: [8.0, 8.0] }), 0.0);
     let cuboid = object("box", Shape::Cuboid(Cuboid { size: [1.0; 3] }), 1.5);
     let sun = LightSource::sun([0.3, -1.0, 0.2]).expect("a sun");
-    Scene { objects: vec![floor, cuboid], lights: vec![Light::new("sun", sun)], ..Scene::default() }
+    Scene { objects: [floor, cuboid].into(), lights: vec![Light::new("sun", sun)], ..Scene::default() }
 }
 
 #[test]

@@ -44,7 +44,7 @@ pub fn outline_through_corner(random: &mut Random) -> CornerTrial {
             _ => Some(triangle_at(target, &world, random)),
         };
         let Some(occluder) = shape else { continue };
-        let scene = Scene { objects: vec![receiver, occluder], ..Scene::default() };
+        let scene = Scene { objects: [receiver, occluder].into(), ..Scene::default() };
         return CornerTrial { scene, light, corner, level };
     }
 }

@@ -53,7 +53,7 @@ pub fn family(family: Family, random: &mut Random) -> FamilyTrial {
         Family::Contact => contact(random),
         Family::Blocks => blocks(random),
     };
-    let trial = FamilyTrial { scene: Scene { objects, ..Scene::default() }, light };
+    let trial = FamilyTrial { scene: Scene { objects: objects.into(), ..Scene::default() }, light };
     let factor = random.pick(&[0.0, 0.0, 0.0, 0.0, 2f64.powi(-180), 2f64.powi(-60), 2f64.powi(60), 2f64.powi(150)]);
     scaled(&trial, factor).unwrap_or(trial)
 }
@@ -67,7 +67,7 @@ fn scaled(trial: &FamilyTrial, factor: f64) -> Option<FamilyTrial> {
         true => trial.light,
         false => LightSource::point((trial.light.xyz() * factor).to_array()).ok()?,
     };
-    Some(FamilyTrial { scene: Scene { objects, ..Scene::default() }, light })
+    Some(FamilyTrial { scene: Scene { objects: objects.into(), ..Scene::default() }, light })
 }
 
 fn triangle(name: &str, corners: [DVec3; 3]) -> Object {

@@ -61,7 +61,7 @@ fn free(position: DVec3) -> Place {
 }
 
 fn scene(objects: Vec<Object>) -> Scene {
-    Scene { objects, ..Scene::default() }
+    Scene { objects: objects.into(), ..Scene::default() }
 }
 
 /// A lamp at a point, or a sun there if `towards` is a direction; `None` where the numbers are refused.

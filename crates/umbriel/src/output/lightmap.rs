@@ -274,7 +274,7 @@ mod tests {
         let floor = object("floor", Shape::Mesh(floor.into()), Placement::IDENTITY).expect("a floor");
         let ball = object("ball", Shape::from(Analytic::Sphere { radius: 1.0 }), raised).expect("a ball");
         let light = |direction: &[f64; 3]| Light::new("sun", LightSource::sun(*direction).expect("a sun"));
-        Scene { objects: vec![floor, ball], lights: suns.iter().map(light).collect(), ..Scene::default() }
+        Scene { objects: [floor, ball].into(), lights: suns.iter().map(light).collect(), ..Scene::default() }
     }
 
     /// The floor on the left half of the picture, shrunk, seen from above: −z above.

@@ -259,7 +259,7 @@ fn made_anew(scene: &Scene) -> Scene {
     };
     let mut objects: Vec<Object> = scene.objects.iter().map(anew).collect();
     objects.sort_by(|a, b| a.name.cmp(&b.name));
-    Scene { objects, ..Scene::default() }
+    Scene { objects: objects.into(), ..Scene::default() }
 }
 
 /// What a bake says about each object, cells and samples, in the order of names. Whatever the numbers of objects are.

@@ -46,10 +46,11 @@ fn sheet_over_floor(mesh: Mesh, sun: [f64; 3]) -> Scene {
     let sun = LightSource::sun(sun).expect("a sun");
     let above = DAffine3::from_translation(DVec3::Y);
     Scene {
-        objects: vec![
+        objects: [
             object("floor", Shape::Rectangle(Rectangle { size: [4.0; 2] }), DAffine3::IDENTITY),
             object("sheet", Shape::Mesh(Arc::new(mesh)), above),
-        ],
+        ]
+        .into(),
         lights: vec![Light::new("sun", sun)],
         ..Scene::default()
     }
@@ -171,7 +172,7 @@ impl Chance {
         let floor = Shape::Rectangle(Rectangle { size: [8.0; 2] });
         let ball = Shape::from(Analytic::Sphere { radius: RADIUS });
         let aside = DAffine3::from_translation(DVec3::new(0.5, RADIUS, -1.0));
-        chance.scene.objects = vec![object("floor", floor, DAffine3::IDENTITY), object("ball", ball, aside)];
+        chance.scene.objects = vec![object("floor", floor, DAffine3::IDENTITY), object("ball", ball, aside)].into();
         for _ in 0..1 + dice.below(3) {
             chance.add_sheet(dice);
         }

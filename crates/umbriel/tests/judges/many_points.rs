@@ -22,7 +22,7 @@ fn any_position(scene: &Scene, features: &[[f64; 3]], dice: &mut Dice) -> [f64; 
         _ => {
             // Between corners of one object: on its faces if it is flat.
             let corners: Vec<[f64; 3]> = fixtures::features(&Scene {
-                objects: vec![scene.objects[dice.index(scene.objects.len())].clone()],
+                objects: [scene.objects[dice.index(scene.objects.len())].clone()].into(),
                 ..Scene::default()
             });
             let [a, b, c] = [0; 3].map(|_| dice.pick(&corners));

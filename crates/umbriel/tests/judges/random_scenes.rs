@@ -65,7 +65,7 @@ fn describe(object: &Object) -> String {
 fn parts(whole: &Scene) -> Vec<Scene> {
     let mut parts = Vec::new();
     for left_out in 0..whole.objects.len() {
-        let mut objects = whole.objects.clone();
+        let mut objects = whole.objects.to_vec();
         let object = objects.remove(left_out);
         parts.push(scene(objects));
         let Shape::Mesh(mesh) = &object.shape else { continue };
@@ -74,7 +74,7 @@ fn parts(whole: &Scene) -> Vec<Scene> {
             triangles.remove(triangle);
             let positions = mesh.positions().iter().map(|position| position.to_array()).collect();
             let smaller = Mesh::new(positions, triangles).expect("a part of a mesh");
-            let mut objects = whole.objects.clone();
+            let mut objects = whole.objects.to_vec();
             let smaller = Object::new(object.name.clone(), Shape::Mesh(smaller.into()), object.placement, object.sides);
             objects[left_out] = smaller.expect("a part of an object");
             parts.push(scene(objects));

@@ -179,7 +179,7 @@ impl Eclipse {
             Queries::new(scene).visible_fraction(&place, &self.scene.lights[0]).expect("a place").value
         };
         let alone =
-            Scene { objects: vec![self.scene.objects[number_of(&self.scene, "moon")].clone()], ..Scene::default() };
+            Scene { objects: [self.scene.objects[number_of(&self.scene, "moon")].clone()].into(), ..Scene::default() };
         let on_axis = |x: f64| seen_in(&alone, Place::Free { position: [x - self.moon_at, 0.0, 0.0] });
         let umbra = bisect(2.0 * self.moon, 2.0 * expected.umbra, |x| on_axis(x) == 0.0);
         let earth = number_of(&self.scene, "earth");

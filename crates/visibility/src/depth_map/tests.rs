@@ -57,7 +57,7 @@ fn curved_bodies_are_in_the_map() {
     let ball = Shape::from(Analytic::Sphere { radius: 1.0 });
     let placement = Placement::new(DAffine3::from_translation(DVec3::Y * 4.0)).expect("regular");
     let ball = Object::new("ball".into(), ball, placement, Sides::Auto).expect("a body");
-    let scene = Scene { objects: vec![ball], ..Scene::default() };
+    let scene = Scene { objects: [ball].into(), ..Scene::default() };
     let faces = [plate(8.0, 0.0)];
     let lamp = LightSpace::round(DVec3::Y * 10.0, DVec3::NEG_Y, corners_of(&faces), 256);
     let sun = LightSpace::parallel(DVec3::NEG_Y, corners_of(&faces), 256);

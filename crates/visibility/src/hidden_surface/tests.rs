@@ -13,7 +13,7 @@ fn object(shape: Shape, map: DAffine3) -> Object {
 }
 
 fn scene(objects: Vec<Object>) -> Scene {
-    Scene { objects, ..Default::default() }
+    Scene { objects: objects.into(), ..Default::default() }
 }
 
 fn mesh(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Shape {

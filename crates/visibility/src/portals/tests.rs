@@ -31,7 +31,7 @@ fn enfilade(rooms: usize) -> Scene {
     // One in line with the doors, one in a corner, in each room.
     let objects: Vec<Object> = (0..rooms).flat_map(|number| [object(number, 2.0), object(number, 0.5)]).collect();
     let cells = CellGraph::new(cells, (1..rooms).map(door).collect(), &objects).expect("rooms");
-    Scene { objects, cells, ..Scene::default() }
+    Scene { objects: objects.into(), cells, ..Scene::default() }
 }
 
 fn lamp(x: f64, y: f64, z: f64) -> LightSource {

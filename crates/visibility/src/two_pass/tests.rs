@@ -20,7 +20,7 @@ fn cube(size: [f64; 3], at: [f64; 3]) -> Object {
 }
 
 fn cast(objects: Vec<Object>, light: &LightSource) -> ShadowPolygons {
-    ShadowPolygons::cast(&Scene { objects, ..Scene::default() }, light).expect("polygons")
+    ShadowPolygons::cast(&Scene { objects: objects.into(), ..Scene::default() }, light).expect("polygons")
 }
 
 fn near(found: (f64, f64), truth: f64) {
@@ -77,7 +77,7 @@ fn what_goes_through_the_floor_shadows_what_is_above() {
 #[test]
 fn curved_bodies_are_refused() {
     let ball = object(Shape::from(Analytic::Sphere { radius: 1.0 }), DVec3::Y);
-    let scene = Scene { objects: vec![floor(), ball], ..Scene::default() };
+    let scene = Scene { objects: [floor(), ball].into(), ..Scene::default() };
     let sun = LightSource::sun([0.0, -1.0, 0.0]).expect("a sun");
     assert_eq!(ShadowPolygons::cast(&scene, &sun), Err(TwoPassDefect::Curved { object: 1 }));
 }

@@ -60,7 +60,7 @@ fn scene(objects: Vec<Object>, lamp: DVec3) -> Result<Scene> {
         lights.push(Light { name: name.into(), ..sun_at(azimuth, elevation)? });
     }
     lights.push(Light::new("lamp", LightSource::point(single(lamp).to_array())?));
-    Ok(Scene { objects, lights, ..Scene::default() })
+    Ok(Scene { objects: objects.into(), lights, ..Scene::default() })
 }
 
 /// A sun by its angles in degrees; its direction is 32-bit.

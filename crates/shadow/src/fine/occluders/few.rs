@@ -360,7 +360,7 @@ mod tests {
             Mesh::new((0..3 * count).map(at).collect(), (0..count).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect());
         let shape = Shape::Mesh(Arc::new(mesh.expect("a mesh")));
         let object = Object::new("strewn".to_owned(), shape, Placement::IDENTITY, Sides::Two).expect("an object");
-        Scene { objects: vec![object], ..Scene::default() }
+        Scene { objects: [object].into(), ..Scene::default() }
     }
 
     /// Rectangles about one point, each turned in its own way.

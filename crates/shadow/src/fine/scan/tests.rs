@@ -23,7 +23,7 @@ use crate::{
 /// Samples lit of the samples asked, each compared.
 fn check(objects: Vec<Object>, light: LightSource, samples: u64) -> (u64, u64) {
     let lights = vec![Light::new("light", light)];
-    let scene = Scene { objects, lights, ..Scene::default() };
+    let scene = Scene { objects: objects.into(), lights, ..Scene::default() };
     let sampling = Some(Sampling::Count(samples));
     let request = Request { sampling, keep_cells: true, ..Request::everything(&scene, Detail::Faces) };
     let report = bake(&scene, &request, &Silent).expect("nobody cancels");

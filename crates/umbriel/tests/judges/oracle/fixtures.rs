@@ -66,7 +66,7 @@ pub(crate) fn has_triangles(shape: &Shape) -> bool {
 
 /// A scene of these objects without lights.
 pub(crate) fn scene(objects: Vec<Object>) -> Scene {
-    Scene { objects, ..Scene::default() }
+    Scene { objects: objects.into(), ..Scene::default() }
 }
 
 /// The scene under one light.
