@@ -19,7 +19,7 @@ use crate::{
     by_object::ByObject,
     coarse::{Coarse, Influences, most_faces},
     effort::Purse,
-    fine::{Occluders, lattice::Spacing, scan::Layout},
+    fine::{Occluders, lattice::Spacing, occluders::tickets, scan::Layout},
     groups::groups,
     portals,
     progress::{Cancelled, Progress},
@@ -34,6 +34,14 @@ use crate::{
 
 /// So many faces look for what is over them, and lie over others, that the trees that they look through are made beforehand.
 const LARGE: usize = 1 << 14;
+
+/// Of so many receivers or more, one in 2^[`TRIED`] comes first where there is an end to what may be spent.
+const RECEIVERS: usize = 64;
+const TRIED: u8 = 4;
+
+/// If those that come first take more than their part of what may be spent by so many standard deviations, all are taken to be too much; receivers cost as unevenly as
+/// exponential waiting times.
+const DEVIATIONS: f64 = 6.0;
 
 /// Where the effort was not enough, the bake that goes as far as it can takes this part of it, after all of it was taken in vain.
 const ANEW: u64 = 2;
@@ -206,11 +214,13 @@ impl<'a> Stage<'a> {
         progress: &dyn Progress,
         work: &mut Work,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
-        let is_first = |receiver: usize| self.answered_by[receiver] == receiver;
         if self.is_of_samples() {
+            let is_first = |receiver: usize| self.answered_by[receiver] == receiver;
             let samples = Samples::new(self, receivers.light, receivers.influences, is_first);
-            let is_left = |receiver: usize| is_first(receiver) && !samples.takes(receiver);
-            let mut objects = run(&receivers, (is_left, &Purse::new(u64::MAX)), progress, work)?;
+            let is_left = |receiver: &usize| is_first(*receiver) && !samples.takes(*receiver);
+            let mut objects = unanswered(self.request);
+            let left = (0..objects.len()).filter(is_left).collect();
+            run(&receivers, (left, &Purse::new(u64::MAX)), progress, (&mut objects, work))?;
             work.rays += samples.run(&mut objects, progress)?;
             self.repeat(&mut objects);
             return Ok(objects);
@@ -218,16 +228,45 @@ impl<'a> Stage<'a> {
         if let Some(limit) = self.limit(lights_done) {
             return self.refine_until(&mut receivers, &limit, progress, work);
         }
-        let (purse, mut spent) = (self.purse(), Work::default());
-        let mut objects = run(&receivers, (is_first, &purse), progress, &mut spent)?;
-        if !purse.is_enough() {
-            work.lights_cut_short += 1;
-            let limit = Limit { work: Some(purse.most / ANEW), ..Limit::default() };
-            return self.refine_until(&mut receivers, &limit, progress, work);
+        let mut purse = self.purse();
+        if let Some((objects, spent)) = self.whole(&receivers, &mut purse, progress)? {
+            work.add(&spent);
+            return Ok(objects);
         }
-        work.add(&spent);
+        work.lights_cut_short += 1;
+        let limit = Limit { work: Some(purse.most / ANEW), ..Limit::default() };
+        self.refine_until(&mut receivers, &limit, progress, work)
+    }
+
+    /// All of it with what was done for it, unless that is more than may be spent; some receivers, if they are many, tell early that it is.
+    fn whole(
+        &self,
+        receivers: &Receivers,
+        purse: &mut Purse,
+        progress: &dyn Progress,
+    ) -> Result<Option<(Vec<ObjectReport>, Work)>, Cancelled> {
+        let (mut objects, mut spent) = (unanswered(self.request), Work::default());
+        let firsts = (0..objects.len()).filter(|&receiver| self.answered_by[receiver] == receiver);
+        let (tried, others) = self.divided(firsts.collect(), purse);
+        let (most, [first, rest]) = (purse.most, [&tried, &others].map(|receivers| receivers.len() as f64));
+        purse.most = (most as f64 * (first + DEVIATIONS * first.sqrt()) / (first + rest)) as u64;
+        run(receivers, (tried, purse), progress, (&mut objects, &mut spent))?;
+        let is_in_vain = !purse.is_enough();
+        purse.most = most;
+        if !is_in_vain {
+            run(receivers, (others, purse), progress, (&mut objects, &mut spent))?;
+        }
         self.repeat(&mut objects);
-        Ok(objects)
+        Ok((!is_in_vain && purse.is_enough()).then_some((objects, spent)))
+    }
+
+    /// The receivers that are tried, by their tickets, and the others.
+    fn divided(&self, receivers: Vec<usize>, purse: &Purse) -> (Vec<usize>, Vec<usize>) {
+        if purse.most == u64::MAX || receivers.len() < RECEIVERS {
+            return (Vec::new(), receivers);
+        }
+        let bounds = |receiver: usize| self.bodies.bounds(self.request.receivers[receiver]);
+        receivers.into_iter().partition(|&receiver| tickets::halvings(tickets::of_box(&bounds(receiver))) >= TRIED)
     }
 
     /// As far as a limit lets it.
@@ -298,17 +337,19 @@ fn report(sums: FaceSums, object: usize, request: &Request, work: &mut Work) -> 
     sums.report(object, request)
 }
 
+/// A report of nothing for each receiver.
+fn unanswered(request: &Request) -> Vec<ObjectReport> {
+    request.receivers.iter().map(|&object| FaceSums::default().report(object, request)).collect()
+}
+
 /// Runs the jobs of the receivers that are `asked`, as far as the purse lasts, and adds them up per object: the sums of a group are reports before the next one begins.
 fn run(
     receivers: &Receivers,
-    (asked, purse): (impl Fn(usize) -> bool, &Purse),
+    (asked, purse): (Vec<usize>, &Purse),
     progress: &dyn Progress,
-    work: &mut Work,
-) -> Result<Vec<ObjectReport>, Cancelled> {
+    (objects, work): (&mut [ObjectReport], &mut Work),
+) -> Result<(), Cancelled> {
     let request = receivers.request;
-    let nothing = |&object: &usize| FaceSums::default().report(object, request);
-    let mut objects: Vec<ObjectReport> = request.receivers.iter().map(nothing).collect();
-    let asked: Vec<usize> = (0..objects.len()).filter(|&receiver| asked(receiver)).collect();
     let count = asked.iter().map(|&receiver| receivers.jobs_of(receiver).len() as u64).sum();
     let done = AtomicU64::new(0);
     let advance = || progress.advance("shadows", done.fetch_add(1, Ordering::Relaxed) + 1, count);
@@ -328,7 +369,7 @@ fn run(
             objects[receiver] = report(sums, request.receivers[receiver], request, work);
         }
     }
-    if progress.is_cancelled() { Err(Cancelled) } else { Ok(objects) }
+    if progress.is_cancelled() { Err(Cancelled) } else { Ok(()) }
 }
 
 /// The sums of some receivers. They are added up receiver by receiver: those of all jobs together would be most of what a scene of many faces takes.

@@ -14,7 +14,7 @@ use crate::coarse::most_faces;
 pub(crate) type Spend<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 
 /// What holding a curved body against a cell costs, in facets.
-pub(crate) const BODY: u64 = 16;
+pub(crate) const BODY: u64 = 24;
 
 /// What holding a facet with holes against a cell costs, in facets without.
 pub(crate) const CUT_OUT: u64 = 4;

@@ -4,12 +4,15 @@
 
 mod judged;
 
-use std::sync::Arc;
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex},
+};
 
 use glam::{DAffine3, DVec3};
 use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
-use umbriel_shadow::{Detail, LightReport, Report, Request, Silent, bake, typical_effort};
+use umbriel_shadow::{Detail, LightReport, Progress, Report, Request, Silent, bake, typical_effort};
 
 use judged::judged;
 
@@ -56,6 +59,17 @@ fn tangle(count: u32) -> Scene {
     let mesh = Mesh::new(corners, (0..count).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()).expect("a mesh");
     let lights = vec![Light::new("sun", LightSource::sun([0.45, -1.0, 0.3]).expect("a sun"))];
     Scene { objects: [placed(Shape::Mesh(Arc::new(mesh)), DVec3::ZERO)].into(), lights, ..Scene::default() }
+}
+
+/// Balls beside each other in rows over a floor, each in the shadow of the one before it.
+fn orchard(count: u32) -> Scene {
+    let floor = placed(Shape::Rectangle(Rectangle { size: [64.0; 2] }), DVec3::ZERO);
+    let ball = |k: u32| {
+        let at = DVec3::new(0.9 * f64::from(k % 16), 1.0, 0.8 * f64::from(k / 16));
+        placed(Shape::from(Analytic::Sphere { radius: 0.5 + 1e-3 * f64::from(k) }), at)
+    };
+    let lights = vec![Light::new("sun", LightSource::sun([0.45, -0.5, 0.3]).expect("a sun"))];
+    Scene { objects: std::iter::once(floor).chain((0..count).map(ball)).collect(), lights, ..Scene::default() }
 }
 
 /// Bodies the areas of whose cells no formula tells.
@@ -118,7 +132,8 @@ fn what_is_proved_with_less_is_right_and_more_never_tells_less() {
 
 #[test]
 fn threads_change_nothing() {
-    for (scene, effort) in [(yard(), 100_000), (pile(40), 200_000), (tangle(1500), 1_000_000), (eggs(), 500_000)] {
+    let scenes = [yard(), pile(40), tangle(1500), eggs(), orchard(80)];
+    for (scene, effort) in scenes.into_iter().zip([100_000, 200_000, 1_000_000, 500_000, 50_000]) {
         let with_threads = |count: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("threads");
             pool.install(|| with(&scene, Some(effort)))
@@ -139,6 +154,47 @@ fn what_is_looked_at_in_a_crowd_counts() {
     assert_eq!((report.work.lights_cut_short, report.work.objects_crowded), (1, 1));
     assert!(report.work.cells < 100_000, "{} cells", report.work.cells);
     judged(&scene, &report, 7);
+}
+
+/// What is told of how far a bake is: for each number of jobs how many are done.
+#[derive(Default)]
+struct Told(Mutex<BTreeMap<u64, u64>>);
+
+impl Progress for Told {
+    fn advance(&self, _: &str, done: u64, total: u64) {
+        let mut told = self.0.lock().expect("nobody panics");
+        let most = told.entry(total).or_default();
+        *most = done.max(*most);
+    }
+}
+
+#[test]
+fn some_of_many_receivers_tell_early_that_all_are_too_much() {
+    let scene = orchard(160);
+    let request =
+        |effort| Request { effort, ..Request::everything(&scene, Detail::Depth { interior: 5, boundary: 5 }) };
+    let run = |effort: u64| {
+        let told = Told::default();
+        let report = bake(&scene, &request(Some(effort)), &told).expect("nobody cancels");
+        (report, told.0.into_inner().expect("nobody panics"))
+    };
+    let free = bake(&scene, &request(None), &Silent).expect("nobody cancels");
+    let (enough, told) = run(1 << 40);
+    assert_eq!(answers(&free), answers(&enough));
+    let jobs: u64 = told.keys().sum();
+    assert!(told.len() == 2 && told.iter().all(|(total, done)| done == total), "those tried and the others: {told:?}");
+    // Six patches a ball.
+    assert!(jobs == 961 && told.keys().any(|&tried| (18..150).contains(&tried)), "{told:?}");
+    let (cut, told) = run(20_000);
+    assert_eq!(cut.work.lights_cut_short, 1);
+    assert!(!told.contains_key(&jobs) && told.keys().all(|&total| total < 150 || total == 1000), "{told:?}");
+    let mut turned = scene.clone();
+    turned.objects.reverse();
+    let again = bake(&turned, &Request { effort: Some(20_000), ..request(None) }, &Silent).expect("nobody cancels");
+    assert_eq!(again.work.lights_cut_short, 1);
+    let lit = |report: &Report| report.lights[0].objects.iter().map(|object| object.lit).collect::<Vec<_>>();
+    let backwards: Vec<_> = lit(&again).into_iter().rev().collect();
+    assert_eq!(lit(&cut), backwards);
 }
 
 /// A run of the detail would examine a hundred times as many cells.

@@ -16,7 +16,7 @@ use crate::effort::{BODY, Spend};
 const FEW: usize = 16;
 
 /// Bodies that are looked at in the time in which a facet is held against a cell.
-const LOOKED_A_FACET: usize = 4;
+const LOOKED_A_FACET: usize = 2;
 
 /// Bodies in a row that tell nothing.
 const PATIENCE: usize = 8;

@@ -1,11 +1,11 @@
-//! A number of every facet, as if drawn, that is the same wherever the facet stands in a list: where all of too many cannot be asked, every second, fourth or eighth
-//! of them can be.
+//! A number of every facet, and one of every object, as if drawn, that is the same wherever they stand in a list: where all of too many cannot be asked, every second,
+//! fourth or eighth of them can be.
 //!
 //! It is made of the digits of the facet's corners and of its object's placement, without signs and exponents, each corner and each row by itself, and summed in
 //! no order. So it does not change with the order of objects, of triangles and of their corners, of the axes and their signs, nor with powers of two. Facets that
 //! differ in these alone have one ticket, others by chance. Cost: some ten nanoseconds a facet.
 
-use umbriel_geometry::{Facets, Placement};
+use umbriel_geometry::{Aabb, Facets, Placement};
 use umbriel_scene::{Object, Shape};
 
 /// How often the facets can be halved until one with this ticket is left out.
@@ -22,6 +22,12 @@ pub(crate) fn tickets(object: &Object, facets: &Facets) -> Vec<u64> {
     let placed = of_placement(&object.placement);
     let of_corner = |&corner: &u32| of_numbers(positions[corner as usize].to_array());
     facets.iter().map(|facet| mixed(facet.corners().iter().map(of_corner).fold(placed, u64::wrapping_add))).collect()
+}
+
+/// The ticket of an object, by its world box.
+pub(crate) fn of_box(bounds: &Aabb) -> u64 {
+    let of_axis = |axis: usize| of_numbers([bounds.min[axis], bounds.max[axis]]);
+    mixed((0..3).map(of_axis).fold(0, u64::wrapping_add))
 }
 
 fn of_placement(placement: &Placement) -> u64 {
@@ -80,6 +86,17 @@ mod tests {
         assert_eq!(tickets_of(&changed, DAffine3::from_mat3(swapped) * map), before);
         let moved = DAffine3::from_translation(DVec3::new(0.3, 7.0, -2.2));
         assert!(tickets_of(&triangles, moved).iter().zip(&before).all(|(moved, before)| moved != before));
+    }
+
+    #[test]
+    fn boxes_have_tickets_of_their_own_whichever_way_they_lie() {
+        let boxes: Vec<Aabb> = strewn().into_iter().map(|corners| Aabb::of(corners.map(DVec3::from_array))).collect();
+        let before: Vec<u64> = boxes.iter().map(of_box).collect();
+        let turned = |point: DVec3| 4.0 * DVec3::new(-point.z, point.x, point.y);
+        let after = boxes.iter().map(|bounds| of_box(&Aabb::of([turned(bounds.min), turned(bounds.max)])));
+        assert!(after.eq(before.iter().copied()));
+        let left = before.iter().filter(|&&ticket| halvings(ticket) >= 4).count();
+        assert!((192..320).contains(&left), "{left} of 4096 are a sixteenth");
     }
 
     #[test]
