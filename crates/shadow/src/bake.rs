@@ -19,7 +19,7 @@ use crate::{
     by_object::ByObject,
     coarse::{Coarse, Influences, most_faces},
     effort::Purse,
-    fine::{Occluders, lattice::Spacing, occluders::tickets, scan::Layout},
+    fine::{Occluders, lattice::Spacing, scan::Layout},
     groups::groups,
     portals,
     progress::{Cancelled, Progress},
@@ -30,20 +30,13 @@ use crate::{
     solids::Solids,
     spacing::spacing,
     throng,
+    trial::Trial,
 };
 
 /// So many faces look for what is over them, and lie over others, that the trees that they look through are made beforehand.
 const LARGE: usize = 1 << 14;
 
-/// Of so many receivers or more, one in 2^[`TRIED`] comes first where there is an end to what may be spent.
-const RECEIVERS: usize = 64;
-const TRIED: u8 = 4;
-
-/// If those that come first take more than their part of what may be spent by so many standard deviations, all are taken to be too much; receivers cost as unevenly as
-/// exponential waiting times.
-const DEVIATIONS: f64 = 6.0;
-
-/// Where the effort was not enough, the bake that goes as far as it can takes this part of it, after all of it was taken in vain.
+/// Where the effort was not enough, the bake that goes as far as it can takes this part of it, beside what was taken in vain.
 const ANEW: u64 = 2;
 
 /// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads, but for
@@ -219,8 +212,9 @@ impl<'a> Stage<'a> {
             let samples = Samples::new(self, receivers.light, receivers.influences, is_first);
             let is_left = |receiver: &usize| is_first(*receiver) && !samples.takes(*receiver);
             let mut objects = unanswered(self.request);
-            let left = (0..objects.len()).filter(is_left).collect();
-            run(&receivers, (left, &Purse::new(u64::MAX)), progress, (&mut objects, work))?;
+            let left: Vec<usize> = (0..objects.len()).filter(is_left).collect();
+            let steps = Steps::of(&receivers, &left, progress);
+            run(&receivers, (left, &Purse::new(u64::MAX)), &steps, (&mut objects, work))?;
             work.rays += samples.run(&mut objects, progress)?;
             self.repeat(&mut objects);
             return Ok(objects);
@@ -228,8 +222,8 @@ impl<'a> Stage<'a> {
         if let Some(limit) = self.limit(lights_done) {
             return self.refine_until(&mut receivers, &limit, progress, work);
         }
-        let mut purse = self.purse();
-        if let Some((objects, spent)) = self.whole(&receivers, &mut purse, progress)? {
+        let purse = self.purse();
+        if let Some((objects, spent)) = self.whole(&receivers, &purse, progress)? {
             work.add(&spent);
             return Ok(objects);
         }
@@ -242,31 +236,33 @@ impl<'a> Stage<'a> {
     fn whole(
         &self,
         receivers: &Receivers,
-        purse: &mut Purse,
+        purse: &Purse,
         progress: &dyn Progress,
     ) -> Result<Option<(Vec<ObjectReport>, Work)>, Cancelled> {
         let (mut objects, mut spent) = (unanswered(self.request), Work::default());
-        let firsts = (0..objects.len()).filter(|&receiver| self.answered_by[receiver] == receiver);
-        let (tried, others) = self.divided(firsts.collect(), purse);
-        let (most, [first, rest]) = (purse.most, [&tried, &others].map(|receivers| receivers.len() as f64));
-        purse.most = (most as f64 * (first + DEVIATIONS * first.sqrt()) / (first + rest)) as u64;
-        run(receivers, (tried, purse), progress, (&mut objects, &mut spent))?;
-        let is_in_vain = !purse.is_enough();
-        purse.most = most;
-        if !is_in_vain {
-            run(receivers, (others, purse), progress, (&mut objects, &mut spent))?;
+        let firsts: Vec<usize> =
+            (0..objects.len()).filter(|&receiver| self.answered_by[receiver] == receiver).collect();
+        let steps = Steps::of(receivers, &firsts, progress);
+        let Trial { tried, others, part } = self.trial(firsts, purse);
+        let first = Purse::new((part * purse.most as f64) as u64);
+        run(receivers, (tried, &first), &steps, (&mut objects, &mut spent))?;
+        if !first.is_enough() {
+            return Ok(None);
         }
+        let rest = purse.without(&first);
+        run(receivers, (others, &rest), &steps, (&mut objects, &mut spent))?;
         self.repeat(&mut objects);
-        Ok((!is_in_vain && purse.is_enough()).then_some((objects, spent)))
+        Ok(rest.is_enough().then_some((objects, spent)))
     }
 
-    /// The receivers that are tried, by their tickets, and the others.
-    fn divided(&self, receivers: Vec<usize>, purse: &Purse) -> (Vec<usize>, Vec<usize>) {
-        if purse.most == u64::MAX || receivers.len() < RECEIVERS {
-            return (Vec::new(), receivers);
+    /// Which receivers come first; none where there is no end to what may be spent.
+    fn trial(&self, receivers: Vec<usize>, purse: &Purse) -> Trial {
+        if purse.most == u64::MAX {
+            return Trial { tried: Vec::new(), others: receivers, part: 0.0 };
         }
-        let bounds = |receiver: usize| self.bodies.bounds(self.request.receivers[receiver]);
-        receivers.into_iter().partition(|&receiver| tickets::halvings(tickets::of_box(&bounds(receiver))) >= TRIED)
+        let object = |receiver: usize| self.request.receivers[receiver];
+        let faces = |receiver: usize| most_faces(&self.bodies.scene.objects[object(receiver)]);
+        Trial::of(receivers, |receiver| self.bodies.bounds(object(receiver)), faces)
     }
 
     /// As far as a limit lets it.
@@ -337,6 +333,25 @@ fn report(sums: FaceSums, object: usize, request: &Request, work: &mut Work) -> 
     sums.report(object, request)
 }
 
+/// How many of some jobs are done.
+struct Steps<'a> {
+    progress: &'a dyn Progress,
+    done: AtomicU64,
+    of: u64,
+}
+
+impl<'a> Steps<'a> {
+    /// The jobs of these receivers.
+    fn of(receivers: &Receivers, some: &[usize], progress: &'a dyn Progress) -> Self {
+        let of = some.iter().map(|&receiver| receivers.jobs_of(receiver).len() as u64).sum();
+        Self { progress, done: AtomicU64::new(0), of }
+    }
+
+    fn advance(&self) {
+        self.progress.advance("shadows", self.done.fetch_add(1, Ordering::Relaxed) + 1, self.of);
+    }
+}
+
 /// A report of nothing for each receiver.
 fn unanswered(request: &Request) -> Vec<ObjectReport> {
     request.receivers.iter().map(|&object| FaceSums::default().report(object, request)).collect()
@@ -346,43 +361,39 @@ fn unanswered(request: &Request) -> Vec<ObjectReport> {
 fn run(
     receivers: &Receivers,
     (asked, purse): (Vec<usize>, &Purse),
-    progress: &dyn Progress,
+    steps: &Steps,
     (objects, work): (&mut [ObjectReport], &mut Work),
 ) -> Result<(), Cancelled> {
     let request = receivers.request;
-    let count = asked.iter().map(|&receiver| receivers.jobs_of(receiver).len() as u64).sum();
-    let done = AtomicU64::new(0);
-    let advance = || progress.advance("shadows", done.fetch_add(1, Ordering::Relaxed) + 1, count);
     for group in groups(receivers, asked) {
-        if progress.is_cancelled() {
+        if steps.progress.is_cancelled() {
             return Err(Cancelled);
+        }
+        if !purse.is_enough() {
+            // Nobody takes what is found.
+            break;
         }
         let sums = if receivers.bodies.has_instances() {
             let bodies = Bodies::of_group(receivers.bodies);
             let receivers = receivers.of_group(&bodies);
             receivers.prepare(&group);
-            run_group(&receivers, (&group, purse), &advance, progress)
+            run_group(&receivers, (&group, purse), steps)
         } else {
-            run_group(receivers, (&group, purse), &advance, progress)
+            run_group(receivers, (&group, purse), steps)
         };
         for (receiver, sums) in group.into_iter().zip(sums) {
             objects[receiver] = report(sums, request.receivers[receiver], request, work);
         }
     }
-    if progress.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+    if steps.progress.is_cancelled() { Err(Cancelled) } else { Ok(()) }
 }
 
 /// The sums of some receivers. They are added up receiver by receiver: those of all jobs together would be most of what a scene of many faces takes.
-fn run_group(
-    receivers: &Receivers,
-    (group, purse): (&[usize], &Purse),
-    advance: &(dyn Fn() + Sync),
-    progress: &dyn Progress,
-) -> Vec<FaceSums> {
+fn run_group(receivers: &Receivers, (group, purse): (&[usize], &Purse), steps: &Steps) -> Vec<FaceSums> {
     let run_job = |job: Job| {
         let share = purse.share();
-        let sums = receivers.run(&job, &|work| share.spend(work) && !progress.is_cancelled());
-        advance();
+        let sums = receivers.run(&job, &|work| share.spend(work) && !steps.progress.is_cancelled());
+        steps.advance();
         sums
     };
     let whole = |&receiver: &usize| {

@@ -5,7 +5,8 @@
 //! occluders that would take too much memory are not kept, but found anew for each face; where there are so many pairs the step ends before it has seen them all,
 //! and goes on ([`Influences::see_all`]) unless the scene is one in which pairs are not gone through ([`throng`](crate::throng)).
 //!
-//! Objects that cannot matter to what is asked are left out before: one test of their boxes, and nothing that is made here has a place for them.
+//! Objects that cannot matter to what is asked are left out before: one test of their boxes, in columns ([`Objects::boxes`](umbriel_scene::Objects::boxes)), and nothing
+//! that is made here has a place for them.
 
 use std::{borrow::Cow, ops::ControlFlow};
 
@@ -152,13 +153,13 @@ impl Present {
             lights.map_or_else(|| (0..of as u32).collect(), |lights| in_shafts(bodies, receivers, lights));
         objects.retain(|&object| !is_nothing(bodies, object as usize));
         objects.extend(receivers.iter().map(|&receiver| receiver as u32));
-        // A few runs, most often.
+        // Two runs, most often.
         objects.sort();
         objects.dedup();
         Self { objects, of }
     }
 
-    /// Whether so many are present that a walk through the families of all costs no more than the tests that families save.
+    /// Whether so many are present that it may pay to walk through the families of all.
     fn families_pay(&self) -> bool {
         self.objects.len() > self.of / FEW
     }
@@ -292,19 +293,24 @@ impl Influences<'_> {
     }
 }
 
-/// What may stand between all of the receivers together and a light; in no order, some several times.
+/// What may stand between all of the receivers together and a light, ascending.
 fn in_shafts(bodies: &Bodies, receivers: &[usize], lights: &[LightSource]) -> Vec<u32> {
     let bounds = receivers.iter().map(|&receiver| bodies.bounds(receiver)).filter(|bounds| !bounds.is_empty());
     let around = bounds.fold(Aabb::EMPTY, Aabb::union);
-    let mut met = Vec::new();
+    let boxes = bodies.scene.objects.boxes();
+    // A bit an object.
+    let mut met = vec![0u64; boxes.len().div_ceil(64)];
     for light in lights {
         let shaft = Shaft::new(&around, light);
-        let may_matter = |object: usize| shaft.may_meet(&bodies.bounds(object));
-        shaft.for_each_met(bodies.scene.objects.boxes(), |object| {
-            met.extend(may_matter(object).then_some(object as u32));
+        shaft.for_each_met(boxes, |object| {
+            let (word, bit) = (&mut met[object / 64], 1 << (object % 64));
+            if *word & bit == 0 && shaft.may_meet(&bodies.bounds(object)) {
+                *word |= bit;
+            }
         });
     }
-    met
+    let met = met.into_iter().zip((0u32..).step_by(64)).filter(|(word, _)| *word != 0);
+    met.flat_map(|(word, first)| (0..64).filter(move |bit| word >> bit & 1 == 1).map(move |bit| first + bit)).collect()
 }
 
 /// How many faces an object has, at most: without building the hull of a convex body.

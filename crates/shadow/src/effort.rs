@@ -56,6 +56,11 @@ impl Purse {
         Self { most, spent: AtomicU64::new(0) }
     }
 
+    /// What is left of it without what another one has spent.
+    pub(crate) fn without(&self, other: &Self) -> Self {
+        Self::new(self.most - other.spent.load(Ordering::Relaxed).min(self.most))
+    }
+
     /// What one look, or several in a row, spend of it.
     pub(crate) fn share(&self) -> Share<'_> {
         Share { purse: self, own: AtomicU64::new(0) }
@@ -173,5 +178,6 @@ mod tests {
         let purse = Purse::new(10_000);
         let all_spent = (0..2).all(|_| purse.share().spend(5_000));
         assert!(all_spent && purse.is_enough(), "all of it is what there is");
+        assert_eq!((Purse::new(12_000).without(&purse).most, Purse::new(9_000).without(&purse).most), (2_000, 0));
     }
 }

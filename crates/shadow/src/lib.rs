@@ -43,7 +43,9 @@ mod solids;
 mod spacing;
 mod sums;
 mod throng;
+mod tickets;
 pub mod tradeoff;
+mod trial;
 
 pub use bake::bake;
 pub use cell_octree::CellOctree;

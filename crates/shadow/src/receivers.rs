@@ -18,7 +18,7 @@ use crate::{
         crowd::{self, Members},
         flat::{FLAT, Levels},
         lattice::{Lattice, Spacing},
-        occluders::{Among, throng::Throng, tickets::halvings},
+        occluders::{Among, throng::Throng},
         patch::Patch,
         tally::{Cost, Tally, Units, cell_units},
     },
@@ -27,6 +27,7 @@ use crate::{
     report::{Cell, LitArea, ObjectReport, SampleCount},
     request::{Detail, Request},
     sums::{AreaSums, ExactSum, FaceArea},
+    tickets::halvings,
 };
 
 /// Faces that one job takes.

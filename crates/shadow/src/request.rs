@@ -135,7 +135,7 @@ pub struct Request {
     pub method: CellMethod,
     /// What may be done for each light where the detail is fixed ([`Detail::is_fixed`]). The unit is a facet that is held against a
     /// cell, about a tenth of a microsecond; all that takes longer counts for more ([`typical_effort`](crate::typical_effort)). A light for which it is not enough is baked anew, as far as it goes: in the order of a limit, and no cell below those of the
-    /// detail; of 64 receivers or more some sixteenth comes first, and where these take far more than their part, all are taken to. The report counts such lights ([`Work::lights_cut_short`](crate::Work::lights_cut_short)). `None`: whatever it takes. Not for many suns one after the other.
+    /// detail; of sixteen receivers or more some sixteenth comes first, and where these take far more than their part, all are taken to. The report counts such lights ([`Work::lights_cut_short`](crate::Work::lights_cut_short)). `None`: whatever it takes. Not for many suns one after the other.
     pub effort: Option<u64>,
 }
 

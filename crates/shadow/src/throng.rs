@@ -12,10 +12,8 @@ use crate::{
     bake::Stage,
     bodies::{Bodies, Body},
     coarse::{Influences, most_faces},
-    fine::{
-        Occluders, crowd,
-        occluders::{Among, tickets},
-    },
+    fine::{Occluders, crowd, occluders::Among},
+    tickets,
 };
 
 /// Faces of a scene at most, instances counted each: trees over more would not fit beside the rest.

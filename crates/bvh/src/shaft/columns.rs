@@ -85,7 +85,7 @@ fn bound_lanes(
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
-    use umbriel_geometry::Aabb;
+    use umbriel_geometry::{Aabb, LightSource};
 
     use super::*;
     use crate::arbitrary::{boxes, light};
@@ -99,7 +99,28 @@ mod tests {
         Aabb { min: -(-bounds.min).map(up), max: bounds.max.map(up) }
     }
 
+    /// A light seen in other units.
+    fn scaled(light: &LightSource, scale: f64) -> LightSource {
+        let xyz = (light.xyz() * scale).to_array();
+        if light.is_sun() { LightSource::sun(xyz) } else { LightSource::point(xyz) }.expect("a light")
+    }
+
     proptest! {
+        #[test]
+        fn what_f32_does_not_hold_is_met_as_well(boxes in boxes(), light in light(), power in -190i32..=190) {
+            let scale = 2f64.powi(power);
+            let scaled_box = |bounds: &Aabb| Aabb { min: bounds.min * scale, max: bounds.max * scale };
+            let boxes: Vec<Aabb> = boxes.iter().map(scaled_box).collect();
+            let columns: BoxColumns = boxes.iter().copied().collect();
+            for receiver in boxes.iter().filter(|receiver| !receiver.is_empty()) {
+                let shaft = Shaft::new(receiver, &scaled(&light, scale));
+                let mut is_met = vec![false; boxes.len()];
+                shaft.for_each_met(&columns, |place| is_met[place] = true);
+                let is_left_out = |(bounds, is_met): (&Aabb, &bool)| !is_met && !bounds.is_empty() && shaft.may_meet(bounds);
+                prop_assert!(!boxes.iter().zip(&is_met).any(is_left_out));
+            }
+        }
+
         #[test]
         fn many_boxes_are_told_as_each_of_them(boxes in boxes(), light in light()) {
             let columns: BoxColumns = boxes.iter().copied().collect();

@@ -110,7 +110,7 @@ pub(crate) fn allowed(faces: usize, facets: usize) -> usize {
 }
 
 /// Whether faces, those of a receiver or of all, have more pairs with the facets over them than are allowed. Expected from the faces halved as often as leaves
-/// enough of them, by how often each can be halved ([`halvings`](super::occluders::tickets::halvings)); `count` tells how many facets are over a face, up to a limit.
+/// enough of them, by how often each can be halved ([`halvings`](crate::tickets::halvings)); `count` tells how many facets are over a face, up to a limit.
 pub(crate) fn is_crowd(halvings: &[u8], allowed: usize, count: impl Fn(usize, usize) -> usize) -> bool {
     let faces = halvings.len();
     let left_after = |times: u8| halvings.iter().filter(|&&own| own >= times).count();

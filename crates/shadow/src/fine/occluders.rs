@@ -9,7 +9,6 @@ pub(crate) mod few;
 mod object_index;
 mod promise;
 pub(crate) mod throng;
-pub(crate) mod tickets;
 
 use std::{collections::BTreeMap, ops::ControlFlow, sync::OnceLock, time::Instant};
 
@@ -99,7 +98,7 @@ struct Seen {
     light: OnceLock<LightValues>,
     silhouette: OnceLock<Silhouette>,
     index: OnceLock<ObjectIndex>,
-    /// Of its facets ([`tickets`]).
+    /// Of its facets ([`tickets`](crate::tickets)).
     tickets: OnceLock<Vec<u64>>,
     /// Of every second facet, of every fourth and so on.
     thinned: OnceLock<Vec<Thinned>>,

@@ -4,7 +4,7 @@
 //! middle are asked whether they cover it, and the others whether they miss it; each kind in the order of boxes in light space, from that end where an answer is
 //! likeliest. Over a cell that may yet be divided, either is given up when [`PATIENCE`] bodies in a row have told nothing; over any other the second kind is as soon as one body
 //! is in question. What was not asked stays in question; so does a body that hides some corners of the cell and others not, as floats tell: measuring it would prove nothing.
-//! Guarantee: what is told of a cell is proved, and goes by the bodies and the cell, whatever the order of bodies and of axes (where the effort is spent nothing more is told, and what was is dropped). Cost: some ten nanoseconds a body
+//! Guarantee: what is told of a cell is proved, and goes by the bodies and the cell, whatever the order of bodies and of axes (where the effort is spent nothing more is told, and what was is dropped). Cost: some fifty nanoseconds a body
 //! over the cell, and microseconds each one that is measured.
 
 use umbriel_geometry::analytic::HULL;

@@ -13,10 +13,7 @@ use glam::DVec3;
 use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, Point, blocking::Probe};
 
-use super::{
-    Among, LightFrame, Occluders, Thinned, Trees, fill_numbered, over,
-    tickets::{self, halvings},
-};
+use super::{Among, LightFrame, Occluders, Thinned, Trees, fill_numbered, over};
 use crate::{
     bodies::Body,
     exact::{Own, face_blocks, flat_face_is_lit},
@@ -28,6 +25,7 @@ use crate::{
         receiver::Receiver,
     },
     receivers::flat_corners,
+    tickets::{self, halvings},
 };
 
 /// Some of the facets over a face.

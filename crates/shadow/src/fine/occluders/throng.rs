@@ -8,12 +8,13 @@ use std::ops::ControlFlow;
 use umbriel_bvh::BoxTree;
 use umbriel_geometry::{Aabb, Facets, Point};
 
-use super::{Occluders, box_corners, corners_of, object_index::blocks, tickets};
+use super::{Occluders, box_corners, corners_of, object_index::blocks};
 use crate::{
     bodies::Body,
     fine::{crowd::Members, polygon_blocker::FacetId},
     receivers::area_of,
     sums::ExactSum,
+    tickets,
 };
 
 /// A tree over facets of all objects.

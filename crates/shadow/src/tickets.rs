@@ -1,8 +1,8 @@
 //! A number of every facet, and one of every object, as if drawn, that is the same wherever they stand in a list: where all of too many cannot be asked, every second,
 //! fourth or eighth of them can be.
 //!
-//! It is made of the digits of the facet's corners and of its object's placement, without signs and exponents, each corner and each row by itself, and summed in
-//! no order. So it does not change with the order of objects, of triangles and of their corners, of the axes and their signs, nor with powers of two. Facets that
+//! It is made of the digits of the facet's corners and of its object's placement, of an object of those of its world box, without signs and exponents, each corner and each row by
+//! itself, and summed in no order. So it does not change with the order of objects, of triangles and of their corners, of the axes and their signs, nor with powers of two. Facets that
 //! differ in these alone have one ticket, others by chance. Cost: some ten nanoseconds a facet.
 
 use umbriel_geometry::{Aabb, Facets, Placement};
