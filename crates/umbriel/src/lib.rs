@@ -14,7 +14,7 @@
 //!     scene::Sides::Auto,
 //! )?;
 //! let sun = scene::Light::new("sun", geometry::LightSource::sun([0.3, -1.0, 0.2])?);
-//! let scene = scene::Scene { objects: vec![floor], lights: vec![sun], ..Default::default() };
+//! let scene = scene::Scene { objects: [floor].into(), lights: vec![sun], ..Default::default() };
 //! let request = shadow::Request::everything(&scene, shadow::Detail::default());
 //! let report = shadow::bake(&scene, &request, &shadow::Silent)?;
 //! assert_eq!(report.lights.len(), 1);
