@@ -195,8 +195,16 @@ impl<'a> Stage<'a> {
 
     /// The objects that are asked for and have no answer of another one.
     pub(crate) fn first_receivers(&self) -> impl Iterator<Item = usize> + '_ {
-        let is_first = |receiver: &usize| self.answered_by[*receiver] == *receiver;
-        (0..self.answered_by.len()).filter(is_first).map(|receiver| self.request.receivers[receiver])
+        self.firsts().map(|receiver| self.request.receivers[receiver])
+    }
+
+    /// Their places among the receivers.
+    fn firsts(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.answered_by.len()).filter(|&receiver| self.is_first(receiver))
+    }
+
+    fn is_first(&self, receiver: usize) -> bool {
+        self.answered_by[receiver] == receiver
     }
 
     /// The fine step; once, or as far as a limit lets it.
@@ -208,11 +216,10 @@ impl<'a> Stage<'a> {
         work: &mut Work,
     ) -> Result<Vec<ObjectReport>, Cancelled> {
         if self.is_of_samples() {
-            let is_first = |receiver: usize| self.answered_by[receiver] == receiver;
+            let is_first = |receiver: usize| self.is_first(receiver);
             let samples = Samples::new(self, receivers.light, receivers.influences, is_first);
-            let is_left = |receiver: &usize| is_first(*receiver) && !samples.takes(*receiver);
             let mut objects = unanswered(self.request);
-            let left: Vec<usize> = (0..objects.len()).filter(is_left).collect();
+            let left: Vec<usize> = self.firsts().filter(|&receiver| !samples.takes(receiver)).collect();
             let steps = Steps::of(&receivers, &left, progress);
             run(&receivers, (left, &Purse::new(u64::MAX)), &steps, (&mut objects, work))?;
             work.rays += samples.run(&mut objects, progress)?;
@@ -240,8 +247,7 @@ impl<'a> Stage<'a> {
         progress: &dyn Progress,
     ) -> Result<Option<(Vec<ObjectReport>, Work)>, Cancelled> {
         let (mut objects, mut spent) = (unanswered(self.request), Work::default());
-        let firsts: Vec<usize> =
-            (0..objects.len()).filter(|&receiver| self.answered_by[receiver] == receiver).collect();
+        let firsts: Vec<usize> = self.firsts().collect();
         let steps = Steps::of(receivers, &firsts, progress);
         let Trial { tried, others, part } = self.trial(firsts, purse);
         let first = Purse::new((part * purse.most as f64) as u64);
