@@ -1,8 +1,10 @@
-//! The benchmark as a check: the bake must not collapse.
+//! The benchmark as a check: the bake must not collapse, and no vector operation may be a call.
 //!
 //! It is compared with single rays through the workspace's own tree in the same process, in turn, so the speed of the
 //! machine and the settings of the compiler cancel. The limits are far below what is usual: they catch a lost order of
 //! magnitude, not a bad day.
+
+use std::{env, process::Command};
 
 use anyhow::{Result, ensure};
 use umbriel_scene::Scene;
@@ -20,8 +22,9 @@ const ROUNDS: usize = 3;
 const LEAST_CITY: f64 = 0.2;
 const LEAST_KNOT: f64 = 0.1;
 
-/// Fails if some ratio to the rival is below its limit.
+/// Fails if some ratio to the rival is below its limit, or if this program has vector operations as functions of their own.
 pub(crate) fn run() -> Result<()> {
+    no_calls_for_operations()?;
     let cases: [(&str, Scene, f64); 2] = [("city", city(400)?, LEAST_CITY), ("knot", knot(300, 60)?, LEAST_KNOT)];
     for (name, scene, least) in cases {
         for light in 0..scene.lights.len() {
@@ -31,6 +34,24 @@ pub(crate) fn run() -> Result<()> {
             ensure!(ratio >= least, "{name} under the {light}: the bake has become slow");
         }
     }
+    Ok(())
+}
+
+/// A helper of a kernel that is not inlined is compiled without the processor's features, and each of its vector operations becomes a call: right, and many times slower. Then this
+/// program's table of symbols names the operations.
+fn no_calls_for_operations() -> Result<()> {
+    let Ok(symbols) = Command::new("nm").arg(env::current_exe()?).output() else {
+        println!("no nm here: whether vector operations are calls is not looked at");
+        return Ok(());
+    };
+    let symbols = String::from_utf8_lossy(&symbols.stdout);
+    let called: Vec<&str> =
+        symbols.lines().filter(|name| name.contains("core_arch3x86") && name.contains("_mm")).collect();
+    ensure!(
+        called.is_empty(),
+        "vector operations that are calls, from a closure or a helper that is not inline:\n{}",
+        called.join("\n")
+    );
     Ok(())
 }
 

@@ -182,11 +182,11 @@ impl<const COUNTED: bool> Kernel for &mut Bundle<'_, '_, COUNTED> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> bool {
-        let reciprocals = [0, 1, 2].map(|axis| {
-            let direction = simd.load(&self.lines.directions[axis]);
-            let least = simd.splat16(LEAST_SLOPE);
-            simd.splat16(1.0) / least.select(direction.abs().lt(least), direction)
-        });
+        let mut reciprocals = [simd.splat16(1.0); 3];
+        for (reciprocal, direction) in reciprocals.iter_mut().zip(&self.lines.directions) {
+            let (direction, least) = (simd.load(direction), simd.splat16(LEAST_SLOPE));
+            *reciprocal = *reciprocal / least.select(direction.abs().lt(least), direction);
+        }
         let mut waiting = Waiting::new();
         let mut next = self.open(simd, 0, &mut waiting);
         while let Some(Visit { enter, link }) = next {

@@ -199,9 +199,10 @@ impl<L: Look> Walk<'_, L> {
                 }
             } else {
                 // Each run stops for itself: what ends one may be beside the others.
-                let runs = section.map.runs_near(place, spread);
-                if runs.into_iter().any(|run| self.through(simd, run)) {
-                    return;
+                for run in section.map.runs_near(place, spread) {
+                    if self.through(simd, run) {
+                        return;
+                    }
                 }
             }
         }

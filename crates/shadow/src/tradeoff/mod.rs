@@ -178,7 +178,18 @@ pub fn measure_and_state(
     setting: &Setting,
     progress: &dyn Progress,
 ) -> Result<(Measurement, Vec<Verdict>), MeasureDefect> {
-    let measured = match setting {
+    // All begin among the threads: none pays for the way there.
+    let Measured { first, second, rays, pieces, bytes, stated } =
+        rayon::scope(|_| measure_unjudged(course, setting, progress))?;
+    let (name, family) = (setting.name(), setting.family());
+    let score = course.judge.score(|point| stated[point]);
+    let measurement =
+        Measurement { name, family, first_seconds: first, second_seconds: second, rays, pieces, bytes, score };
+    Ok((measurement, stated))
+}
+
+fn measure_unjudged(course: &Course, setting: &Setting, progress: &dyn Progress) -> Result<Measured, MeasureDefect> {
+    Ok(match setting {
         Setting::Bake(detail) => measure_bake(course, *detail, progress)?,
         Setting::Samples(count) => measure_samples(course, *count, progress)?,
         Setting::RaySamples(count) => measure_rays(course, *count)?,
@@ -189,13 +200,7 @@ pub fn measure_and_state(
             let (first, second) = (answer.build_seconds, answer.points_seconds);
             Measured { first, second, rays: answer.rays, pieces: answer.pieces, bytes: answer.bytes, stated }
         }
-    };
-    let Measured { first, second, rays, pieces, bytes, stated } = measured;
-    let (name, family) = (setting.name(), setting.family());
-    let score = course.judge.score(|point| stated[point]);
-    let measurement =
-        Measurement { name, family, first_seconds: first, second_seconds: second, rays, pieces, bytes, score };
-    Ok((measurement, stated))
+    })
 }
 
 /// Runs a setting once and judges nothing: what memory it takes is measured by it. `begun` is called when the points that a rival is asked at are there.
