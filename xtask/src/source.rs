@@ -20,6 +20,16 @@ use crate::{
 /// The source's smallest cells, and the edge of the scene that they are parts of: it gives no units.
 const CELLS: [f64; 3] = [0.1, 0.02, 0.001];
 
+/// Models alone, which pictures see whole: there a pixel has the fewest triangles before it. With suns from three sides, the last nearly from behind the camera, and from small pictures to large ones.
+const MODELS: [(&str, &str); 4] = [
+    ("cow", "spot/spot.obj"),
+    ("bunny", "bunny/stanford-bunny.obj"),
+    ("cannon", "cannon/cannon_01.gltf"),
+    ("flight helmet", "flighthelmet/FlightHelmet.gltf"),
+];
+const SUNS: [&str; 3] = ["135,40", "215,35", "315,20"];
+const SIZES: [&str; 3] = ["300x200", "600x400", "1200x800"];
+
 /// What is measured.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Options {
@@ -27,9 +37,9 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FILE")]
     umbriel: Option<PathBuf>,
     /// How often each picture is made; the quickest counts
-    #[arg(long, value_name = "N", default_value = "3")]
+    #[arg(long, value_name = "N", default_value = "5")]
     runs: u32,
-    /// Width and height of the pictures
+    /// Width and height of the pictures of scenes
     #[arg(long, value_name = "WxH", default_value = "600x400")]
     size: String,
     /// Where figures and pictures go
@@ -56,21 +66,21 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     );
     for scene in polygon_scenes()?.into_iter().filter(|scene| scene.file.exists()) {
         let ways = ["--method", "points", "--method", "volume", "--method", "bake"];
-        let rows = best(options, &scene.file, &[scene.more, &ways].concat(), None)?;
-        let volume = rows.iter().find(|row| row.name == "shadow volume").map_or(f64::NAN, |row| row.milliseconds);
+        let rows = best(options, &scene.file, &[scene.more, &ways, &["--size", &options.size]].concat(), None)?;
         for Row { name, milliseconds, wrong, undecided } in &rows {
-            let part = milliseconds / volume;
+            let part = part_of_volume(&rows, *milliseconds);
             // Writing to a string cannot fail.
             let _ =
                 writeln!(text, "| {} | {name} | {milliseconds:.1} | {wrong} | {undecided} | {part:.2} |", scene.name);
         }
     }
+    models(options, &mut text)?;
     text.push_str("\n## The smallest cell\n\nThe boxes of the first scene, cells no larger than these edges in metres:\n\n| cell | ms | wrong | undecided |\n|---|---|---|---|\n");
     for scene in polygon_scenes()?.iter().take(1) {
         for edge in CELLS {
             let picture = folder.join(format!("cell-{edge}.png"));
             let cell = edge.to_string();
-            let asked = [scene.more, &["--method", "bake", "--cell", &cell]].concat();
+            let asked = [scene.more, &["--method", "bake", "--cell", &cell, "--size", &options.size]].concat();
             for Row { milliseconds, wrong, undecided, .. } in best(options, &scene.file, &asked, Some(&picture))? {
                 let _ = writeln!(text, "| {edge} | {milliseconds:.1} | {wrong} | {undecided} |");
             }
@@ -82,6 +92,39 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     print!("{text}");
     fs::write(folder.join("README.md"), text)?;
     Ok(())
+}
+
+/// Exact points of models alone as parts of the shadow volume's time, on one thread and on all.
+fn models(options: &Options, text: &mut String) -> Result<()> {
+    text.push_str("\n## Models alone\n\nExact points as a part of the shadow volume's time, on one thread and on all.\n\n| model | sun |");
+    let columns = SIZES.map(|size| [format!(" {size}, one |"), format!(" {size}, all |")].concat()).concat();
+    // Writing to a string cannot fail.
+    let _ = write!(text, "{columns}\n|---|---|{}\n", "---|".repeat(2 * SIZES.len()));
+    for (name, file) in MODELS {
+        let file = root().join("../shared/data").join(file);
+        if !file.exists() {
+            println!("{name}: left out, {} is not there", file.display());
+            continue;
+        }
+        for sun in SUNS {
+            let _ = write!(text, "| {name} | {sun} |");
+            for size in SIZES {
+                for threads in [&["--threads", "1"] as &[&str], &[]] {
+                    let ways = ["--method", "points", "--method", "volume", "--sun", sun, "--size", size];
+                    let rows = best(options, &file, &[&ways, threads].concat(), None)?;
+                    let points = rows.iter().find(|row| row.name == "points").map_or(f64::NAN, |row| row.milliseconds);
+                    let _ = write!(text, " {:.2} |", part_of_volume(&rows, points));
+                }
+            }
+            text.push('\n');
+        }
+    }
+    Ok(())
+}
+
+fn part_of_volume(rows: &[Row], milliseconds: f64) -> f64 {
+    let volume = rows.iter().find(|row| row.name == "shadow volume").map_or(f64::NAN, |row| row.milliseconds);
+    milliseconds / volume
 }
 
 /// The quickest of some runs for each way.
@@ -100,11 +143,7 @@ fn best(options: &Options, scene: &Path, more: &[&str], picture: Option<&Path>) 
 
 fn once(options: &Options, scene: &Path, more: &[&str], picture: Option<&Path>) -> Result<Vec<Row>> {
     let mut command = umbriel(options.umbriel.as_deref());
-    command
-        .arg("compare")
-        .arg(scene)
-        .args(["--quiet", "--allow-outside", "--json", "-", "--size", &options.size])
-        .args(more);
+    command.arg("compare").arg(scene).args(["--quiet", "--allow-outside", "--json", "-"]).args(more);
     if let Some(picture) = picture {
         command.arg("-o").arg(picture);
     }
