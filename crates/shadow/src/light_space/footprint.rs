@@ -33,11 +33,13 @@ pub(crate) struct Footprint {
     pub(crate) plane_error: f64,
     /// No point of the triangle is nearer; infinite when it reaches behind a lamp.
     pub(crate) nearest: f64,
+    /// No point of the triangle that a light sees is less near.
+    pub(crate) farthest: f64,
     /// Holds the triangle where it is in front of the light: least u, v, greatest u, v; infinite where that is unknown.
     pub(crate) bounds: [f64; 4],
     /// It certainly turns one way.
     pub(crate) is_turned: bool,
-    /// Seen the other way round than by its winding in (u, v); a hint for what belongs together.
+    /// That way is not that of its winding in (u, v).
     pub(crate) is_reversed: bool,
 }
 
@@ -66,6 +68,7 @@ impl Footprint {
             plane,
             plane_error,
             nearest: span.nearest,
+            farthest: span.farthest,
             bounds: span.bounds,
             is_turned: span.is_turned(),
             is_reversed: span.determinant < 0.0,
@@ -97,30 +100,19 @@ impl Footprint {
             plane: [0.0; 3],
             plane_error: f64::INFINITY,
             nearest: f64::NEG_INFINITY,
+            farthest: f64::NEG_INFINITY,
             bounds: [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY],
             is_turned: false,
             is_reversed: false,
         };
         for triple in [[0, 1, 2], [3, 4, 5], [6, 7, 0]] {
             let r = triple.map(|k: usize| corners[k]);
-            let (nearest, [u0, v0, u1, v1]) = reach::<IS_SUN>(&r, least_w::<IS_SUN>(&r, error), error);
+            let ([_, nearest], [u0, v0, u1, v1]) = reach::<IS_SUN>(&r, least_w::<IS_SUN>(&r, error), error);
             hull.nearest = hull.nearest.max(nearest);
             let [a, b, c, d] = hull.bounds;
             hull.bounds = [a.min(u0), b.min(v0), c.max(u1), d.max(v1)];
         }
         hull
-    }
-
-    /// False when no point of the triangle is seen in the window widened by `margin`.
-    #[inline(always)]
-    pub(crate) fn may_meet_window(&self, margin: f64) -> bool {
-        let wide = 1.0 + margin;
-        let [u0, v0, u1, v1] = self.bounds;
-        let apart = (u0 > wide) | (v0 > wide) | (u1 < -wide) | (v1 < -wide);
-        // Between the window's corners an edge function differs by at most 1 from its value in the middle.
-        let least = -wide - self.edge_error;
-        let [a, b, c] = self.edges;
-        !apart & (a[2] >= least) & (b[2] >= least) & (c[2] >= least)
     }
 }
 
@@ -166,6 +158,7 @@ struct Span {
     /// Below every corner's w.
     least_w: f64,
     nearest: f64,
+    farthest: f64,
     bounds: [f64; 4],
 }
 
@@ -190,8 +183,8 @@ impl Span {
             (value, normal_error * size + wide * (d + 4.0 * ROUNDOFF * size) + 3.0 * normal_error * d)
         };
         let least_w = least_w::<IS_SUN>(r, error);
-        let (nearest, bounds) = reach::<IS_SUN>(r, least_w, error);
-        Self { normal, normal_error, determinant, determinant_error, least_w, nearest, bounds }
+        let ([farthest, nearest], bounds) = reach::<IS_SUN>(r, least_w, error);
+        Self { normal, normal_error, determinant, determinant_error, least_w, nearest, farthest, bounds }
     }
 
     /// Whether the triangle certainly turns one way.
@@ -250,15 +243,16 @@ fn least_w<const IS_SUN: bool>(r: &[Homogeneous; 3], error: CornerError) -> f64 
     if IS_SUN { 1.0 } else { least([r[0].w, r[1].w, r[2].w]) - error.place }
 }
 
-/// The nearest that a triangle gets, and its bounds.
+/// The least and the greatest nearness of a triangle, and its bounds.
 #[inline(always)]
-fn reach<const IS_SUN: bool>(r: &[Homogeneous; 3], least_w: f64, error: CornerError) -> (f64, [f64; 4]) {
+fn reach<const IS_SUN: bool>(r: &[Homogeneous; 3], least_w: f64, error: CornerError) -> ([f64; 2], [f64; 4]) {
     let all = f64::INFINITY;
     if IS_SUN {
         let (u, v) = ([r[0].x, r[1].x, r[2].x], [r[0].y, r[1].y, r[2].y]);
         let d = error.place;
         let bounds = [least(u) - d, least(v) - d, greatest(u) + d, greatest(v) + d];
-        return (greatest([r[0].h, r[1].h, r[2].h]) + error.height, bounds);
+        let heights = [r[0].h, r[1].h, r[2].h];
+        return ([least(heights) - error.height, greatest(heights) + error.height], bounds);
     }
     // A quotient x/w is off by (d + |x/w|·d)/least_w; where that is large, nothing is known.
     let is_known = (least_w > 0.0) & (error.place <= least_w * 0.0625);
@@ -268,7 +262,11 @@ fn reach<const IS_SUN: bool>(r: &[Homogeneous; 3], least_w: f64, error: CornerEr
     let below = |least: f64| if is_known { least - d * (1.0 + least.abs()) } else { -all };
     let above = |greatest: f64| if is_known { greatest + d * (1.0 + greatest.abs()) } else { all };
     let nearest = if is_known { r[0].h / least_w * (1.0 + 4.0 * ROUNDOFF) } else { all };
-    (nearest, [below(least(u)), below(least(v)), above(greatest(u)), above(greatest(v))])
+    let farthest = r[0].h / (greatest([r[0].w, r[1].w, r[2].w]) + error.place) * (1.0 - 4.0 * ROUNDOFF);
+    (
+        [if is_known { farthest } else { 0.0 }, nearest],
+        [below(least(u)), below(least(v)), above(greatest(u)), above(greatest(v))],
+    )
 }
 
 #[inline(always)]

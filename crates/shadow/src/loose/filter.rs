@@ -13,7 +13,7 @@ use crate::loose::{
     group::{Said, TilePoint, TilePoints},
     seen::{BLOCK, Block, Off, Row},
     sorted::{Buckets, Seen},
-    tile::{Entry, PLACE_LIMIT, Tile, cell_along},
+    tile::{Cell, Entry, PLACE_LIMIT, Tile, cell_along},
 };
 
 /// A point that the filter cannot tell.
@@ -150,12 +150,14 @@ impl Over<'_> {
         let valid = u32::MAX >> (32 - seen.len());
         let limit = Lanes::<N>::splat(simd, PLACE_LIMIT / self.place.side as f32);
         let known = valid & points.place.le(limit).bits();
-        let (covered, entries) = self.tile.list_of(cell);
+        let (Cell { covered, surface, .. }, entries) = self.tile.list_of(cell);
         let mut open = known & !(points.nearness + points.height).lt(Lanes::<N>::splat(simd, covered)).bits();
         let front = points.nearness - points.height;
+        let surface = if batch.own.is_some() { surface } else { f32::INFINITY };
+        let on_surface = Lanes::<N>::splat(simd, surface).le(front).bits();
         let mut doubts = 0;
         for entry in entries {
-            let concerned = open & !front.gt(Lanes::<N>::splat(simd, entry.nearest)).bits();
+            let concerned = open & !on_surface & !front.gt(Lanes::<N>::splat(simd, entry.nearest)).bits();
             if concerned == 0 {
                 break;
             }

@@ -12,15 +12,24 @@ use crate::{
     loose::{
         listed::{Window, see_listed},
         occupancy::Occupancy,
+        order::in_order,
         pieces::Pieces,
-        placed::{NOWHERE, Part, Placed, see_all, union},
+        placed::{NOWHERE, Placed, see_all, union},
         tile::{Tile, side_for},
     },
 };
 use rayon::prelude::*;
 
-/// About as many pieces share a tile.
+/// About as many pieces share a tile, but this many have one for themselves, where the view is no longer than so many times its width.
 const PIECES_A_TILE: f64 = 2048.0;
+const ONE_TILE: usize = 8192;
+const LONGEST: f64 = 4.0;
+/// A tile that is made by several threads is made of parts of so many, eight to a group.
+const PIECES_A_PART: usize = 1024;
+/// Cells of a lamp's view that are wider than this have no sheets: less than twice the 16th by which a window is wider than where points may be.
+const WIDEST_CELL: f64 = 1.0 / 10.0;
+/// This much of a tile lies beside all pieces on each side: more than the places of points are off by that are known well enough for tiles.
+const BESIDE: f64 = 1.0 / 32.0;
 /// At most so many tiles along a side.
 const MAX_TILES: f64 = 256.0;
 /// Pieces are given to tiles that they come this near, in tiles: more than cells are widened by, and than corners are off.
@@ -86,6 +95,12 @@ impl<'a> Grids<'a> {
             }
         }
         grids.iter_mut().filter_map(|grid| grid.places.last_mut()).for_each(|beside| beside.first = cells);
+        if let [Grid { tiles, .. }] = &*grids
+            && let [tile] = &**tiles
+        {
+            // All points fall into it. Here all threads make it; where it is asked for they would wait.
+            let _ = tile.set(grids[0].make(0, PIECES_A_PART));
+        }
         Some(Self { grids, cells, size: pieces.bounds.magnitude(), begun: AtomicU32::new(0) })
     }
 
@@ -112,14 +127,20 @@ impl TilePlace {
 
 /// Which of some pieces each tile has.
 struct List {
-    /// The first entry of each tile in `pieces`, and the end.
+    placed: Vec<Placed>,
+    /// The first entry of each tile in `numbers`, and the end.
     starts: Vec<u32>,
-    pieces: Vec<u32>,
+    /// Which of the placed.
+    numbers: Vec<u32>,
 }
 
 impl List {
-    fn of_tile(&self, tile: usize) -> &[u32] {
-        &self.pieces[self.starts[tile] as usize..self.starts[tile + 1] as usize]
+    fn numbers(&self, tile: usize) -> &[u32] {
+        &self.numbers[self.starts[tile] as usize..self.starts[tile + 1] as usize]
+    }
+
+    fn of_tile(&self, tile: usize) -> impl Iterator<Item = &Placed> {
+        self.numbers(tile).iter().map(|&number| &self.placed[number as usize])
     }
 }
 
@@ -128,19 +149,19 @@ impl<'a> Grid<'a> {
     fn of(pieces: &'a Pieces<'a>, view: View, points: usize, occupancy: Option<&Occupancy>) -> Self {
         let error = view.error(pieces.slack, view.reach(&pieces.bounds));
         let seen = see_all(pieces, &view, error, occupancy);
-        let bounds = seen.iter().fold(NOWHERE, |all, part| union(all, part.bounds));
-        let count: usize = seen.iter().map(|part| part.placed.len()).sum();
+        let bounds = seen.iter().flatten().fold(NOWHERE, |all, placed| union(all, placed.rectangle(view.plane_unit())));
+        let count: usize = seen.iter().map(Vec::len).sum();
         let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
-        let tiles = (count as f64 / PIECES_A_TILE).clamp(1.0, MAX_TILES * MAX_TILES);
         let largest = width.max(height);
+        let is_one = count <= ONE_TILE && largest <= LONGEST * width.min(height);
+        let tiles = if is_one { 1.0 } else { (count as f64 / PIECES_A_TILE).clamp(1.0, MAX_TILES * MAX_TILES) };
         // One tile's side; when the view is a line, its length is cut.
         let side = (width * height / tiles).sqrt().max(largest / tiles.min(MAX_TILES));
-        let side = if side > 0.0 { side } else { 1.0 };
+        let side = if side > 0.0 { side / (1.0 - 2.0 * BESIDE) } else { 1.0 };
         let density = 1.0 / side;
-        let along = |length: f64| (length * density + 1.0).floor() as usize + 1;
+        let along = |length: f64| if is_one { 1 } else { (length * density + 2.0 * BESIDE).floor() as usize + 1 };
         let grid_size = if count == 0 { [0; 2] } else { [along(width), along(height)] };
-        // Half a tile of nothing all round.
-        let corner = [bounds[0] - 0.5 * side, bounds[1] - 0.5 * side];
+        let corner = [bounds[0] - BESIDE * side, bounds[1] - BESIDE * side];
         let scale = if view.is_sun() { density } else { density.max(1.0) };
         let error = CornerError { place: 8.0 * scale * error, height: error * view.nearness_scale() };
         let mut grid = Self {
@@ -154,14 +175,16 @@ impl<'a> Grid<'a> {
             places: Vec::new(),
             tiles: Vec::new(),
         };
-        grid.list(&seen, points as f64 / f64::from(pieces.len().max(1)));
+        // Cells of a tile that has nothing on a part of it are as small as if it had.
+        let filled = if is_one && count > 0 { (width * height) / (side * side) } else { 1.0 };
+        grid.list(seen, points as f64 / f64::from(pieces.len().max(1)), 1.0 / filled);
         grid
     }
 
     /// How many pieces are listed in some tile.
     #[cfg(test)]
     pub(super) fn listed(&self) -> usize {
-        let pieces = self.lists.iter().flat_map(|list| &list.pieces);
+        let pieces = self.lists.iter().flat_map(|list| &list.placed).map(|placed| placed.piece);
         pieces.collect::<std::collections::HashSet<_>>().len()
     }
 
@@ -178,7 +201,7 @@ impl<'a> Grid<'a> {
 
     /// A tile.
     pub(super) fn tile(&self, index: usize) -> &Tile {
-        self.tiles[index].get_or_init(|| self.make(index))
+        self.tiles[index].get_or_init(|| self.make(index, usize::MAX))
     }
 
     /// The number of the tile at (u, v), and where in it that is, from −1 to 1; beside all tiles, where there is nothing, the number behind the
@@ -208,12 +231,12 @@ impl<'a> Grid<'a> {
     }
 
     /// Which pieces each tile has.
-    fn list(&mut self, seen: &[Part], points_a_piece: f64) {
+    fn list(&mut self, seen: Vec<Vec<Placed>>, points_a_piece: f64, factor: f64) {
         let tiles = self.size[0] * self.size[1];
-        self.lists = seen.par_iter().map(|part| self.list_of(&part.placed, tiles)).collect();
+        self.lists = seen.into_par_iter().map(|placed| self.list_of(placed, tiles)).collect();
         let place = |tile: usize| {
-            let count = self.lists.iter().map(|list| list.of_tile(tile).len()).sum();
-            TilePlace { first: 0, side: side_for(count, points_a_piece) }
+            let count: usize = self.lists.iter().map(|list| list.numbers(tile).len()).sum();
+            TilePlace { first: 0, side: side_for(count as f64 * factor, points_a_piece) }
         };
         let beside = TilePlace { first: 0, side: 1 };
         self.places = (0..tiles).map(place).chain([beside]).collect();
@@ -221,21 +244,26 @@ impl<'a> Grid<'a> {
     }
 
     /// The same of some pieces, by counting.
-    fn list_of(&self, seen: &[Placed], tiles: usize) -> List {
-        let under: Vec<[u16; 4]> = seen.iter().map(|placed| self.tiles_under(&placed.bounds)).collect();
+    fn list_of(&self, placed: Vec<Placed>, tiles: usize) -> List {
+        if tiles == 1 {
+            let count = placed.len() as u32;
+            return List { placed, starts: vec![0, count], numbers: (0..count).collect() };
+        }
+        let unit = self.view.plane_unit();
+        let under: Vec<[u16; 4]> = placed.iter().map(|placed| self.tiles_under(&placed.rectangle(unit))).collect();
         let mut starts = vec![0u32; tiles + 1];
         under.iter().for_each(|&under| self.for_each_tile(under, |tile| starts[tile + 1] += 1));
         for tile in 0..tiles {
             starts[tile + 1] += starts[tile];
         }
-        let (mut next, mut pieces) = (starts.clone(), vec![0; starts[tiles] as usize]);
-        for (placed, &under) in seen.iter().zip(&under) {
+        let (mut next, mut numbers) = (starts.clone(), vec![0; starts[tiles] as usize]);
+        for (number, &under) in under.iter().enumerate() {
             self.for_each_tile(under, |tile| {
-                pieces[next[tile] as usize] = placed.piece;
+                numbers[next[tile] as usize] = number as u32;
                 next[tile] += 1;
             });
         }
-        List { starts, pieces }
+        List { placed, starts, numbers }
     }
 
     #[inline(always)]
@@ -248,9 +276,9 @@ impl<'a> Grid<'a> {
         }
     }
 
-    /// Cells of one tile.
-    fn make(&self, index: usize) -> Tile {
-        let list: Vec<u32> = self.lists.iter().flat_map(|list| list.of_tile(index)).copied().collect();
+    /// Cells of one tile, by threads that take so many pieces at a time.
+    fn make(&self, index: usize, at_a_time: usize) -> Tile {
+        let placed: Vec<&Placed> = self.lists.iter().flat_map(|list| list.of_tile(index)).collect();
         let side = self.places[index].side;
         let window = Window {
             view: &self.view,
@@ -258,10 +286,12 @@ impl<'a> Grid<'a> {
             density: 2.0 * self.density,
             middle: [index % self.size[0], index / self.size[0]].map(|index| (2 * index + 1) as f64),
             error: self.error,
-            margin: 2.0 * TILE_MARGIN,
             cells: 0.5 * side as f32,
+            // A lamp's view ends soon behind its points: no middle of a cell with points may lie beyond.
+            with_surfaces: self.view.is_sun() || self.density * f64::from(side) >= 1.0 / WIDEST_CELL,
         };
-        let listed = see_listed(window, self.pieces, &list);
-        Tile::of(&listed, side, self.view.unit())
+        let order = in_order(&placed, &window);
+        let parts = order.par_chunks(at_a_time).map(|list| see_listed(window, self.pieces, list));
+        Tile::of(parts.collect(), side, self.view.unit())
     }
 }

@@ -16,7 +16,10 @@
 
 use umbriel_geometry::simd::{F8, Float, Lanes, M8, Mask, Simd};
 
-use crate::light_space::{Footprint, greater, lesser};
+use crate::{
+    light_space::{Footprint, greater, lesser},
+    loose::surface::Share,
+};
 
 /// How far inside or outside an edge counts as certain, beside what the point is off by; units of half a tile.
 pub(super) const EDGE_MARGIN: f32 = 1.0 / (1u32 << 20) as f32;
@@ -83,20 +86,27 @@ pub(super) struct Strip<S: Simd> {
     meets: M8<S>,
 }
 
-/// Where a group's triangles are, how near each comes, and which hide nothing for certain: their planes are not known, or they have holes.
+/// Where a group's triangles are, how near each comes and how far it reaches, and which hide nothing for certain: their planes are not known, or they have holes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Extent {
     /// Of each lane: least s and t, greatest s and t, rounded outward.
     bounds: [[f32; 8]; 4],
     nearest: [f32; 8],
+    farthest: [f32; 8],
     pub(super) vague: u8,
+    /// Which are of closed surfaces, and which turn the other way round than by their winding.
+    pub(super) closed: u8,
+    pub(super) reversed: u8,
 }
 
 impl Extent {
     pub(super) const EMPTY: Self = Self {
         bounds: [[f32::INFINITY; 8], [f32::INFINITY; 8], [f32::NEG_INFINITY; 8], [f32::NEG_INFINITY; 8]],
         nearest: [f32::NEG_INFINITY; 8],
+        farthest: [f32::INFINITY; 8],
         vague: 0,
+        closed: 0,
+        reversed: 0,
     };
 
     /// Puts a triangle into a lane.
@@ -108,23 +118,25 @@ impl Extent {
         (u0_to[lane], v0_to[lane]) = (-above(-greater(u0, -BEYOND)), -above(-greater(v0, -BEYOND)));
         (u1_to[lane], v1_to[lane]) = (above(lesser(u1, BEYOND)), above(lesser(v1, BEYOND)));
         self.nearest[lane] = above(greater(footprint.nearest, f64::from(f32::MIN)));
+        self.farthest[lane] = -above(-footprint.farthest);
     }
 
-    /// Takes a lane of other extents.
-    #[inline(always)]
-    pub(super) fn take(&mut self, lane: usize, from: &Self, other: usize) {
-        for (to, from) in self.bounds.iter_mut().zip(&from.bounds) {
-            to[lane] = from[other];
+    /// Leaves nothing in a lane.
+    pub(super) fn clear(&mut self, lane: usize) {
+        for (to, empty) in self.bounds.iter_mut().zip(&Self::EMPTY.bounds) {
+            to[lane] = empty[lane];
         }
-        self.nearest[lane] = from.nearest[other];
-        self.vague |= (from.vague >> other & 1) << lane;
+        self.nearest[lane] = f32::NEG_INFINITY;
+        self.vague &= !(1 << lane);
     }
 
-    /// The bounds of one triangle.
+    /// What these lanes may be to a sheet, given which the ray over the middle meets for certain and which it does not.
     #[inline(always)]
-    pub(super) fn lane(&self, lane: usize) -> [f32; 4] {
-        let [u0, v0, u1, v1] = &self.bounds;
-        [u0[lane], v0[lane], u1[lane], v1[lane]]
+    fn share(&self, lanes: u8, met: u8, missed: u8) -> Share {
+        let reversed = self.reversed & lanes;
+        let is_known = lanes & (met | missed) & self.closed & !self.vague == lanes;
+        let turns_one_way = reversed == 0 || reversed == lanes;
+        if is_known && turns_one_way { Share::of((met & lanes).count_ones(), reversed != 0) } else { Share::NONE }
     }
 
     /// A rectangle that holds all.
@@ -145,6 +157,10 @@ pub(super) struct Over {
     pub(super) covered: f32,
     /// Which of them meet the square, a bit each.
     pub(super) lanes: u8,
+    /// What these may be to a sheet over the square.
+    pub(super) share: Share,
+    /// None of them is less near over the square.
+    pub(super) farthest: f32,
 }
 
 impl Group {
@@ -169,17 +185,12 @@ impl Group {
         is_plane
     }
 
-    /// Takes a lane of another group.
-    #[inline(always)]
-    pub(super) fn take(&mut self, lane: usize, from: &Self, other: usize) {
-        for (to, from) in self.edges.iter_mut().zip(&from.edges) {
-            for (to, from) in to.iter_mut().zip(from) {
-                to[lane] = from[other];
-            }
+    /// Leaves nothing in a lane.
+    pub(super) fn clear(&mut self, lane: usize) {
+        for (to, empty) in self.edges.iter_mut().flatten().zip(Self::EMPTY.edges.iter().flatten()) {
+            to[lane] = empty[lane];
         }
-        for (to, from) in self.plane.iter_mut().zip(&from.plane) {
-            to[lane] = from[other];
-        }
+        self.plane.iter_mut().for_each(|to| to[lane] = 0.0);
     }
 
     /// Tests all eight, of which those in `vague` hide nothing for certain.
@@ -255,8 +266,9 @@ impl Group {
         let never = simd.splat8(f32::NEG_INFINITY);
         let near = (here + reach).min(simd.load(&extent.nearest)).select(meets, never).to_array();
         let covers = inside.gt(half + margin);
+        let below = here - reach;
         let covered = if covers.bits() & !u32::from(extent.vague) != 0 {
-            let mut below = (here - reach).select(covers, never).to_array();
+            let mut below = below.select(covers, never).to_array();
             for (lane, below) in below.iter_mut().enumerate() {
                 *below = if extent.vague >> lane & 1 == 0 { *below } else { f32::NEG_INFINITY };
             }
@@ -264,7 +276,13 @@ impl Group {
         } else {
             f32::NEG_INFINITY
         };
-        Some(Over { nearest: greatest(near), covered, lanes: meets.bits() as u8 })
+        let lanes = meets.bits() as u8;
+        // The function of an edge is off by less at the middle.
+        let (is_in, is_out) = (inside.gt(margin + margin), inside.lt(-(margin + margin)));
+        let share = extent.share(lanes, is_in.bits() as u8, is_out.bits() as u8);
+        let farthest = below.max(simd.load(&extent.farthest));
+        let farthest = -greatest((-farthest).select(meets, never).to_array());
+        Some(Over { nearest: greatest(near), covered, lanes, share, farthest })
     }
 }
 
@@ -296,7 +314,7 @@ pub(super) fn whole(x: f32) -> u32 {
 
 /// A float of 32 bits that is no less than a value from the least of them on. Without branches, where `f32::next_up` has some.
 #[inline(always)]
-fn above(value: f64) -> f32 {
+pub(super) fn above(value: f64) -> f32 {
     let near = value as f32;
     near + (near.abs() * f32::EPSILON + f32::MIN_POSITIVE)
 }

@@ -1,4 +1,4 @@
-//! The pieces over a tile as the tile sees them, eight at a time, in the order of their list.
+//! The pieces over a tile as the tile sees them, eight at a time, in the order of their list ([`order`](super::order)).
 //!
 //! What eight triangles cover is found by the same steps without branches ([`Footprint::of`]), lane by lane, so that the compiler makes vectors of them. The
 //! few that are seen edge-on and curved bodies are put into their lanes one by one. Cost: some tens of nanoseconds a triangle.
@@ -12,7 +12,7 @@ use umbriel_geometry::{
 use crate::{
     light_space::{CornerError, Footprint, Homogeneous, View},
     loose::{
-        group::{Extent, Group, whole},
+        group::{Extent, Group},
         pieces::{Piece, Pieces},
     },
 };
@@ -29,30 +29,26 @@ pub(super) struct Window<'a> {
     pub(super) middle: [f64; 2],
     /// Errors of corners in units of half a tile.
     pub(super) error: CornerError,
-    /// Half tiles beside the tile where pieces matter.
-    pub(super) margin: f64,
     /// Cells of the tile over half of it.
     pub(super) cells: f32,
+    /// Whether surfaces that are closed are so in it.
+    pub(super) with_surfaces: bool,
 }
 
-/// Eight pieces, a lane each.
-#[derive(Clone, Debug)]
+/// The pieces over a tile, eight that follow each other in their list in each group.
+#[derive(Debug, Default)]
 pub(super) struct Listed {
-    /// Their faces, by the first piece of each; integers as vectors have them.
-    pub(super) faces: [i32; 8],
-    pub(super) group: Group,
-    pub(super) extent: Extent,
-    /// Neighbours by [`key`] belong together.
-    pub(super) keys: [u32; 8],
-    /// Which may meet the window.
-    pub(super) met: u8,
+    pub(super) groups: Vec<Group>,
+    pub(super) extents: Vec<Extent>,
+    /// The faces that each group's triangles are of, by the first piece of each; integers as vectors have them.
+    pub(super) faces: Vec<[i32; 8]>,
 }
 
 /// Corners of eight triangles.
 type Corners = Gathered<3, 8>;
 
 /// Sees all pieces of a list.
-pub(super) fn see_listed(window: Window, pieces: &Pieces, list: &[u32]) -> Vec<Listed> {
+pub(super) fn see_listed(window: Window, pieces: &Pieces, list: &[u32]) -> Listed {
     dispatch(See { window, pieces, list })
 }
 
@@ -63,27 +59,35 @@ struct See<'a> {
 }
 
 impl Kernel for See<'_> {
-    type Output = Vec<Listed>;
+    type Output = Listed;
 
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) -> Vec<Listed> {
+    fn run<S: Simd>(self, _: S) -> Listed {
         if self.window.view.is_sun() { self.all::<true>() } else { self.all::<false>() }
     }
 }
 
 impl See<'_> {
     #[inline(always)]
-    fn all<const IS_SUN: bool>(&self) -> Vec<Listed> {
+    fn all<const IS_SUN: bool>(&self) -> Listed {
         let mut hint = 0;
-        let mut all = vec![Listed::EMPTY; self.list.len().div_ceil(8)];
+        let count = self.list.len().div_ceil(8);
+        let mut all = Listed {
+            groups: Vec::with_capacity(count),
+            extents: Vec::with_capacity(count),
+            faces: Vec::with_capacity(count),
+        };
         let mut corners = Corners::default();
-        for (list, listed) in self.list.chunks(8).zip(&mut all) {
-            let (mut holes, mut curved) = (0, 0);
+        for list in self.list.chunks(8) {
+            let (mut holes, mut curved, mut closed, mut faces) = (0, 0, 0, [0; 8]);
             for (lane, &number) in list.iter().enumerate() {
                 let (piece, first) = self.pieces.get(number, &mut hint);
-                listed.faces[lane] = first as i32;
+                faces[lane] = first as i32;
                 let triangle = match piece {
-                    Piece::Triangle(triangle) => triangle,
+                    Piece::Triangle { corners, is_closed } => {
+                        closed |= u8::from(is_closed & self.window.with_surfaces) << lane;
+                        corners
+                    }
                     Piece::CutOut(triangle) => {
                         holes |= 1 << lane;
                         triangle
@@ -95,20 +99,28 @@ impl See<'_> {
                 };
                 (0..3).for_each(|k| corners.set(k, lane, triangle[k]));
             }
-            let valid = 0xff >> (8 - list.len());
-            self.see_eight::<IS_SUN>(&corners, [holes, curved, valid], listed);
+            let mut seen = self.see_eight::<IS_SUN>(&corners, &faces, [holes, curved, 0xff >> (8 - list.len())]);
+            seen.extent.closed = closed;
+            (list.len()..8).for_each(|lane| seen.clear(lane));
+            all.groups.push(seen.group);
+            all.extents.push(seen.extent);
+            all.faces.push(faces);
         }
         all
     }
 
     /// Which of the eight have holes, which are curved, and which are there at all, a bit each.
     #[inline(always)]
-    fn see_eight<const IS_SUN: bool>(&self, corners: &Corners, [holes, curved, valid]: [u8; 3], listed: &mut Listed) {
-        // Made here and then moved: written straight into the list, the lanes do not become vectors.
+    fn see_eight<const IS_SUN: bool>(
+        &self,
+        corners: &Corners,
+        faces: &[i32; 8],
+        [holes, curved, valid]: [u8; 3],
+    ) -> Lanes {
         let mut seen = Lanes::EMPTY;
         for lane in 0..8 {
             let footprint = Footprint::of::<IS_SUN>(&self.window.triangle(corners, lane), self.window.error);
-            seen.set::<IS_SUN>(lane, &footprint, &self.window);
+            seen.set::<IS_SUN>(lane, &footprint);
         }
         let mut single = valid & (curved | !bits(seen.turned));
         while single != 0 {
@@ -117,17 +129,13 @@ impl See<'_> {
             let footprint = if curved >> lane & 1 == 0 {
                 Footprint::edge_on::<IS_SUN>(&self.window.triangle(corners, lane), self.window.error)
             } else {
-                self.curved::<IS_SUN>(listed.faces[lane] as u32)
+                self.curved::<IS_SUN>(faces[lane] as u32)
             };
-            seen.set::<IS_SUN>(lane, &footprint, &self.window);
+            seen.set::<IS_SUN>(lane, &footprint);
         }
-        (listed.group, listed.extent) = (seen.group, seen.extent);
-        listed.extent.vague = holes | !bits(seen.known);
-        let place_bits = place_bits(self.list.len().div_ceil(8));
-        for lane in 0..8 {
-            listed.keys[lane] = key(listed.extent.lane(lane), seen.reversed[lane], self.window.cells, place_bits);
-        }
-        listed.met = valid & bits(seen.met);
+        seen.extent.vague = holes | !bits(seen.known);
+        seen.extent.reversed = bits(seen.reversed);
+        seen
     }
 
     /// A curved body may be anywhere inside its box.
@@ -139,6 +147,12 @@ impl See<'_> {
 }
 
 impl Window<'_> {
+    /// Where in the tile a place along an axis is.
+    #[inline(always)]
+    pub(super) fn along(&self, place: f64, axis: usize) -> f32 {
+        (self.density * (place - self.corner[axis]) - self.middle[axis]) as f32
+    }
+
     #[inline(always)]
     fn see(&self, corner: DVec3) -> Homogeneous {
         let seen = self.view.see(corner);
@@ -155,11 +169,7 @@ impl Window<'_> {
     }
 }
 
-impl Listed {
-    const EMPTY: Self = Self { faces: [0; 8], group: Group::EMPTY, extent: Extent::EMPTY, keys: [0; 8], met: 0 };
-}
-
-/// What is made lane by lane.
+/// Eight pieces, a lane each. Made here and then moved: written straight into the lists, the lanes do not become vectors.
 struct Lanes {
     group: Group,
     extent: Extent,
@@ -167,7 +177,6 @@ struct Lanes {
     known: [bool; 8],
     turned: [bool; 8],
     reversed: [bool; 8],
-    met: [bool; 8],
 }
 
 impl Lanes {
@@ -177,60 +186,25 @@ impl Lanes {
         known: [false; 8],
         turned: [false; 8],
         reversed: [false; 8],
-        met: [false; 8],
     };
 
     #[inline(always)]
-    fn set<const IS_SUN: bool>(&mut self, lane: usize, footprint: &Footprint, window: &Window) {
+    fn set<const IS_SUN: bool>(&mut self, lane: usize, footprint: &Footprint) {
         // The view's unit, known while compiling: asked of the view here, the lanes do not become vectors.
         self.known[lane] = self.group.set(lane, footprint, if IS_SUN { 1.0 } else { 0.0 });
         self.extent.set(lane, footprint);
         self.turned[lane] = footprint.is_turned;
         self.reversed[lane] = footprint.is_reversed;
-        self.met[lane] = footprint.may_meet_window(window.margin);
+    }
+
+    /// Leaves nothing in a lane.
+    fn clear(&mut self, lane: usize) {
+        self.group.clear(lane);
+        self.extent.clear(lane);
     }
 }
 
 #[inline(always)]
 fn bits(lanes: [bool; 8]) -> u8 {
     lanes.iter().enumerate().fold(0, |bits, (lane, &is_set)| bits | u8::from(is_set) << lane)
-}
-
-/// Places along a side that keys tell apart, as a power of two: about as many in all as there are pieces.
-fn place_bits(eights: usize) -> u32 {
-    ((8 * eights).max(1).ilog2() / 2).clamp(4, 8)
-}
-
-/// How many keys there are for so many eights: three sizes, two facings, and the places.
-pub(super) fn keys(eights: usize) -> usize {
-    6 << (2 * place_bits(eights))
-}
-
-/// Neighbours in this order go into one group: triangles of like size, then of one facing, then along a Morton curve. `cells` lie over half the tile.
-#[inline(always)]
-fn key([u0, v0, u1, v1]: [f32; 4], is_reversed: bool, cells: f32, place_bits: u32) -> u32 {
-    let (u0, v0, u1, v1) = (within(u0), within(v0), within(u1), within(v1));
-    let (wide, high) = (u1 - u0, v1 - v0);
-    let longer = if wide > high { wide } else { high };
-    let extent = longer * cells;
-    let class = u32::from(extent >= 2.0) + u32::from(extent >= 6.0);
-    let last = ((1u32 << place_bits) - 1) as f32;
-    let place = |low: f32, high: f32| whole(((low + high) * 0.25 + 0.5) * last);
-    let morton = spread_bits(place(u0, u1)) | spread_bits(place(v0, v1)) << 1;
-    (class << 1 | u32::from(is_reversed)) << (2 * place_bits) | morton
-}
-
-/// The nearest place of the tile.
-#[inline(always)]
-fn within(bound: f32) -> f32 {
-    let bound = if bound > -1.0 { bound } else { -1.0 };
-    if bound < 1.0 { bound } else { 1.0 }
-}
-
-/// Eight bits with gaps between them.
-#[inline(always)]
-fn spread_bits(x: u32) -> u32 {
-    let x = (x | x << 4) & 0x0f0f;
-    let x = (x | x << 2) & 0x3333;
-    (x | x << 1) & 0x5555
 }

@@ -24,11 +24,13 @@ mod group;
 mod listed;
 mod occupancy;
 mod on_faces;
+mod order;
 mod pieces;
 mod placed;
 mod points;
 mod seen;
 mod sorted;
+mod surface;
 mod tile;
 
 #[cfg(test)]
@@ -66,6 +68,9 @@ const LEAST_JOBS: usize = 16;
 /// Jobs of fewer points than [`CHUNK`] go where each goes through no more cells than this for a point, and never below so many points.
 const CELLS_GONE_THROUGH: usize = 8;
 const FEWEST: usize = 1 << 10;
+/// Points of faces a piece from which on it is worth its while to know which pieces are of closed surfaces ([`surface`]).
+const SURFACE_POINTS_A_PIECE: f64 = 4.0;
+const _: () = assert!(SURFACE_POINTS_A_PIECE > occupancy::POINTS_A_PIECE);
 /// Points that are looked at one by one are few to a job.
 const CHUNK: usize = 4096;
 
@@ -171,7 +176,12 @@ impl Queries<'_> {
         lit: &mut [bool],
         progress: &dyn Progress,
     ) -> Result<(), PointsError> {
-        let pieces = Pieces::of(&self.bodies);
+        let mut pieces = Pieces::of(&self.bodies);
+        if let Some(pieces) = &mut pieces {
+            // Where pieces are left out ([`occupancy`]) surfaces have gaps.
+            let is_worth_it = points.len() as f64 > SURFACE_POINTS_A_PIECE * f64::from(pieces.len());
+            pieces.with_surfaces = matches!(points, Points::OnFaces(_)) && is_worth_it;
+        }
         let grids = pieces.as_ref().and_then(|pieces| self.grids(pieces, points, light));
         let cells = grids.as_ref().map_or(0, |grids| grids.cells as usize);
         let size = (cells * POINTS_A_CELL).clamp(SMALLEST_JOB, LARGEST_JOB);

@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Worth its while where there are at most so many points a piece.
-const POINTS_A_PIECE: f64 = 1.0;
+pub(super) const POINTS_A_PIECE: f64 = 1.0;
 /// Cells of the raster a point, and at most so many along a side.
 const CELLS_A_POINT: f64 = 8.0;
 const MOST_CELLS: usize = 1024;

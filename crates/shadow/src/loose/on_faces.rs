@@ -183,13 +183,17 @@ impl Met {
         if !flat_face_is_turned_to(bodies, object, face, light) {
             return Some(Self { place, reach, ..Self::NONE });
         }
+        // A body that is cut away has no pieces: its points have no face among them.
+        let Some(own) = pieces.of_face(object, face) else {
+            return Some(Self { place, kind: Kind::Single, reach, ..Self::NONE });
+        };
         let corners = facet.corners();
         let at = |k: usize| facets.positions()[corners[k] as usize];
         let [a, b, d] = [at(0), at(1), at(corners.len() - 1)];
         Some(Self {
             place,
             kind: Kind::Open,
-            own: pieces.of_face(object, face).unwrap_or(u32::MAX) as i32,
+            own: own as i32,
             reach,
             corner: a,
             edges: [b - a, d - a],

@@ -18,6 +18,8 @@ pub(super) struct Pieces<'a> {
     pub(super) bounds: Aabb,
     /// How far corners may be from where floats put them, in any coordinate.
     pub(super) slack: f64,
+    /// Whether it is asked which are of closed surfaces.
+    pub(super) with_surfaces: bool,
 }
 
 /// The pieces of one object.
@@ -33,8 +35,12 @@ struct Numbered<'a> {
 
 /// One piece.
 pub(super) enum Piece {
-    /// Corners, each known to the pieces' slack.
-    Triangle([DVec3; 3]),
+    Triangle {
+        /// Each known to the pieces' slack.
+        corners: [DVec3; 3],
+        /// It is of a closed surface, which is known exactly.
+        is_closed: bool,
+    },
     /// A triangle with holes: it may block where it is met.
     CutOut([DVec3; 3]),
     /// A curved body may be anywhere inside its box.
@@ -44,7 +50,7 @@ pub(super) enum Piece {
 impl<'a> Pieces<'a> {
     /// Places every object of the scene. `None` when 32 bits cannot number the pieces.
     pub(super) fn of(bodies: &'a Bodies) -> Option<Self> {
-        let mut pieces = Self { objects: Vec::new(), count: 0, bounds: Aabb::EMPTY, slack: 0.0 };
+        let mut pieces = Self { objects: Vec::new(), count: 0, bounds: Aabb::EMPTY, slack: 0.0, with_surfaces: false };
         for object in 0..bodies.scene.objects.len() {
             let (bounds, body) = (bodies.bounds(object), bodies.get(object));
             let (faces, is_halved) = match body {
@@ -136,7 +142,10 @@ impl<'a> Pieces<'a> {
                 let halves = u32::from(numbered.is_halved);
                 let first = numbered.first + (index >> halves << halves) as u32;
                 match facets.opacity(index >> halves) {
-                    Opacity::Opaque => (Piece::Triangle(corners), first),
+                    Opacity::Opaque => {
+                        let is_closed = self.with_surfaces && facets.are_floats() && facets.is_closed(index >> halves);
+                        (Piece::Triangle { corners, is_closed }, first)
+                    }
                     Opacity::Mixed | Opacity::Clear => (Piece::CutOut(corners), first),
                 }
             }

@@ -133,6 +133,9 @@ pub(super) struct Off {
     unit: f32,
 }
 
+/// Points that are off by more, in half tiles, are not known well enough for tiles: half of what lies beside all pieces.
+const PLACE_TOLD: f32 = 1.0 / 32.0;
+
 /// More than what the roundings of [`Off::at`] and of the nearness itself take away: ten of 2^-24 at most.
 const UPWARD: f32 = 1.0 + 1.0 / (1u32 << 20) as f32;
 
@@ -205,6 +208,6 @@ impl Off {
     #[inline(always)]
     pub(super) fn is_told(&self, nearness: f32) -> bool {
         let (place, height) = self.at(nearness);
-        (place < 0.25) & (height < HEIGHT_LIMIT * (nearness.abs() + self.unit))
+        (place < PLACE_TOLD) & (height < HEIGHT_LIMIT * (nearness.abs() + self.unit))
     }
 }

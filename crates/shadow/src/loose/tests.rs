@@ -77,7 +77,7 @@ fn all_levels_say_the_same_and_what_is_certain_is_true() {
             let probe: Probe = Probe::at(DVec3::from_array(point.map(f64::from)));
             let mut hint = 0;
             let is_blocked = (0..pieces.len()).any(|piece| match pieces.get(piece, &mut hint).0 {
-                pieces::Piece::Triangle(corners) => polygon_blocks(&corners.map(Point::exact), &probe, &light),
+                pieces::Piece::Triangle { corners, .. } => polygon_blocks(&corners.map(Point::exact), &probe, &light),
                 pieces::Piece::CutOut(_) | pieces::Piece::Box(_) => false,
             });
             assert_eq!(lit[index], !is_blocked, "{point:?} under {light:?}");

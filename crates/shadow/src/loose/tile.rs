@@ -5,11 +5,13 @@
 //! a triangle is stored once a tile. A cell that one triangle covers as a whole needs nothing that lies farther: what is
 //! behind that triangle is in its shadow.
 
+use rayon::prelude::*;
 use umbriel_geometry::simd::{Kernel, Simd, dispatch};
 
 use crate::loose::{
-    group::{Extent, Group, whole},
-    listed::{Listed, keys},
+    group::{Extent, Group, Over, whole},
+    listed::Listed,
+    surface::{self, Share},
 };
 
 /// Cells hold what meets them when they are this much wider on each side, units of half a cell. So a point within
@@ -46,7 +48,11 @@ pub(super) struct Cell {
     pub(super) first: u32,
     /// What is certainly less near than this is certainly in shadow.
     pub(super) covered: f32,
+    /// A point of a face that is certainly as near as this is certainly lit.
+    pub(super) surface: f32,
 }
+
+const _: () = assert!(size_of::<Entry>() == 16);
 
 /// A group over a cell.
 #[derive(Clone, Copy, Debug)]
@@ -58,80 +64,84 @@ pub(super) struct Entry {
     pub(super) lanes: u8,
     /// Which of the group's hide nothing for certain.
     pub(super) vague: u8,
+    /// What these that meet the cell may be to a sheet over it.
+    pub(super) share: Share,
+    /// None of them is less near over the cell.
+    pub(super) farthest: f32,
 }
 
 impl Tile {
-    /// `side` cells along each side for pieces in units of half the tile. `unit` is 1 for a sun, whose nearness may have any sign, 0 for a lamp.
-    pub(super) fn of(listed: &[Listed], side: u32, unit: f32) -> Self {
+    /// `side` cells along each side for pieces in units of half the tile, which come in parts. `unit` is 1 for a sun, whose nearness may have any sign, 0 for a lamp.
+    pub(super) fn of(parts: Vec<Listed>, side: u32, unit: f32) -> Self {
+        let mut first = 0;
+        let mut spreads = Vec::new();
+        for Listed { groups, extents, .. } in &parts {
+            spreads.push(Spread { groups, extents, first, side, unit });
+            first += groups.len();
+        }
+        let (found, of_parts): (Vec<Vec<Found>>, Vec<Vec<f32>>) = spreads.into_par_iter().map(dispatch).unzip();
+        let mut covered = vec![f32::NEG_INFINITY; (side * side) as usize];
+        for of_part in of_parts {
+            covered.iter_mut().zip(of_part).for_each(|(most, covered)| *most = most.max(covered));
+        }
         let mut tile = Self { cells: Vec::new(), entries: Vec::new(), groups: Vec::new(), faces: Vec::new() };
-        let extents = tile.group(listed);
-        let (found, covered) = dispatch(Spread { groups: &tile.groups, extents: &extents, side, unit });
         tile.list(&found, &covered, unit);
+        for Listed { groups, faces, .. } in parts {
+            tile.groups = joined(tile.groups, groups);
+            tile.faces = joined(tile.faces, faces);
+        }
         tile
     }
 
-    /// Puts triangles that lie together into groups, by counting how many there are of each key.
-    fn group(&mut self, listed: &[Listed]) -> Vec<Extent> {
-        let lanes = |met: u8| (0..8).filter(move |lane| met >> lane & 1 == 1);
-        let mut next = vec![0u32; keys(listed.len())];
-        for listed in listed {
-            lanes(listed.met).for_each(|lane| next[listed.keys[lane] as usize] += 1);
-        }
-        let mut count = 0;
-        for number in &mut next {
-            (*number, count) = (count, count + *number);
-        }
-        let groups = (count as usize).div_ceil(8);
-        let mut extents = vec![Extent::EMPTY; groups];
-        self.groups = vec![Group::EMPTY; groups];
-        self.faces = vec![[0; 8]; groups];
-        for listed in listed {
-            for lane in lanes(listed.met) {
-                let next = &mut next[listed.keys[lane] as usize];
-                let (group, to) = (*next as usize / 8, *next as usize % 8);
-                *next += 1;
-                self.groups[group].take(to, &listed.group, lane);
-                extents[group].take(to, &listed.extent, lane);
-                self.faces[group][to] = listed.faces[lane];
-            }
-        }
-        extents
-    }
-
-    /// What covers a cell, and its list.
+    /// A cell, and its list.
     #[inline(always)]
-    pub(super) fn list_of(&self, cell: usize) -> (f32, &[Entry]) {
+    pub(super) fn list_of(&self, cell: usize) -> (Cell, &[Entry]) {
         let [here, next] = [self.cells[cell], self.cells[cell + 1]];
-        (here.covered, &self.entries[here.first as usize..next.first as usize])
+        (here, &self.entries[here.first as usize..next.first as usize])
     }
 
     /// Sorts what was found into the cells' lists: nearest first, without what is hidden by what covers its cell.
-    fn list(&mut self, found: &[Found], covered: &[f32], unit: f32) {
+    fn list(&mut self, found: &[Vec<Found>], covered: &[f32], unit: f32) {
         let is_seen = |found: &&Found| {
             let limit = covered[found.cell as usize];
             found.entry.nearest >= limit - (limit.abs() + unit) * (4.0 * HEIGHT_LIMIT)
         };
         let mut next = vec![0u32; covered.len() + 1];
-        for found in found.iter().filter(is_seen) {
+        for found in found.iter().flatten().filter(is_seen) {
             next[found.cell as usize + 1] += 1;
         }
         for cell in 0..covered.len() {
             next[cell + 1] += next[cell];
         }
-        let starts = || next.iter().copied();
         let ends = covered.iter().copied().chain([f32::NEG_INFINITY]);
-        self.cells = starts().zip(ends).map(|(first, covered)| Cell { first, covered }).collect();
-        self.entries = vec![Entry { nearest: 0.0, group: 0, lanes: 0, vague: 0 }; next[covered.len()] as usize];
-        for found in found.iter().filter(is_seen) {
+        let cell = |(&first, covered)| Cell { first, covered, surface: f32::INFINITY };
+        self.cells = next.iter().zip(ends).map(cell).collect();
+        self.entries = vec![Entry::EMPTY; next[covered.len()] as usize];
+        for found in found.iter().flatten().filter(is_seen) {
             let place = &mut next[found.cell as usize];
             self.entries[*place as usize] = found.entry;
             *place += 1;
         }
-        for ends in self.cells.windows(2) {
-            self.entries[ends[0].first as usize..ends[1].first as usize]
-                .sort_unstable_by(|a, b| b.nearest.total_cmp(&a.nearest));
+        for (cell, &covered) in covered.iter().enumerate() {
+            let [first, end] = [self.cells[cell].first as usize, self.cells[cell + 1].first as usize];
+            let entries = &mut self.entries[first..end];
+            entries.sort_unstable_by(|a, b| b.nearest.total_cmp(&a.nearest));
+            self.cells[cell].surface = surface::from(entries, covered);
         }
     }
+}
+
+impl Entry {
+    const EMPTY: Self = Self { nearest: 0.0, group: 0, lanes: 0, vague: 0, share: Share::NONE, farthest: 0.0 };
+}
+
+/// One after the other; the first is not moved unless it must be.
+fn joined<T>(mut first: Vec<T>, then: Vec<T>) -> Vec<T> {
+    if first.is_empty() {
+        return then;
+    }
+    first.extend(then);
+    first
 }
 
 /// A group and a cell that meet.
@@ -144,6 +154,8 @@ struct Found {
 struct Spread<'a> {
     groups: &'a [Group],
     extents: &'a [Extent],
+    /// The number of the first group.
+    first: usize,
     side: u32,
     unit: f32,
 }
@@ -157,8 +169,8 @@ impl Kernel for Spread<'_> {
         let half = 1.0 / side as f32;
         let middle = |cell: u32| (2 * cell + 1) as f32 * half - 1.0;
         let mut covered = vec![f32::NEG_INFINITY; (side * side) as usize];
-        let mut found = Vec::with_capacity(self.groups.len() * 16);
-        for (number, (group, extent)) in self.groups.iter().zip(self.extents).enumerate() {
+        let mut found = Vec::with_capacity(self.groups.len() * 8);
+        for (number, (group, extent)) in (self.first..).zip(self.groups.iter().zip(self.extents)) {
             let [u0, v0, u1, v1] = extent.bounds().map(f64::from);
             let columns = cell_index(u0, -WIDENED, side)..=cell_index(u1, WIDENED, side);
             for row in cell_index(v0, -WIDENED, side)..=cell_index(v1, WIDENED, side) {
@@ -166,11 +178,12 @@ impl Kernel for Spread<'_> {
                 for column in columns.clone() {
                     let Some(over) = group.over(simd, &strip, middle(column), extent, self.unit) else { continue };
                     let cell = row * side + column;
-                    let entry =
-                        Entry { nearest: over.nearest, group: number as u32, lanes: over.lanes, vague: extent.vague };
+                    let Over { nearest, covered: most, lanes, share, farthest } = over;
+                    let (group, vague) = (number as u32, extent.vague);
+                    let entry = Entry { nearest, group, lanes, vague, share, farthest };
                     found.push(Found { cell, entry });
                     let covered = &mut covered[cell as usize];
-                    *covered = if over.covered > *covered { over.covered } else { *covered };
+                    *covered = if most > *covered { most } else { *covered };
                 }
             }
         }
@@ -197,7 +210,7 @@ pub(super) fn cell_along(place: f32, scale: f32) -> u32 {
 }
 
 /// About a triangle's size a cell, and smaller where many points will be asked for each triangle.
-pub(super) fn side_for(count: usize, points_a_triangle: f64) -> u32 {
+pub(super) fn side_for(count: f64, points_a_triangle: f64) -> u32 {
     let times = (points_a_triangle / POINTS_A_TRIANGLE).clamp(1.0, MOST_TIMES);
-    (count as f64 * CELLS_A_TRIANGLE * times).sqrt().round().clamp(1.0, MAX_SIDE) as u32
+    (count * CELLS_A_TRIANGLE * times).sqrt().round().clamp(1.0, MAX_SIDE) as u32
 }
