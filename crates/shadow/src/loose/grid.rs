@@ -20,9 +20,11 @@ use crate::{
 };
 use rayon::prelude::*;
 
-/// About as many pieces share a tile, but this many have one for themselves, where the view is no longer than so many times its width.
+/// About as many pieces share a tile.
 const PIECES_A_TILE: f64 = 2048.0;
+/// So many have one for themselves where no more points than this fall on each (what many points go through should lie together in memory) and the view is no longer than so many times its width.
 const ONE_TILE: usize = 8192;
+const POINTS_OF_ONE: f64 = 64.0;
 const LONGEST: f64 = 4.0;
 /// A tile that is made by several threads is made of parts of so many, eight to a group.
 const PIECES_A_PART: usize = 1024;
@@ -153,7 +155,8 @@ impl<'a> Grid<'a> {
         let count: usize = seen.iter().map(Vec::len).sum();
         let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
         let largest = width.max(height);
-        let is_one = count <= ONE_TILE && largest <= LONGEST * width.min(height);
+        let are_few = count <= ONE_TILE && points as f64 <= POINTS_OF_ONE * count as f64;
+        let is_one = are_few && largest <= LONGEST * width.min(height);
         let tiles = if is_one { 1.0 } else { (count as f64 / PIECES_A_TILE).clamp(1.0, MAX_TILES * MAX_TILES) };
         // One tile's side; when the view is a line, its length is cut.
         let side = (width * height / tiles).sqrt().max(largest / tiles.min(MAX_TILES));
