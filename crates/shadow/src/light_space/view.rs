@@ -160,7 +160,7 @@ impl View {
         [u0 - error, v0 - error, u1 + error, v1 + error]
     }
 
-    /// Whether a triangle turns the other way round than its winding in (u, v), roundings aside.
+    /// Whether a triangle turns the other way round than its winding in (u, v), roundings aside: a hint for what belongs together, where [`Footprint`](super::Footprint) is certain.
     #[inline(always)]
     pub(crate) fn is_reversed(&self, corners: &[DVec3; 3]) -> bool {
         let [a, b, c] = [self.see(corners[0]), self.see(corners[1]), self.see(corners[2])];
@@ -174,11 +174,6 @@ impl View {
     #[inline(always)]
     pub(crate) fn unit(&self) -> f32 {
         if self.is_sun { 1.0 } else { 0.0 }
-    }
-
-    /// About how large u and v are over the scene, a power of two.
-    pub(crate) fn plane_unit(&self) -> f64 {
-        if self.is_sun { 1.0 / self.scale } else { 1.0 }
     }
 
     /// How much the nearness of a sun's view changes over one metre of height; of a lamp's view, h.

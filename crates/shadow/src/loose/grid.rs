@@ -151,7 +151,7 @@ impl<'a> Grid<'a> {
     fn of(pieces: &'a Pieces<'a>, view: View, points: usize, occupancy: Option<&Occupancy>) -> Self {
         let error = view.error(pieces.slack, view.reach(&pieces.bounds));
         let seen = see_all(pieces, &view, error, occupancy);
-        let bounds = seen.iter().flatten().fold(NOWHERE, |all, placed| union(all, placed.rectangle(view.plane_unit())));
+        let bounds = seen.iter().flatten().fold(NOWHERE, |all, placed| union(all, placed.bounds));
         let count: usize = seen.iter().map(Vec::len).sum();
         let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
         let largest = width.max(height);
@@ -162,7 +162,8 @@ impl<'a> Grid<'a> {
         let side = (width * height / tiles).sqrt().max(largest / tiles.min(MAX_TILES));
         let side = if side > 0.0 { side / (1.0 - 2.0 * BESIDE) } else { 1.0 };
         let density = 1.0 / side;
-        let along = |length: f64| if is_one { 1 } else { (length * density + 2.0 * BESIDE).floor() as usize + 1 };
+        // A little less than what lies beside: the longest side of one tile must not round to two.
+        let along = |length: f64| (length * density + 1.9 * BESIDE).floor() as usize + 1;
         let grid_size = if count == 0 { [0; 2] } else { [along(width), along(height)] };
         let corner = [bounds[0] - BESIDE * side, bounds[1] - BESIDE * side];
         let scale = if view.is_sun() { density } else { density.max(1.0) };
@@ -179,8 +180,9 @@ impl<'a> Grid<'a> {
             tiles: Vec::new(),
         };
         // Cells of a tile that has nothing on a part of it are as small as if it had.
-        let filled = if is_one && count > 0 { (width * height) / (side * side) } else { 1.0 };
-        grid.list(seen, points as f64 / f64::from(pieces.len().max(1)), 1.0 / filled);
+        let area = width * height;
+        let more = if is_one && area > 0.0 { side * side / area } else { 1.0 };
+        grid.list(seen, points as f64 / f64::from(pieces.len().max(1)), more);
         grid
     }
 
@@ -252,8 +254,7 @@ impl<'a> Grid<'a> {
             let count = placed.len() as u32;
             return List { placed, starts: vec![0, count], numbers: (0..count).collect() };
         }
-        let unit = self.view.plane_unit();
-        let under: Vec<[u16; 4]> = placed.iter().map(|placed| self.tiles_under(&placed.rectangle(unit))).collect();
+        let under: Vec<[u16; 4]> = placed.iter().map(|placed| self.tiles_under(&placed.bounds)).collect();
         let mut starts = vec![0u32; tiles + 1];
         under.iter().for_each(|&under| self.for_each_tile(under, |tile| starts[tile + 1] += 1));
         for tile in 0..tiles {

@@ -177,10 +177,12 @@ impl Queries<'_> {
         progress: &dyn Progress,
     ) -> Result<(), PointsError> {
         let mut pieces = Pieces::of(&self.bodies);
-        if let Some(pieces) = &mut pieces {
-            // Where pieces are left out ([`occupancy`]) surfaces have gaps.
-            let is_worth_it = points.len() as f64 > SURFACE_POINTS_A_PIECE * f64::from(pieces.len());
-            pieces.with_surfaces = matches!(points, Points::OnFaces(_)) && is_worth_it;
+        // Where pieces are left out ([`occupancy`]) surfaces have gaps.
+        let is_worth_it = |pieces: &Pieces| points.len() as f64 > SURFACE_POINTS_A_PIECE * f64::from(pieces.len());
+        if let (Some(pieces), Points::OnFaces(_)) = (&mut pieces, points)
+            && is_worth_it(pieces)
+        {
+            pieces.find_surfaces();
         }
         let grids = pieces.as_ref().and_then(|pieces| self.grids(pieces, points, light));
         let cells = grids.as_ref().map_or(0, |grids| grids.cells as usize);

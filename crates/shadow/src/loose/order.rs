@@ -43,13 +43,11 @@ impl Kernel for Keys<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, _: S) -> Vec<u32> {
         let Self { placed, window, place_bits } = self;
-        let unit = window.view.plane_unit();
         let mut keys = Vec::with_capacity(placed.len());
         for placed in placed.chunks(8) {
             let (mut bounds, mut reversed, mut found) = ([[0.0; 8]; 4], [0; 8], [0; 8]);
             for (lane, placed) in placed.iter().enumerate() {
-                let rectangle = placed.rectangle(unit);
-                (0..4).for_each(|k| bounds[k][lane] = rectangle[k]);
+                (0..4).for_each(|k| bounds[k][lane] = placed.bounds[k]);
                 reversed[lane] = u32::from(placed.is_reversed);
             }
             let [u0, v0, u1, v1] = &bounds;

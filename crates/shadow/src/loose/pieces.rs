@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use umbriel_geometry::{Aabb, Facet, Facets, cut_out::Opacity};
 
 use crate::bodies::{Bodies, Body};
@@ -19,7 +20,7 @@ pub(super) struct Pieces<'a> {
     /// How far corners may be from where floats put them, in any coordinate.
     pub(super) slack: f64,
     /// Whether it is asked which are of closed surfaces.
-    pub(super) with_surfaces: bool,
+    with_surfaces: bool,
 }
 
 /// The pieces of one object.
@@ -71,6 +72,18 @@ impl<'a> Pieces<'a> {
             }
         }
         Some(pieces)
+    }
+
+    /// Asks which pieces are of closed surfaces: of each object all threads find that, before tiles are made that would wait for it.
+    pub(super) fn find_surfaces(&mut self) {
+        self.with_surfaces = true;
+        self.objects.par_iter().for_each(|numbered| {
+            if let Body::Flat(facets) = numbered.body
+                && facets.are_floats()
+            {
+                facets.is_closed(0);
+            }
+        });
     }
 
     /// All pieces in runs of one object each; none is long.

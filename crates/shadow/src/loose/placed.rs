@@ -14,16 +14,16 @@ use umbriel_geometry::{
 
 use crate::{
     light_space::{View, greater, lesser},
-    loose::{group::above, occupancy::Occupancy, pieces::Pieces},
+    loose::{occupancy::Occupancy, pieces::Pieces},
 };
 
 /// Pieces are seen and listed in so many parts at most, by as many threads: each part has a number for each tile.
 const PARTS: usize = 64;
 
-/// A piece and its rectangle in the view: least u, v, greatest u, v in parts of [`View::plane_unit`], rounded outward.
+/// A piece and its rectangle in the view: least u, v, greatest u, v.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed {
-    pub(super) bounds: [f32; 4],
+    pub(super) bounds: [f64; 4],
     pub(super) piece: u32,
     /// It turns the other way round than by its winding, as far as roundings tell; what belongs together.
     pub(super) is_reversed: bool,
@@ -38,29 +38,17 @@ pub(super) fn union([a, b, c, d]: [f64; 4], [e, f, g, h]: [f64; 4]) -> [f64; 4] 
     [lesser(e, a), lesser(f, b), greater(g, c), greater(h, d)]
 }
 
-impl Placed {
-    /// The rectangle in the view's own units.
-    #[inline(always)]
-    pub(super) fn rectangle(&self, unit: f64) -> [f64; 4] {
-        self.bounds.map(|bound| unit * f64::from(bound))
-    }
-}
-
 /// All pieces that the view sees, in parts; of those that may meet a point if that is known. `error` is that of corners.
 pub(super) fn see_all(pieces: &Pieces, view: &View, error: f64, occupancy: Option<&Occupancy>) -> Vec<Vec<Placed>> {
     let runs = pieces.runs();
     let parts = runs.par_chunks(runs.len().div_ceil(PARTS).max(1)).with_max_len(1);
-    parts
-        .map(|runs| dispatch(See { pieces, view: *view, error, parts: 1.0 / view.plane_unit(), occupancy, runs }))
-        .collect()
+    parts.map(|runs| dispatch(See { pieces, view: *view, error, occupancy, runs })).collect()
 }
 
 struct See<'a> {
     pieces: &'a Pieces<'a>,
     view: View,
     error: f64,
-    /// What is multiplied with it comes in parts of [`View::plane_unit`].
-    parts: f64,
     occupancy: Option<&'a Occupancy>,
     runs: &'a [Range<u32>],
 }
@@ -81,7 +69,7 @@ impl Kernel for See<'_> {
                     if let Some(bounds) = self.view.bounds(corners, self.error) {
                         let nearest = || self.view.nearest(corners, self.error);
                         let is_reversed = matches!(*corners, [a, b, c] if self.view.is_reversed(&[a, b, c]));
-                        self.keep(Placed { bounds: self.outward(bounds), piece, is_reversed }, nearest, &mut seen);
+                        self.keep(Placed { bounds, piece, is_reversed }, nearest, &mut seen);
                     }
                 }),
             }
@@ -97,10 +85,10 @@ impl See<'_> {
         let mut corners = Gathered::<3, 8>::default();
         for (first, triangles) in (first..).step_by(8).zip(triangles.chunks(8)) {
             corners.gather(triangles, positions, 0);
-            let (mut bounds, mut nearest, mut is_reversed) = ([[0.0f32; 8]; 4], [0.0; 8], [false; 8]);
+            let (mut bounds, mut nearest, mut is_reversed) = ([[0.0; 8]; 4], [0.0; 8], [false; 8]);
             for lane in 0..8 {
                 let triangle = [corners.at(0, lane), corners.at(1, lane), corners.at(2, lane)];
-                let [u0, v0, u1, v1] = self.outward(view.sun_bounds(&triangle, error));
+                let [u0, v0, u1, v1] = view.sun_bounds(&triangle, error);
                 (bounds[0][lane], bounds[1][lane], bounds[2][lane], bounds[3][lane]) = (u0, v0, u1, v1);
                 nearest[lane] = view.nearest(&triangle, error);
                 is_reversed[lane] = view.is_reversed(&triangle);
@@ -116,19 +104,8 @@ impl See<'_> {
     /// Takes a piece unless no point can meet it.
     #[inline(always)]
     fn keep(&self, placed: Placed, nearest: impl Fn() -> f64, seen: &mut Vec<Placed>) {
-        if self
-            .occupancy
-            .is_none_or(|occupancy| occupancy.may_meet(placed.rectangle(self.view.plane_unit()), nearest()))
-        {
+        if self.occupancy.is_none_or(|occupancy| occupancy.may_meet(placed.bounds, nearest())) {
             seen.push(placed);
         }
-    }
-
-    /// Holds a rectangle.
-    #[inline(always)]
-    fn outward(&self, bounds: [f64; 4]) -> [f32; 4] {
-        // Exact: a power of two.
-        let [u0, v0, u1, v1] = bounds.map(|bound| bound * self.parts);
-        [-above(-u0), -above(-v0), above(u1), above(v1)]
     }
 }

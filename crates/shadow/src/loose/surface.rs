@@ -44,6 +44,7 @@ pub(super) fn from(entries: &[Entry], covered: f32) -> f32 {
         }
         (farthest, met) = (farthest.min(entry.farthest), met + entry.share.met());
     }
+    // Where something is infinitely near nothing is known of how far it reaches.
     if met == 1 && farthest >= covered && first.nearest < f32::INFINITY { farthest } else { f32::INFINITY }
 }
 

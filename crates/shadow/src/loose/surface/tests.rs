@@ -1,7 +1,7 @@
 //! Points on sheets against single queries, where closed surfaces go through each other, lie in each other, are inside out, mirrored, doubled or open.
 
-use glam::{DAffine3, DMat3, DVec3};
-use umbriel_geometry::{LightSource, Mesh, Placement};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
 use super::super::{grid::Grids, *};
@@ -63,14 +63,33 @@ fn scenes() -> Vec<Scene> {
         all(vec![closed([0.0; 3], round), closed([0.0; 3], round)]),
         all(vec![(bumpy([0.0; 3], round, true), false), (inside_out(&bumpy([0.1, 1.1, 0.0], flat, true)), false)]),
         scene_of(vec![closed([0.0; 3], round), (bumpy([0.4, 0.9, 0.1], flat, true), false)], Sides::Auto),
+        with_bodies(all(vec![closed([0.0; 3], round)])),
     ]
+}
+
+/// With a cuboid as it is, one whose corners are no floats, and a ball given by a formula.
+fn with_bodies(mut scene: Scene) -> Scene {
+    let turned = DAffine3::from_rotation_translation(DQuat::from_rotation_y(0.4), DVec3::new(-0.9, 0.8, 0.3));
+    let cuboid = |size| Shape::Cuboid(Cuboid { size });
+    let moved = DAffine3::from_translation(DVec3::new(0.5, 1.25, 0.0));
+    let bodies = [
+        (cuboid([1.0, 0.5, 0.75]), moved),
+        (cuboid([0.7, 0.3, 0.9]), turned),
+        (Shape::from(Analytic::Sphere { radius: 0.4 }), DAffine3::from_translation(DVec3::new(0.2, 1.9, -0.3))),
+    ];
+    scene.objects.extend(bodies.into_iter().map(|(shape, placement)| {
+        let placement = Placement::new(placement).expect("a placement");
+        Object::new("body".into(), shape, placement, Sides::Two).expect("an object")
+    }));
+    scene
 }
 
 /// Some points of every face, their places from multiples of irrational numbers; some on edges and at corners.
 fn points(scene: &Scene) -> Vec<FacePoint> {
     let part = |number: usize, factor: f64| (number as f64 * factor).fract();
     let mut points = Vec::new();
-    for (object, body) in scene.objects.iter().enumerate() {
+    let is_flat = |body: &Object| !matches!(body.shape, Shape::Analytic(_));
+    for (object, body) in scene.objects.iter().enumerate().filter(|(_, body)| is_flat(body)) {
         for face in 0..body.face_count() {
             for k in 0..8 {
                 let number = (object * 911 + face) * 8 + k;
@@ -90,7 +109,7 @@ fn points_on_sheets_are_answered_as_single_ones() {
     let lamp = |x, y, z| LightSource::point([x, y, z]).expect("a lamp");
     let lights =
         [sun(0.3, -1.0, 0.2), sun(1.0, -0.05, 0.3), lamp(2.0, 4.0, 1.0), lamp(0.05, 0.1, 0.02), lamp(1.3, 0.9, -0.2)];
-    let mut sheets = 0;
+    let mut sheets = [0; 2];
     for (number, scene) in scenes().iter().enumerate() {
         let queries = Queries::new(scene);
         let points = points(scene);
@@ -101,11 +120,36 @@ fn points_on_sheets_are_answered_as_single_ones() {
                 assert_eq!(many, alone, "{point:?} of scene {number} under {light:?}");
             }
             let mut pieces = Pieces::of(&queries.bodies).expect("few pieces");
-            pieces.with_surfaces = true;
+            pieces.find_surfaces();
             let grids = Grids::of(&pieces, View::all(light, &pieces.bounds), points.len(), None).expect("few cells");
             let tiles = grids.grids.iter().flat_map(|grid| (0..grid.places().len()).map(|tile| grid.tile(tile)));
-            sheets += tiles.flat_map(|tile| &tile.cells).filter(|cell| cell.surface < f32::INFINITY).count();
+            sheets[usize::from(light.is_sun())] +=
+                tiles.flat_map(|tile| &tile.cells).filter(|cell| cell.surface < f32::INFINITY).count();
         }
     }
-    assert!(sheets > 2000, "{sheets} cells have a sheet");
+    assert!(sheets[0] > 100 && sheets[1] > 500, "{sheets:?} cells of lamps' and suns' views have a sheet");
+}
+
+#[test]
+fn sheets_of_many_tiles_say_the_same() {
+    let scene = scene_of(
+        (0..5).map(|k| (bumpy([f64::from(k) * 1.1, 0.2 * f64::from(k), 0.0], [1.0, 0.9, 1.1], false), false)).collect(),
+        Sides::Two,
+    );
+    let queries = Queries::new(&scene);
+    let some = points(&scene);
+    let repeated: Vec<FacePoint> = (0..8).flat_map(|_| &some).copied().collect();
+    for light in
+        [LightSource::sun([0.3, -1.0, 0.2]), LightSource::point([2.0, 6.0, 1.0])].map(|light| light.expect("a light"))
+    {
+        let views = View::all(&light, &Pieces::of(&queries.bodies).expect("few pieces").bounds);
+        let pieces = Pieces::of(&queries.bodies).expect("few pieces");
+        let grids = Grids::of(&pieces, views, repeated.len(), None).expect("few cells");
+        assert!(grids.grids.iter().any(|grid| grid.places().len() > 1), "under {light:?}");
+        let many = queries.lit_many(Points::OnFaces(&repeated), &light, &Silent).expect("points of faces");
+        for (point, many) in repeated.iter().zip(many).take(some.len()) {
+            let alone = queries.lit(&point.place(), &light).expect("a point").lit;
+            assert_eq!(many, alone, "{point:?} under {light:?}");
+        }
+    }
 }
