@@ -1,4 +1,4 @@
-//! The benchmark as a check: the bake must not collapse, and no vector operation may be a call.
+//! The benchmark as a check: the bake must not collapse, and in a release no vector operation may be a call.
 //!
 //! It is compared with single rays through the workspace's own tree in the same process, in turn, so the speed of the
 //! machine and the settings of the compiler cancel. The limits are far below what is usual: they catch a lost order of
@@ -39,7 +39,11 @@ pub(crate) fn run() -> Result<()> {
 
 /// A helper of a kernel that is not inlined is compiled without the processor's features, and each of its vector operations becomes a call: right, and many times slower. Then this
 /// program's table of symbols names the operations.
-fn no_calls_for_operations() -> Result<()> {
+pub(super) fn no_calls_for_operations() -> Result<()> {
+    // Unoptimised programs, and those optimised a little, are not made for speed.
+    if cfg!(debug_assertions) {
+        return Ok(());
+    }
     let Ok(symbols) = Command::new("nm").arg(env::current_exe()?).output() else {
         println!("no nm here: whether vector operations are calls is not looked at");
         return Ok(());

@@ -53,6 +53,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     if cfg!(debug_assertions) {
         return again_for_release();
     }
+    guard::no_calls_for_operations()?;
     let options = &options.clone().completed();
     if options.memory {
         return memory(options);
