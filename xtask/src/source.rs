@@ -68,7 +68,7 @@ pub(crate) fn run(options: &Options) -> Result<()> {
         let ways = ["--method", "points", "--method", "volume", "--method", "bake"];
         let rows = best(options, &scene.file, &[scene.more, &ways, &["--size", &options.size]].concat(), None)?;
         for Row { name, milliseconds, wrong, undecided } in &rows {
-            let part = part_of_volume(&rows, *milliseconds);
+            let part = milliseconds / time_of(&rows, "shadow volume");
             // Writing to a string cannot fail.
             let _ =
                 writeln!(text, "| {} | {name} | {milliseconds:.1} | {wrong} | {undecided} | {part:.2} |", scene.name);
@@ -112,8 +112,7 @@ fn models(options: &Options, text: &mut String) -> Result<()> {
                 for threads in [&["--threads", "1"] as &[&str], &[]] {
                     let ways = ["--method", "points", "--method", "volume", "--sun", sun, "--size", size];
                     let rows = best(options, &file, &[&ways, threads].concat(), None)?;
-                    let points = rows.iter().find(|row| row.name == "points").map_or(f64::NAN, |row| row.milliseconds);
-                    let _ = write!(text, " {:.2} |", part_of_volume(&rows, points));
+                    let _ = write!(text, " {:.2} |", time_of(&rows, "points") / time_of(&rows, "shadow volume"));
                 }
             }
             text.push('\n');
@@ -122,9 +121,9 @@ fn models(options: &Options, text: &mut String) -> Result<()> {
     Ok(())
 }
 
-fn part_of_volume(rows: &[Row], milliseconds: f64) -> f64 {
-    let volume = rows.iter().find(|row| row.name == "shadow volume").map_or(f64::NAN, |row| row.milliseconds);
-    milliseconds / volume
+/// Milliseconds of one way; not a number where it was not taken.
+fn time_of(rows: &[Row], name: &str) -> f64 {
+    rows.iter().find(|row| row.name == name).map_or(f64::NAN, |row| row.milliseconds)
 }
 
 /// The quickest of some runs for each way.

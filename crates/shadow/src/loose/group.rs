@@ -121,7 +121,7 @@ impl Extent {
         self.farthest[lane] = -above(-footprint.farthest);
     }
 
-    /// Leaves nothing in a lane.
+    /// Leaves nothing in a lane that a cell could meet.
     pub(super) fn clear(&mut self, lane: usize) {
         for (to, empty) in self.bounds.iter_mut().zip(&Self::EMPTY.bounds) {
             to[lane] = empty[lane];
