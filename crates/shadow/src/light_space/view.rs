@@ -104,36 +104,50 @@ impl View {
 
     /// A rectangle that holds the image of the hull of `corners`, least u, v and greatest u, v; `None` when a lamp's view
     /// sees nothing of it. `error` bounds that of the corners.
-    #[inline(always)]
     pub(crate) fn bounds(&self, corners: &[DVec3], error: f64) -> Option<[f64; 4]> {
-        if self.is_sun { Some(self.sun_bounds(corners, error)) } else { self.lamp_bounds(corners, error) }
+        if self.is_sun {
+            return Some(self.sun_bounds(corners, error));
+        }
+        (!self.is_beyond(corners, error)).then(|| self.lamp_bounds(corners, error))
     }
 
-    fn lamp_bounds(&self, corners: &[DVec3], error: f64) -> Option<[f64; 4]> {
-        let mut least_w = f64::INFINITY;
-        let mut beyond = [true; 5];
-        let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+    /// Whether a lamp's view sees nothing of the hull of `corners`: all lie behind the lamp, or all beyond one side of the view.
+    #[inline(always)]
+    pub(crate) fn is_beyond(&self, corners: &[DVec3], error: f64) -> bool {
+        let (mut w_most, mut most) = (f64::NEG_INFINITY, [f64::NEG_INFINITY; 4]);
         for &corner in corners {
             let Homogeneous { x, y, w, .. } = self.see(corner);
-            least_w = least_w.min(w);
             let edge = w * LAMP_WINDOW;
-            let inside = [w, edge - x, edge + x, edge - y, edge + y];
-            beyond = std::array::from_fn(|k| beyond[k] && inside[k] < -4.0 * error);
-            let off = error / w;
-            for (axis, place) in [x / w, y / w].into_iter().enumerate() {
-                let off = 2.0 * off * (1.0 + place.abs());
-                min[axis] = min[axis].min(place - off);
-                max[axis] = max[axis].max(place + off);
-            }
+            w_most = greater(w, w_most);
+            let [left, right, low, high] = most;
+            most = [greater(edge - x, left), greater(edge + x, right), greater(edge - y, low), greater(edge + y, high)];
         }
-        if beyond.contains(&true) {
-            return None;
+        let [left, right, low, high] = most;
+        lesser(w_most, lesser(lesser(left, right), lesser(low, high))) < -4.0 * error
+    }
+
+    /// Of a lamp's view that sees something of it.
+    #[inline(always)]
+    pub(crate) fn lamp_bounds(&self, corners: &[DVec3], error: f64) -> [f64; 4] {
+        let mut least_w = f64::INFINITY;
+        let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+        for &corner in corners {
+            let Homogeneous { x, y, w, .. } = self.see(corner);
+            least_w = lesser(w, least_w);
+            let inverse = 1.0 / w;
+            let (u, v) = (x * inverse, y * inverse);
+            let [off_u, off_v] = [u, v].map(|place| 2.0 * error * inverse * (1.0 + place.abs()));
+            let [u0, v0, u1, v1] = bounds;
+            bounds = [lesser(u - off_u, u0), lesser(v - off_v, v0), greater(u + off_u, u1), greater(v + off_v, v1)];
         }
         // What reaches behind the lamp can appear anywhere.
         let is_in_front = least_w > 16.0 * error;
-        let (low, high) = if is_in_front { (min, max) } else { ([-LAMP_WINDOW; 2], [LAMP_WINDOW; 2]) };
-        let [low, high] = [low, high].map(|place| place.map(|x| x.clamp(-LAMP_WINDOW, LAMP_WINDOW)));
-        Some([low[0], low[1], high[0], high[1]])
+        let within = |place: f64, otherwise: f64| {
+            let place = if is_in_front { place } else { otherwise };
+            lesser(greater(place, -LAMP_WINDOW), LAMP_WINDOW)
+        };
+        let [u0, v0, u1, v1] = bounds;
+        [within(u0, -LAMP_WINDOW), within(v0, -LAMP_WINDOW), within(u1, LAMP_WINDOW), within(v1, LAMP_WINDOW)]
     }
 
     /// No point of the hull of `corners` is nearer to the light; infinite where it may reach behind a lamp. `error` bounds that of the corners.

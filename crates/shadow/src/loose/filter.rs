@@ -12,7 +12,7 @@ use crate::loose::{
     grid::{Grids, TilePlace},
     group::{Said, TilePoint, TilePoints},
     seen::{BLOCK, Block, Off, Row},
-    sorted::{Buckets, Seen},
+    sorted::{BATCH, Buckets, Seen},
     tile::{Cell, Entry, PLACE_LIMIT, Tile, cell_along},
 };
 
@@ -50,7 +50,7 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
         let mut told = Told { lit, doubtful: Vec::new() };
         let begin = u64::from(grids.begin());
         for (grid, off) in grids.grids.iter().zip(&offs) {
-            let places = grid.places();
+            let places = grids.places_of(grid);
             let begin = ((begin * places.len() as u64) >> 32) as usize;
             for index in (begin..places.len()).chain(0..begin) {
                 let place = places[index];
@@ -59,9 +59,7 @@ impl<T: Row> Kernel for Filter<'_, '_, T> {
                 }
             }
         }
-        let beside = grids.cells as usize;
-        let (beside, rough) =
-            buckets.points()[buckets.start(beside)..].split_at(buckets.start(beside + 1) - buckets.start(beside));
+        let [beside, rough] = [grids.cells, grids.cells + 1].map(|bucket| buckets.of(bucket as usize));
         beside.iter().for_each(|point| told.lit[point.index as usize] = true);
         told.doubtful.extend(rough.iter().map(|point| Doubtful { index: point.index, faces: None }));
         count(Level::Single, (rows.len() - told.doubtful.len()) as u64);
@@ -77,13 +75,11 @@ fn list<T: Row>(grids: &Grids, offs: &[Off], rows: &[T], buckets: &mut Buckets) 
     let mut block = Block::EMPTY;
     let (mut keys, mut points) = ([0; BLOCK], [Seen::default(); BLOCK]);
     for (number, rows) in rows.chunks(BLOCK).enumerate() {
-        if let [grid] = grids.grids.as_slice() {
-            block.see_sun(&grid.view, rows);
-            block.locate(|_| (grid, &offs[0]));
-        } else {
-            block.see_lamp(&grids.grids[0].view, rows);
-            block.locate(|view| (&grids.grids[view], &offs[view]));
+        match grids.grids.as_slice() {
+            [grid] => block.see_sun(&grid.view, rows),
+            views => block.see_lamp(&views[0].view, rows),
         }
+        block.locate(grids, offs);
         for (index, key) in keys.iter_mut().enumerate() {
             let side = block.side[index];
             let [s, t] = [block.s[index], block.t[index]];
@@ -94,7 +90,7 @@ fn list<T: Row>(grids: &Grids, offs: &[Off], rows: &[T], buckets: &mut Buckets) 
             let [s, t, nearness] = [block.s[index], block.t[index], block.nearness[index] as f32];
             *point = Seen { s, t, nearness, index: (number * BLOCK + index) as u32 };
         }
-        buckets.extend(&keys[..rows.len()], &points[..rows.len()]);
+        buckets.extend(&keys, &points, rows.len());
     }
 }
 
@@ -117,7 +113,7 @@ struct Over<'a> {
 
 /// Up to `N` points of one cell, a lane each; lanes behind the last are of no meaning.
 struct Batch<'a, S: Lanes<N>, const N: usize> {
-    seen: &'a [Seen],
+    seen: &'a [Seen; N],
     points: TilePoints<S, N>,
     /// The points' own faces; `None` where points have none.
     own: Option<S::Int>,
@@ -131,23 +127,29 @@ impl Over<'_> {
         let mut first = self.buckets.start(begin);
         for cell in 0..self.place.cells() as usize {
             let end = self.buckets.start(begin + cell + 1);
-            for points in self.buckets.points()[first..end].chunks(16) {
-                if points.len() > 8 {
-                    self.tell_some::<S, 16>(simd, cell, points, told);
-                } else {
-                    self.tell_some::<S, 8>(simd, cell, points, told);
+            while first < end {
+                match end - first {
+                    count @ ..=8 => self.tell_some::<S, 8>(simd, cell, self.buckets.batch(first), count, told),
+                    count => self.tell_some::<S, BATCH>(simd, cell, self.buckets.batch(first), count.min(BATCH), told),
                 }
+                first += BATCH.min(end - first);
             }
-            first = end;
         }
     }
 
-    /// Tells up to `N` points of one cell.
+    /// Tells the first `count` of `N` points, which are of one cell.
     #[inline(always)]
-    fn tell_some<S: Simd + Lanes<N>, const N: usize>(&self, simd: S, cell: usize, seen: &[Seen], told: &mut Told) {
+    fn tell_some<S: Simd + Lanes<N>, const N: usize>(
+        &self,
+        simd: S,
+        cell: usize,
+        seen: &[Seen; N],
+        count: usize,
+        told: &mut Told,
+    ) {
         let batch = self.batch::<S, N>(simd, seen);
         let points = &batch.points;
-        let valid = u32::MAX >> (32 - seen.len());
+        let valid = u32::MAX >> (32 - count);
         let limit = Lanes::<N>::splat(simd, PLACE_LIMIT / self.place.side as f32);
         let known = valid & points.place.le(limit).bits();
         let (Cell { covered, surface, .. }, entries) = self.tile.list_of(cell);
@@ -166,7 +168,7 @@ impl Over<'_> {
             doubts |= unclear & concerned;
         }
         doubts &= open;
-        for (lane, point) in seen.iter().enumerate() {
+        for (lane, point) in seen.iter().enumerate().take(count) {
             told.lit[point.index as usize] = open >> lane & 1 == 1;
         }
         let mut left = doubts | valid & !known;
@@ -254,9 +256,9 @@ impl Over<'_> {
     }
 
     #[inline(always)]
-    fn batch<'s, S: Lanes<N>, const N: usize>(&self, simd: S, seen: &'s [Seen]) -> Batch<'s, S, N> {
+    fn batch<'s, S: Lanes<N>, const N: usize>(&self, simd: S, seen: &'s [Seen; N]) -> Batch<'s, S, N> {
         let (mut s, mut t, mut nearness) = ([0.0; N], [0.0; N], [0.0; N]);
-        for (lane, point) in seen.iter().enumerate().take(N) {
+        for (lane, point) in seen.iter().enumerate() {
             (s[lane], t[lane], nearness[lane]) = (point.s, point.t, point.nearness);
         }
         let (s, t, nearness) = (simd.load(&s), simd.load(&t), simd.load(&nearness));
@@ -265,7 +267,7 @@ impl Over<'_> {
     }
 
     #[inline(always)]
-    fn own_of<S: Lanes<N>, const N: usize>(&self, simd: S, seen: &[Seen]) -> Option<S::Int> {
+    fn own_of<S: Lanes<N>, const N: usize>(&self, simd: S, seen: &[Seen; N]) -> Option<S::Int> {
         if self.own.is_empty() {
             return None;
         }

@@ -50,24 +50,35 @@ fn low_bits(sum: f64) -> u32 {
 pub(super) struct Grid<'a> {
     pub(super) pieces: &'a Pieces<'a>,
     pub(super) view: View,
+    pub(super) tiling: Tiling,
+    /// Errors of corners in units of half a tile.
+    error: CornerError,
+    /// The pieces over each tile; those of a part before those of the next one.
+    lists: Vec<List>,
+    /// Cells along a side of each tile.
+    sides: Vec<u32>,
+    tiles: Vec<OnceLock<Tile>>,
+}
+
+/// How a view's plane is cut: numbers that a loop over points can keep in registers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tiling {
     /// Place of the first tile's corner.
     corner: [f64; 2],
     /// Tiles over a unit of u and v.
     pub(super) density: f64,
     /// Tiles along u and v.
     size: [usize; 2],
-    /// Errors of corners in units of half a tile.
-    error: CornerError,
-    /// The pieces over each tile; those of a part before those of the next one.
-    lists: Vec<List>,
-    /// One a tile, and one more for what lies beside all.
-    places: Vec<TilePlace>,
-    tiles: Vec<OnceLock<Tile>>,
+    /// Number of the first tile, and of what lies beside the tiles of all views.
+    first: u32,
+    beside: u32,
 }
 
-/// All views of a light: one of a sun, six of a lamp. The cells of all their tiles are numbered through.
+/// All views of a light: one of a sun, six of a lamp. The cells of all their tiles are numbered through, and so are the tiles.
 pub(super) struct Grids<'a> {
     pub(super) grids: Vec<Grid<'a>>,
+    /// The cells of each tile; the last ones, of which there are none, are those of what lies beside.
+    places: Vec<TilePlace>,
     /// How many cells there are.
     pub(super) cells: u32,
     /// The greatest magnitude of a coordinate of the pieces.
@@ -84,26 +95,40 @@ impl<'a> Grids<'a> {
         points: usize,
         occupancies: Option<&[Occupancy]>,
     ) -> Option<Self> {
-        let occupancy = |view: usize| occupancies.map(|of_views| &of_views[view]);
-        let views = views.into_iter().enumerate();
-        let mut grids: Vec<Grid> =
-            views.map(|(number, view)| Grid::of(pieces, view, points, occupancy(number))).collect();
-        let mut cells = 0u32;
+        // The views of a lamp differ in their axes only.
+        let error = views[0].error(pieces.slack, views[0].reach(&pieces.bounds));
+        let seen = see_all(pieces, &views, error, occupancies);
+        let views = views.into_iter().zip(seen);
+        let mut grids: Vec<Grid> = views.map(|(view, seen)| Grid::of(pieces, view, seen, error, points)).collect();
+        let (mut places, mut cells) = (Vec::new(), 0u32);
         for grid in &mut grids {
-            let (_, places) = grid.places.split_last_mut()?;
-            for place in places {
-                place.first = cells;
+            grid.tiling.first = places.len() as u32;
+            for &side in &grid.sides {
+                let place = TilePlace { first: cells, side };
+                places.push(place);
                 cells = cells.checked_add(place.cells()).filter(|&cells| cells < 1 << 31)?;
             }
         }
-        grids.iter_mut().filter_map(|grid| grid.places.last_mut()).for_each(|beside| beside.first = cells);
+        grids.iter_mut().for_each(|grid| grid.tiling.beside = places.len() as u32);
+        places.push(TilePlace { first: cells, side: 1 });
         if let [Grid { tiles, .. }] = &*grids
             && let [tile] = &**tiles
         {
             // All points fall into it. Here all threads make it; where it is asked for they would wait.
             let _ = tile.set(grids[0].make(0, PIECES_A_PART));
         }
-        Some(Self { grids, cells, size: pieces.bounds.magnitude(), begun: AtomicU32::new(0) })
+        Some(Self { grids, places, cells, size: pieces.bounds.magnitude(), begun: AtomicU32::new(0) })
+    }
+
+    /// The cells of a tile, as [`Tiling::locate`] numbers it.
+    #[inline(always)]
+    pub(super) fn place(&self, tile: u32) -> TilePlace {
+        self.places[tile as usize]
+    }
+
+    /// The cells of each tile of a view.
+    pub(super) fn places_of(&self, grid: &Grid) -> &[TilePlace] {
+        &self.places[grid.tiling.first as usize..][..grid.tiles.len()]
     }
 
     /// Where to begin looking through all tiles, as a part of 2^32: each time far from where others are that began a little earlier, so that they do not wait
@@ -127,6 +152,25 @@ impl TilePlace {
     }
 }
 
+impl Tiling {
+    /// The number of the tile at (u, v), and where in it that is, from −1 to 1; where there is no tile, the number of what lies
+    /// beside. Without branches.
+    #[inline(always)]
+    pub(super) fn locate(&self, u: f64, v: f64) -> (u32, [f32; 2]) {
+        let place = |x: f64, axis: usize| (x - self.corner[axis]) * self.density - 0.5;
+        let (x, y) = (place(u, 0), place(v, 1));
+        // Rounded to whole numbers; what is too large for that lies beside, like NaN.
+        let (column, row) = (x + WHOLE, y + WHOLE);
+        let (along, across) = (column - WHOLE, row - WHOLE);
+        let [columns, rows] = self.size.map(|size| size as f64);
+        let (s, t) = ((2.0 * (x - along)) as f32, (2.0 * (y - across)) as f32);
+        let is_inside = (along >= 0.0) & (across >= 0.0) & (along < columns) & (across < rows);
+        let tile =
+            low_bits(row).wrapping_mul(self.size[0] as u32).wrapping_add(low_bits(column)).wrapping_add(self.first);
+        (if is_inside { tile } else { self.beside }, [s, t])
+    }
+}
+
 /// Which of some pieces each tile has.
 struct List {
     placed: Vec<Placed>,
@@ -147,10 +191,8 @@ impl List {
 }
 
 impl<'a> Grid<'a> {
-    /// Finds the tiles of all pieces, or of those over points.
-    fn of(pieces: &'a Pieces<'a>, view: View, points: usize, occupancy: Option<&Occupancy>) -> Self {
-        let error = view.error(pieces.slack, view.reach(&pieces.bounds));
-        let seen = see_all(pieces, &view, error, occupancy);
+    /// Finds the tiles of what a view sees; `error` is that of corners.
+    fn of(pieces: &'a Pieces<'a>, view: View, seen: Vec<Vec<Placed>>, error: f64, points: usize) -> Self {
         let bounds = seen.iter().flatten().fold(NOWHERE, |all, placed| union(all, placed.bounds));
         let count: usize = seen.iter().map(Vec::len).sum();
         let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
@@ -171,12 +213,10 @@ impl<'a> Grid<'a> {
         let mut grid = Self {
             pieces,
             view,
-            corner,
-            density,
-            size: grid_size,
+            tiling: Tiling { corner, density, size: grid_size, first: 0, beside: 0 },
             error,
             lists: Vec::new(),
-            places: Vec::new(),
+            sides: Vec::new(),
             tiles: Vec::new(),
         };
         // Cells of a tile that has nothing on a part of it are as small as if it had.
@@ -193,58 +233,31 @@ impl<'a> Grid<'a> {
         pieces.collect::<std::collections::HashSet<_>>().len()
     }
 
-    /// Where the cells of each tile are.
-    pub(super) fn places(&self) -> &[TilePlace] {
-        &self.places[..self.tiles.len()]
-    }
-
-    /// Where the cells of a tile are, as [`Self::locate`] numbers it.
-    #[inline(always)]
-    pub(super) fn place(&self, tile: u32) -> TilePlace {
-        self.places[tile as usize]
-    }
-
     /// A tile.
     pub(super) fn tile(&self, index: usize) -> &Tile {
         self.tiles[index].get_or_init(|| self.make(index, usize::MAX))
     }
 
-    /// The number of the tile at (u, v), and where in it that is, from −1 to 1; beside all tiles, where there is nothing, the number behind the
-    /// last one. Without branches.
-    #[inline(always)]
-    pub(super) fn locate(&self, u: f64, v: f64) -> (u32, [f32; 2]) {
-        let place = |x: f64, axis: usize| (x - self.corner[axis]) * self.density - 0.5;
-        let (x, y) = (place(u, 0), place(v, 1));
-        // Rounded to whole numbers; what is too large for that lies beside, like NaN.
-        let (column, row) = (x + WHOLE, y + WHOLE);
-        let (along, across) = (column - WHOLE, row - WHOLE);
-        let [columns, rows] = self.size.map(|size| size as f64);
-        let (s, t) = ((2.0 * (x - along)) as f32, (2.0 * (y - across)) as f32);
-        let is_inside = (along >= 0.0) & (across >= 0.0) & (along < columns) & (across < rows);
-        let tile = low_bits(row).wrapping_mul(self.size[0] as u32).wrapping_add(low_bits(column));
-        (if is_inside { tile } else { self.tiles.len() as u32 }, [s, t])
-    }
-
     /// The tiles under a rectangle: first and last column, first and last row; there are [`MAX_TILES`] along a side, and two more.
     #[inline(always)]
     fn tiles_under(&self, bounds: &[f64; 4]) -> [u16; 4] {
+        let Tiling { corner, density, size, .. } = self.tiling;
         let index = |k: usize, wide: f64| {
-            let last = self.size[k % 2] as f64 - 1.0;
-            lesser(greater((bounds[k] - self.corner[k % 2]) * self.density + wide, 0.0), last) as u16
+            let last = size[k % 2] as f64 - 1.0;
+            lesser(greater((bounds[k] - corner[k % 2]) * density + wide, 0.0), last) as u16
         };
         [index(0, -TILE_MARGIN), index(2, TILE_MARGIN), index(1, -TILE_MARGIN), index(3, TILE_MARGIN)]
     }
 
     /// Which pieces each tile has.
     fn list(&mut self, seen: Vec<Vec<Placed>>, points_a_piece: f64, factor: f64) {
-        let tiles = self.size[0] * self.size[1];
+        let tiles = self.tiling.size[0] * self.tiling.size[1];
         self.lists = seen.into_par_iter().map(|placed| self.list_of(placed, tiles)).collect();
-        let place = |tile: usize| {
+        let side = |tile: usize| {
             let count: usize = self.lists.iter().map(|list| list.numbers(tile).len()).sum();
-            TilePlace { first: 0, side: side_for(count as f64 * factor, points_a_piece) }
+            side_for(count as f64 * factor, points_a_piece)
         };
-        let beside = TilePlace { first: 0, side: 1 };
-        self.places = (0..tiles).map(place).chain([beside]).collect();
+        self.sides = (0..tiles).map(side).collect();
         self.tiles = (0..tiles).map(|_| OnceLock::new()).collect();
     }
 
@@ -275,7 +288,7 @@ impl<'a> Grid<'a> {
         let [left, right, low, high] = under.map(usize::from);
         for row in low..=high {
             for column in left..=right {
-                visit(row * self.size[0] + column);
+                visit(row * self.tiling.size[0] + column);
             }
         }
     }
@@ -283,16 +296,17 @@ impl<'a> Grid<'a> {
     /// Cells of one tile, by threads that take so many pieces at a time.
     fn make(&self, index: usize, at_a_time: usize) -> Tile {
         let placed: Vec<&Placed> = self.lists.iter().flat_map(|list| list.of_tile(index)).collect();
-        let side = self.places[index].side;
+        let side = self.sides[index];
+        let Tiling { corner, density, size: [columns, _], .. } = self.tiling;
         let window = Window {
             view: &self.view,
-            corner: self.corner,
-            density: 2.0 * self.density,
-            middle: [index % self.size[0], index / self.size[0]].map(|index| (2 * index + 1) as f64),
+            corner,
+            density: 2.0 * density,
+            middle: [index % columns, index / columns].map(|index| (2 * index + 1) as f64),
             error: self.error,
             cells: 0.5 * side as f32,
             // A lamp's view ends soon behind its points: no middle of a cell with points may lie beyond.
-            with_surfaces: self.view.is_sun() || self.density * f64::from(side) >= 1.0 / WIDEST_CELL,
+            with_surfaces: self.view.is_sun() || density * f64::from(side) >= 1.0 / WIDEST_CELL,
         };
         let order = in_order(&placed, &window);
         let parts = order.par_chunks(at_a_time).map(|list| see_listed(window, self.pieces, list));

@@ -9,7 +9,7 @@ use umbriel_geometry::{
 use crate::{
     light_space::View,
     loose::{
-        grid::{Grid, TilePlace},
+        grid::{Grid, Grids, TilePlace},
         group::NEARNESS_MARGIN,
         tile::HEIGHT_LIMIT,
     },
@@ -44,7 +44,7 @@ pub(super) struct Block {
     u: [f64; BLOCK],
     v: [f64; BLOCK],
     pub(super) nearness: [f64; BLOCK],
-    view: [u8; BLOCK],
+    view: [u32; BLOCK],
     /// Where in their tiles.
     pub(super) s: [f32; BLOCK],
     pub(super) t: [f32; BLOCK],
@@ -70,24 +70,36 @@ impl Block {
         is_told: [false; BLOCK],
     };
 
-    /// Finds the tiles; the views' grids are given, and what points are off by there.
+    /// Finds the tiles; `offs` is what points are off by in each view.
+    ///
+    /// All points are placed in one view after the other, of which most blocks need one or two: numbers that are the same for all make vectors.
     #[inline(always)]
-    pub(super) fn locate<'a>(&mut self, view: impl Fn(usize) -> (&'a Grid<'a>, &'a Off)) {
-        for index in 0..BLOCK {
-            let (grid, off) = view(usize::from(self.view[index]));
-            (self.tile[index], [self.s[index], self.t[index]]) = grid.locate(self.u[index], self.v[index]);
-            self.is_told[index] = off.is_told(self.nearness[index] as f32);
+    pub(super) fn locate(&mut self, grids: &Grids, offs: &[Off]) {
+        let views = self.view.iter().fold(0u32, |views, view| views | 1 << view);
+        for (view, (grid, &off)) in (0..).zip(grids.grids.iter().zip(offs)) {
+            if views >> view & 1 == 0 {
+                continue;
+            }
+            let tiling = grid.tiling;
+            for index in 0..BLOCK {
+                let is_here = self.view[index] == view;
+                let (tile, [s, t]) = tiling.locate(self.u[index], self.v[index]);
+                let is_told = off.is_told(self.nearness[index] as f32);
+                self.tile[index] = if is_here { tile } else { self.tile[index] };
+                self.s[index] = if is_here { s } else { self.s[index] };
+                self.t[index] = if is_here { t } else { self.t[index] };
+                self.is_told[index] = if is_here { is_told } else { self.is_told[index] };
+            }
         }
         for index in 0..BLOCK {
-            let (grid, _) = view(usize::from(self.view[index]));
-            let TilePlace { first, side } = grid.place(self.tile[index]);
+            let TilePlace { first, side } = grids.place(self.tile[index]);
             (self.first[index], self.side[index]) = (first, side);
         }
     }
 
     /// View, (u, v) and nearness of the first points.
     pub(super) fn places(&self, count: usize) -> impl Iterator<Item = (usize, [f64; 2], f64)> {
-        (0..count).map(|index| (usize::from(self.view[index]), [self.u[index], self.v[index]], self.nearness[index]))
+        (0..count).map(|index| (self.view[index] as usize, [self.u[index], self.v[index]], self.nearness[index]))
     }
 
     #[inline(always)]
@@ -105,7 +117,7 @@ impl Block {
         for (index, row) in rows.iter().enumerate() {
             let [x, y, z] = (DVec3::from_array(row.position()) - lamp).to_array();
             let (a, b, c) = (x.abs(), y.abs(), z.abs());
-            let (is_x, is_y) = (a >= b && a >= c, b >= c);
+            let (is_x, is_y) = ((a >= b) & (a >= c), b >= c);
             let (along, u, v, axis) = if is_x {
                 (x, y, z, 0)
             } else if is_y {
@@ -117,7 +129,7 @@ impl Block {
             self.u[index] = u * inverse;
             self.v[index] = v * inverse;
             self.nearness[index] = scale * inverse;
-            self.view[index] = axis + u8::from(along < 0.0);
+            self.view[index] = axis + u32::from(along < 0.0);
         }
     }
 }
@@ -179,7 +191,7 @@ impl Off {
     /// [`PLACE_LIMIT`]: crate::loose::tile::PLACE_LIMIT
     pub(super) fn of(grid: &Grid, slack: f64, size: f64) -> Self {
         let error = PointError::of(&grid.view, &grid.pieces.bounds, slack, size);
-        let half = 2.0 * grid.density;
+        let half = 2.0 * grid.tiling.density;
         let up = |bound: f64| if bound == 0.0 { 0.0 } else { (bound as f32).next_up() };
         Self { place: error.place.map(|off| up(half * off)), height: error.nearness.map(up), unit: grid.view.unit() }
     }

@@ -3,6 +3,8 @@
 //! Rays to one light are points of a plane, so points that are strewn in the list lie together here: what a cell's triangles
 //! need is fetched once for all points over it. Cost: some nanoseconds a point.
 
+use crate::loose::seen::BLOCK;
+
 /// A point in its tile.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Seen {
@@ -14,55 +16,72 @@ pub(super) struct Seen {
     pub(super) index: u32,
 }
 
+/// Points that are taken at a time at most; behind the last point there are as many that stand for nothing.
+pub(super) const BATCH: usize = 16;
+
 /// The points of a job by bucket. Memory is kept from one job to the next.
 #[derive(Debug, Default)]
 pub(super) struct Buckets {
-    /// The bucket of each point, in the order of the list.
-    keys: Vec<u32>,
+    /// In the order of the list.
     listed: Vec<Seen>,
+    /// The bucket of each, and how many of it come before.
+    ranks: Vec<[u32; 2]>,
     sorted: Vec<Seen>,
-    /// Where the points of each bucket end.
-    ends: Vec<u32>,
+    /// How many points are in each bucket; once they are sorted, where those of each begin, and the end.
+    starts: Vec<u32>,
 }
 
 impl Buckets {
     /// Forgets all points.
     pub(super) fn clear(&mut self, buckets: usize) {
-        self.keys.clear();
         self.listed.clear();
-        self.ends.clear();
-        self.ends.resize(buckets, 0);
+        self.ranks.clear();
+        self.starts.clear();
+        self.starts.resize(buckets + 1, 0);
     }
 
     /// Adds points with their buckets.
     #[inline(always)]
-    pub(super) fn extend(&mut self, buckets: &[u32], points: &[Seen]) {
-        buckets.iter().for_each(|&bucket| self.ends[bucket as usize] += 1);
-        self.keys.extend_from_slice(buckets);
-        self.listed.extend_from_slice(points);
+    pub(super) fn extend(&mut self, buckets: &[u32; BLOCK], points: &[Seen; BLOCK], count: usize) {
+        let mut ranks = [[0; 2]; BLOCK];
+        for (rank, &bucket) in ranks.iter_mut().zip(&buckets[..count]) {
+            let here = &mut self.starts[bucket as usize];
+            *rank = [bucket, *here];
+            *here += 1;
+        }
+        self.ranks.extend_from_slice(&ranks[..count]);
+        self.listed.extend_from_slice(&points[..count]);
     }
 
-    /// Sorts what was pushed.
+    /// Sorts what was added. No point waits for another's place.
     pub(super) fn sort(&mut self) {
-        to_starts(&mut self.ends);
-        self.sorted.resize(self.listed.len(), Seen::default());
-        for (&bucket, &point) in self.keys.iter().zip(&self.listed) {
-            let place = &mut self.ends[bucket as usize];
-            self.sorted[*place as usize] = point;
-            *place += 1;
+        to_starts(&mut self.starts);
+        self.sorted.truncate(self.listed.len());
+        self.sorted.resize(self.listed.len() + BATCH, Seen::default());
+        for (&[bucket, rank], &point) in self.ranks.iter().zip(&self.listed) {
+            self.sorted[(self.starts[bucket as usize] + rank) as usize] = point;
         }
     }
 
     /// Where the points of a bucket begin; they end where those of the next one do.
     #[inline(always)]
     pub(super) fn start(&self, bucket: usize) -> usize {
-        if bucket == 0 { 0 } else { self.ends[bucket - 1] as usize }
+        self.starts[bucket] as usize
     }
 
-    /// All points, sorted.
+    /// The points of a bucket.
+    pub(super) fn of(&self, bucket: usize) -> &[Seen] {
+        &self.sorted[self.start(bucket)..self.start(bucket + 1)]
+    }
+
+    /// `N` points from one on, of which the last may be of other buckets or stand for nothing.
+    ///
+    /// # Panics
+    /// If there is no such point.
     #[inline(always)]
-    pub(super) fn points(&self) -> &[Seen] {
-        &self.sorted
+    pub(super) fn batch<const N: usize>(&self, first: usize) -> &[Seen; N] {
+        const { assert!(N <= BATCH) };
+        self.sorted[first..].first_chunk().expect("a batch behind the last point")
     }
 }
 

@@ -122,7 +122,8 @@ fn points_on_sheets_are_answered_as_single_ones() {
             let mut pieces = Pieces::of(&queries.bodies).expect("few pieces");
             pieces.find_surfaces();
             let grids = Grids::of(&pieces, View::all(light, &pieces.bounds), points.len(), None).expect("few cells");
-            let tiles = grids.grids.iter().flat_map(|grid| (0..grid.places().len()).map(|tile| grid.tile(tile)));
+            let tiles =
+                grids.grids.iter().flat_map(|grid| (0..grids.places_of(grid).len()).map(|tile| grid.tile(tile)));
             sheets[usize::from(light.is_sun())] +=
                 tiles.flat_map(|tile| &tile.cells).filter(|cell| cell.surface < f32::INFINITY).count();
         }
@@ -145,7 +146,7 @@ fn sheets_of_many_tiles_say_the_same() {
         let views = View::all(&light, &Pieces::of(&queries.bodies).expect("few pieces").bounds);
         let pieces = Pieces::of(&queries.bodies).expect("few pieces");
         let grids = Grids::of(&pieces, views, repeated.len(), None).expect("few cells");
-        assert!(grids.grids.iter().any(|grid| grid.places().len() > 1), "under {light:?}");
+        assert!(grids.grids.iter().any(|grid| grids.places_of(grid).len() > 1), "under {light:?}");
         let many = queries.lit_many(Points::OnFaces(&repeated), &light, &Silent).expect("points of faces");
         for (point, many) in repeated.iter().zip(many).take(some.len()) {
             let alone = queries.lit(&point.place(), &light).expect("a point").lit;
