@@ -126,7 +126,8 @@ impl View {
         lesser(w_most, lesser(lesser(left, right), lesser(low, high))) < -4.0 * error
     }
 
-    /// Of a lamp's view that sees something of it.
+    /// Of a lamp's view that sees something of it. With e the error of corners, u = x/w is off by e·(1 + |u|)/(w − e) and by two roundings of |u|, of which e has eight of w:
+    /// all below 2e·(1 + |u|)/w where w > 16e.
     #[inline(always)]
     pub(crate) fn lamp_bounds(&self, corners: &[DVec3], error: f64) -> [f64; 4] {
         let mut least_w = f64::INFINITY;
