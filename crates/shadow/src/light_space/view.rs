@@ -111,7 +111,7 @@ impl View {
         (!self.is_beyond(corners, error)).then(|| self.lamp_bounds(corners, error))
     }
 
-    /// Whether a lamp's view sees nothing of the hull of `corners`: all lie behind the lamp, or all beyond one side of the view.
+    /// Whether a lamp's view certainly sees nothing of the hull of `corners`, which are finite: all lie behind the lamp, or all beyond one side of the view.
     #[inline(always)]
     pub(crate) fn is_beyond(&self, corners: &[DVec3], error: f64) -> bool {
         let (mut w_most, mut most) = (f64::NEG_INFINITY, [f64::NEG_INFINITY; 4]);
@@ -126,8 +126,8 @@ impl View {
         lesser(w_most, lesser(lesser(left, right), lesser(low, high))) < -4.0 * error
     }
 
-    /// Of a lamp's view that sees something of it. With e the error of corners, u = x/w is off by e·(1 + |u|)/(w − e) and by two roundings of |u|, of which e has eight of w:
-    /// all below 2e·(1 + |u|)/w where w > 16e.
+    /// [`Self::bounds`] of a lamp's view that may see something of it. With e the error of corners, u = x/w is off by e·(1 + |u|)/(w − e); 1/w, the product and the ends round by
+    /// less than e·(1 + |u|)/(2w), as e ≥ 8·2^-53·w: together below 2e·(1 + |u|)/w where w > 16e. Elsewhere, NaN of w = 0 included, the whole window is taken.
     #[inline(always)]
     pub(crate) fn lamp_bounds(&self, corners: &[DVec3], error: f64) -> [f64; 4] {
         let mut least_w = f64::INFINITY;
@@ -217,4 +217,86 @@ pub(crate) fn greater(a: f64, b: f64) -> f64 {
 /// A power of two of about this size; 1 for what is no positive number.
 pub(crate) fn power_of_two(size: f64) -> f64 {
     if size > 0.0 && size.is_finite() { power_of_two_below(size) } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Multiples of 1/8, so that points between three of them are exact.
+    fn corner() -> impl Strategy<Value = DVec3> {
+        [-40i32..=40, -40..=40, -40..=40].prop_map(|at| DVec3::from_array(at.map(f64::from)) / 8.0)
+    }
+
+    fn lamp() -> LightSource {
+        LightSource::point([0.25, -0.5, 0.125]).expect("a lamp")
+    }
+
+    fn sun() -> LightSource {
+        LightSource::sun([1.0, -3.0, 2.0]).expect("a sun")
+    }
+
+    fn scene() -> Aabb {
+        Aabb { min: DVec3::splat(-5.0), max: DVec3::splat(5.0) }
+    }
+
+    /// All views of a light, each with the error of corners.
+    fn views(light: &LightSource) -> impl Iterator<Item = (View, f64)> {
+        View::all(light, &scene()).into_iter().map(|view| (view, view.error(0.0, view.reach(&scene()))))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4096))]
+
+        #[test]
+        fn what_a_view_sees_of_a_triangle_lies_in_its_rectangle(
+            corners in [corner(), corner(), corner()],
+            parts in (0u32..=16).prop_flat_map(|first| (Just(first), 0..=16 - first)),
+        ) {
+            let (first, second) = (f64::from(parts.0) / 16.0, f64::from(parts.1) / 16.0);
+            let point = corners[0] * first + corners[1] * second + corners[2] * (1.0 - first - second);
+            for light in [sun(), lamp()] {
+                let mut seen_by = 0;
+                for (view, error) in views(&light) {
+                    let Homogeneous { x, y, w, h } = view.see(point);
+                    if !light.is_sun() && (w <= 0.0 || x.abs() > w || y.abs() > w) {
+                        continue;
+                    }
+                    seen_by += 1;
+                    let bounds = view.bounds(&corners, error);
+                    prop_assert!(bounds.is_some(), "{corners:?} {point} under {light:?}");
+                    let [u0, v0, u1, v1] = bounds.unwrap_or_default();
+                    let (u, v) = (x / w, y / w);
+                    prop_assert!(u0 <= u && u <= u1 && v0 <= v && v <= v1, "{u} {v} in {bounds:?}");
+                    prop_assert!(view.nearest(&corners, error) >= h / w);
+                }
+                prop_assert!(seen_by > 0 || point == light.xyz());
+            }
+        }
+
+        /// Of what is before the lamp no more than the corners span, of what is behind it nothing.
+        #[test]
+        fn a_lamp_sees_small_triangles_in_small_rectangles(middle in corner(), off in [corner(), corner(), corner()]) {
+            let corners = off.map(|off| middle + off / 1024.0);
+            for (view, error) in views(&lamp()) {
+                let seen = corners.map(|corner| view.see(corner));
+                if seen.iter().any(|seen| seen.w < 0.25) {
+                    prop_assert!(seen.iter().any(|seen| seen.w > -error) || view.bounds(&corners, error).is_none());
+                    continue;
+                }
+                let places = seen.map(|seen| [seen.x / seen.w, seen.y / seen.w]);
+                let Some(bounds) = view.bounds(&corners, error) else {
+                    let is_beside = |axis: usize, sign: f64| places.iter().all(|place| sign * place[axis] > LAMP_WINDOW);
+                    prop_assert!((0..2).any(|axis| is_beside(axis, 1.0) || is_beside(axis, -1.0)));
+                    continue;
+                };
+                for axis in 0..2 {
+                    let of_axis = places.map(|place| place[axis].clamp(-LAMP_WINDOW, LAMP_WINDOW));
+                    let [low, high] = [of_axis.into_iter().fold(2.0, f64::min), of_axis.into_iter().fold(-2.0, f64::max)];
+                    prop_assert!((bounds[axis] - low).abs() < 1e-12 && (bounds[axis + 2] - high).abs() < 1e-12);
+                }
+            }
+        }
+    }
 }

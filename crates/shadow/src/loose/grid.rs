@@ -69,7 +69,7 @@ pub(super) struct Tiling {
     pub(super) density: f64,
     /// Tiles along u and v.
     size: [usize; 2],
-    /// Number of the first tile, and of what lies beside the tiles of all views.
+    /// Number of the first tile, and of what lies beside the tiles of all views: known once all views are cut.
     first: u32,
     beside: u32,
 }
@@ -77,7 +77,7 @@ pub(super) struct Tiling {
 /// All views of a light: one of a sun, six of a lamp. The cells of all their tiles are numbered through, and so are the tiles.
 pub(super) struct Grids<'a> {
     pub(super) grids: Vec<Grid<'a>>,
-    /// The cells of each tile; the last ones, of which there are none, are those of what lies beside.
+    /// The cells of each tile; behind all others one more, for what lies beside.
     places: Vec<TilePlace>,
     /// How many cells there are.
     pub(super) cells: u32,

@@ -12,8 +12,8 @@
 //! one by one. A point that is given by its face ([`on_faces`]) stands for itself, and that face does not hide it: what else is in doubt is asked
 //! exactly.
 //!
-//! Cost: some 200 ns a triangle and view; 30 to 40 ns a point where neighbours in the list are neighbours in
-//! space, 50 to 70 ns where they are strewn; a doubtful point less than a microsecond, one in contact
+//! Cost: some 200 ns a triangle, in each view that sees it; 10 to 30 ns a point where neighbours in the list are neighbours in
+//! space, 15 to 60 ns where they are strewn; a doubtful point less than a microsecond, one in contact
 //! with a surface some microseconds. Where u, v of many points cannot be told from each other (scenes that are far from the
 //! origin, in f32) every point is doubtful, and under a lamp that is far from the scene many are.
 
@@ -142,8 +142,8 @@ impl Queries<'_> {
     /// Whether each point is lit by `light`: the answers of [`Queries::lit`], point by point, exact.
     ///
     /// What [`Queries::prepare`] made ready for the light is used. Without it the
-    /// cost is some 200 ns a triangle (under a lamp, for each of its six views that sees it); 30 to 40 ns a point where neighbours in
-    /// the list are neighbours in space, up to 70 ns where they are strewn.
+    /// cost is some 200 ns a triangle (under a lamp, for each of its six views that sees it); 10 to 30 ns a point where neighbours in
+    /// the list are neighbours in space, up to 60 ns where they are strewn.
     /// Points in contact with a surface, or behind a triangle with holes, cost some microseconds each.
     ///
     /// # Errors

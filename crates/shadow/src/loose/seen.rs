@@ -72,7 +72,7 @@ impl Block {
 
     /// Finds the tiles; `offs` is what points are off by in each view.
     ///
-    /// All points are placed in one view after the other, of which most blocks need one or two: numbers that are the same for all make vectors.
+    /// All points are placed in one view after the other, of which neighbours need one or two: what is the same for all of them stays in registers, and the loop becomes vectors.
     #[inline(always)]
     pub(super) fn locate(&mut self, grids: &Grids, offs: &[Off]) {
         let views = self.view.iter().fold(0u32, |views, view| views | 1 << view);

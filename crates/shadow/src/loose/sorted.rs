@@ -24,7 +24,7 @@ pub(super) const BATCH: usize = 16;
 pub(super) struct Buckets {
     /// In the order of the list.
     listed: Vec<Seen>,
-    /// The bucket of each, and how many of it come before.
+    /// The bucket of each, and how many points of that bucket come before it.
     ranks: Vec<[u32; 2]>,
     sorted: Vec<Seen>,
     /// How many points are in each bucket; once they are sorted, where those of each begin, and the end.
@@ -53,7 +53,7 @@ impl Buckets {
         self.listed.extend_from_slice(&points[..count]);
     }
 
-    /// Sorts what was added. No point waits for another's place.
+    /// Sorts what was added. No point waits for one before it, as ranks are known.
     pub(super) fn sort(&mut self) {
         to_starts(&mut self.starts);
         self.sorted.truncate(self.listed.len());
@@ -77,7 +77,7 @@ impl Buckets {
     /// `N` points from one on, of which the last may be of other buckets or stand for nothing.
     ///
     /// # Panics
-    /// If there is no such point.
+    /// If there are fewer points than that.
     #[inline(always)]
     pub(super) fn batch<const N: usize>(&self, first: usize) -> &[Seen; N] {
         const { assert!(N <= BATCH) };
@@ -90,5 +90,32 @@ fn to_starts(counts: &mut [u32]) {
     let mut sum = 0;
     for count in counts {
         (*count, sum) = (sum, sum + *count);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn buckets_are_used_again_without_what_was_in_them() {
+        let mut buckets = Buckets::default();
+        for (count, points) in [(5, 100u32), (3, 9), (4, 70)] {
+            buckets.clear(count as usize);
+            // The last bucket is empty.
+            let bucket = |index: u32| index * 7 % (count - 1);
+            for first in (0..points).step_by(BLOCK) {
+                let indices: [u32; BLOCK] = std::array::from_fn(|lane| first + lane as u32);
+                let of_block = indices.map(|index| Seen { index, ..Seen::default() });
+                buckets.extend(&indices.map(bucket), &of_block, BLOCK.min((points - first) as usize));
+            }
+            buckets.sort();
+            for number in 0..count {
+                let found: Vec<u32> = buckets.of(number as usize).iter().map(|point| point.index).collect();
+                assert_eq!(found, (0..points).filter(|&index| bucket(index) == number).collect::<Vec<_>>());
+            }
+            let indices = buckets.batch::<BATCH>(points as usize - 1).map(|point| point.index);
+            assert_eq!(indices[1..], [0; BATCH - 1], "what stands for nothing");
+        }
     }
 }
