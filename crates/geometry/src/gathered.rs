@@ -52,3 +52,11 @@ impl<const N: usize, const LANES: usize> Gathered<N, LANES> {
         DVec3::new(self.x[k][lane], self.y[k][lane], self.z[k][lane])
     }
 }
+
+impl<const LANES: usize> Gathered<3, LANES> {
+    /// The triangle in a lane.
+    #[inline(always)]
+    pub fn triangle(&self, lane: usize) -> [DVec3; 3] {
+        [self.at(0, lane), self.at(1, lane), self.at(2, lane)]
+    }
+}

@@ -142,7 +142,7 @@ impl Measures {
         let count = self.len.next_multiple_of(8).min(Self::MOST);
         for lane in 0..count {
             let numbers = [self.numbers[0][lane], self.numbers[1][lane], self.numbers[2][lane]];
-            let corners = [self.corners.at(0, lane), self.corners.at(1, lane), self.corners.at(2, lane)];
+            let corners = self.corners.triangle(lane);
             let measure = TriangleMeasure::new(numbers, corners);
             self.bases[lane] = measure.corner;
             self.sides[0][lane] = measure.sides[0];

@@ -42,7 +42,7 @@ impl Kernel for Turns<'_> {
             corners.gather(triangles, facets.positions(), 0);
             let mut certain = 0;
             for (lane, sign) in signs[..triangles.len()].iter_mut().enumerate() {
-                let [a, b, c] = [corners.at(0, lane), corners.at(1, lane), corners.at(2, lane)];
+                let [a, b, c] = corners.triangle(lane);
                 let side = float_light_filter(a, b, c, light);
                 *sign = i64::from(side.value > side.error) - i64::from(side.value < -side.error);
                 certain += *sign * *sign;

@@ -165,7 +165,8 @@ impl Window<'_> {
 
     #[inline(always)]
     fn triangle(&self, corners: &Corners, lane: usize) -> [Homogeneous; 3] {
-        [self.see(corners.at(0, lane)), self.see(corners.at(1, lane)), self.see(corners.at(2, lane))]
+        let [a, b, c] = corners.triangle(lane);
+        [self.see(a), self.see(b), self.see(c)]
     }
 }
 

@@ -108,7 +108,7 @@ impl See<'_> {
                 let mut is_beyond = [false; 8];
                 if !IS_SUN {
                     for (lane, is_beyond) in is_beyond.iter_mut().enumerate() {
-                        *is_beyond = view.is_beyond(&triangle(&corners, lane), self.error);
+                        *is_beyond = view.is_beyond(&corners.triangle(lane), self.error);
                     }
                     if is_beyond == [true; 8] {
                         continue;
@@ -146,7 +146,7 @@ impl Eight {
     fn of<const IS_SUN: bool>(view: &View, corners: &Gathered<3, 8>, error: f64) -> Self {
         let mut eight = Self { bounds: [[0.0; 8]; 4], nearest: [0.0; 8], is_reversed: [false; 8] };
         for lane in 0..8 {
-            let triangle = triangle(corners, lane);
+            let triangle = corners.triangle(lane);
             let [u0, v0, u1, v1] =
                 if IS_SUN { view.sun_bounds(&triangle, error) } else { view.lamp_bounds(&triangle, error) };
             let [u0_to, v0_to, u1_to, v1_to] = &mut eight.bounds;
@@ -162,11 +162,6 @@ impl Eight {
         let [u0, v0, u1, v1] = &self.bounds;
         Placed { bounds: [u0[lane], v0[lane], u1[lane], v1[lane]], piece, is_reversed: self.is_reversed[lane] }
     }
-}
-
-#[inline(always)]
-fn triangle(corners: &Gathered<3, 8>, lane: usize) -> [DVec3; 3] {
-    [corners.at(0, lane), corners.at(1, lane), corners.at(2, lane)]
 }
 
 #[cfg(test)]
