@@ -4,10 +4,10 @@
 //! without a look; points of curved bodies are left to single queries.
 
 use glam::DVec3;
-use umbriel_geometry::{Facet, LightSource, simd::dispatch};
+use umbriel_geometry::{Facets, LightSource, simd::dispatch};
 
 use crate::{
-    bodies::{Bodies, Body},
+    bodies::Body,
     exact::{flat_face_is_turned_to, patch_probe},
     light_space::greater,
     loose::{
@@ -40,7 +40,7 @@ impl FacePoint {
     }
 }
 
-/// The points of a job that light space may tell about. Memory is kept from one job to the next.
+/// The points of a job that light space may tell about. Memory, and what was found out about faces, is kept from one job to the next.
 #[derive(Debug, Default)]
 pub(super) struct OnFaces {
     /// Where the points of faces that are turned to the light are; behind these there is room for all others.
@@ -55,35 +55,44 @@ pub(super) struct OnFaces {
     /// Points that are asked one by one.
     single: Vec<u32>,
     told: Vec<bool>,
-    /// Faces met before, each where its number puts it: neighbouring rows of a picture meet the same ones.
+    /// What is done with the points of each face, by its first piece.
+    kinds: Vec<u8>,
+    /// Open faces met before, each where its number puts it: neighbouring rows of a picture meet the same ones.
     met: Vec<Met>,
 }
 
 /// So many faces are remembered, a power of two.
 const REMEMBERED: usize = 512;
 
-/// An object's face under the light that is asked for.
+/// An open face under the light that is asked for. Its points are where A + u·e + v·f says.
 #[derive(Clone, Copy, Debug)]
 struct Met {
-    place: (usize, usize),
-    kind: Kind,
-    /// The face's first piece.
-    own: i32,
-    /// Points with u, v from 0 to 1 and u + v no greater than this surely lie on it.
-    reach: f64,
-    /// Points are where A + u·e + v·f says, if it is [`Kind::Open`].
-    corner: DVec3,
-    edges: [DVec3; 2],
+    piece: u32,
     /// How large a corner's coordinate is at most.
     size: f64,
+    corner: DVec3,
+    edges: [DVec3; 2],
 }
 
-/// What is done with the points of a face.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
-    Dark,
-    Single,
-    Open,
+/// A face that was not met yet: zero, so that a table of them costs nothing before it is looked at.
+const UNKNOWN: u8 = 0;
+/// A face that is turned away: its points are dark.
+const DARK: u8 = 1;
+/// A face whose points may be lit.
+const OPEN: u8 = 2;
+
+/// The object of some points that follow each other.
+#[derive(Clone, Copy)]
+struct Here<'a> {
+    queries: &'a Queries<'a>,
+    light: &'a LightSource,
+    object: usize,
+    /// Its faces, where these are flat.
+    facets: Option<&'a Facets>,
+    /// The piece of its first face, if it has pieces.
+    first: Option<u32>,
+    /// Points with u, v from 0 to 1 and u + v no greater than this surely lie on their faces.
+    reach: f64,
 }
 
 /// What the coordinates of a point are off by, in parts of the greatest coordinate of a corner.
@@ -107,28 +116,74 @@ impl OnFaces {
             self.indices.resize(points.len(), 0);
         }
         self.met.resize(REMEMBERED, Met::NONE);
+        if self.kinds.is_empty() {
+            self.kinds = vec![UNKNOWN; pieces.len() as usize];
+        }
         self.single.clear();
-        let (mut open, mut size) = (0, 0.0f64);
-        for (index, &point) in points.iter().enumerate() {
-            let FacePoint { object, face, u, v } = point;
-            let met = &mut self.met[object.wrapping_mul(97).wrapping_add(face) % REMEMBERED];
-            if met.place != (object, face) {
-                *met = Met::of(&queries.bodies, pieces, (object, face), light).ok_or(index)?;
+        (self.open, self.size) = (0, 0.0);
+        let mut first = 0;
+        for points in points.chunk_by(|a, b| a.object == b.object) {
+            let here = Here::of(queries, pieces, points[0].object, light).ok_or(first)?;
+            match (here.facets, here.first) {
+                (Some(facets), Some(piece)) => self.gather_flat(&here, facets, piece, points, first)?,
+                _ => self.gather_single(&here, points, first)?,
             }
-            let is_inside = (u >= 0.0) & (v >= 0.0) & (u <= 1.0) & (v <= 1.0) & (u + v <= met.reach);
-            if !is_inside && queries.surface_defect(point).is_some() {
+            first += points.len();
+        }
+        Ok(())
+    }
+
+    /// Of an object with a piece or two for each face, from `piece` on; `first` is the first point's number.
+    fn gather_flat(
+        &mut self,
+        here: &Here,
+        facets: &Facets,
+        piece: u32,
+        points: &[FacePoint],
+        first: usize,
+    ) -> Result<(), usize> {
+        let halves = u32::from(facets.triangles().is_none());
+        let kinds = &mut self.kinds[piece as usize..][..facets.len() << halves];
+        // Copied, so that the loop has them in registers.
+        let (reach, mut open, mut size) = (here.reach, self.open, self.size);
+        for (index, &point) in (first..).zip(points) {
+            let FacePoint { face, u, v, .. } = point;
+            let is_inside = (u >= 0.0) & (v >= 0.0) & (u <= 1.0) & (v <= 1.0) & (u + v <= reach);
+            if !is_inside && here.queries.surface_defect(point).is_some() {
                 return Err(index);
             }
-            if met.kind == Kind::Single {
-                self.single.push(index as u32);
+            let kind = kinds.get_mut(face << halves).ok_or(index)?;
+            if *kind == UNKNOWN {
+                *kind = here.kind(face);
             }
-            // Without a branch: a point that is not open is overwritten by the next one. Faces and kinds change every few points.
+            // Neighbours are mostly all dark or all open.
+            if *kind == DARK {
+                continue;
+            }
+            let own = piece + ((face as u32) << halves);
+            let met = &mut self.met[own as usize % REMEMBERED];
+            if met.piece != own {
+                *met = Met::of(facets, face, own);
+            }
             self.rows[open] = (met.corner + u * met.edges[0] + v * met.edges[1]).to_array();
-            (self.own[open], self.indices[open]) = (met.own, index as u32);
-            open += usize::from(met.kind == Kind::Open);
+            (self.own[open], self.indices[open]) = (own as i32, index as u32);
             size = greater(size, met.size);
+            open += 1;
         }
         (self.open, self.size) = (open, size);
+        Ok(())
+    }
+
+    /// Of curved bodies, and of bodies that are cut away: their points have no face among the pieces.
+    fn gather_single(&mut self, here: &Here, points: &[FacePoint], first: usize) -> Result<(), usize> {
+        for (index, &point) in (first..).zip(points) {
+            if here.queries.surface_defect(point).is_some() {
+                return Err(index);
+            }
+            if here.kind(point.face) != DARK {
+                self.single.push(index as u32);
+            }
+        }
         Ok(())
     }
 
@@ -157,48 +212,37 @@ impl OnFaces {
     }
 }
 
+impl<'a> Here<'a> {
+    /// `None` if there is no such object.
+    fn of(queries: &'a Queries<'a>, pieces: &Pieces, object: usize, light: &'a LightSource) -> Option<Self> {
+        queries.bodies.scene.objects.get(object)?;
+        let (facets, first) = match queries.bodies.get(object) {
+            Body::Analytic(_) => (None, None),
+            Body::Flat(facets) => (Some(facets), pieces.of_face(object, 0)),
+        };
+        let reach = if facets.is_some_and(|facets| facets.triangles().is_some()) { 1.0 - f64::EPSILON } else { 2.0 };
+        Some(Self { queries, light, object, facets, first, reach })
+    }
+
+    /// What is done with the points of a face.
+    fn kind(&self, face: usize) -> u8 {
+        let is_lit =
+            self.facets.is_none() || flat_face_is_turned_to(&self.queries.bodies, self.object, face, self.light);
+        if is_lit { OPEN } else { DARK }
+    }
+}
+
 impl Met {
     /// No face has this number.
-    const NONE: Self = Self {
-        place: (usize::MAX, usize::MAX),
-        kind: Kind::Dark,
-        own: 0,
-        reach: -1.0,
-        corner: DVec3::ZERO,
-        edges: [DVec3::ZERO; 2],
-        size: 0.0,
-    };
+    const NONE: Self = Self { piece: u32::MAX, size: 0.0, corner: DVec3::ZERO, edges: [DVec3::ZERO; 2] };
 
-    /// `None` if there is no such face.
-    fn of(bodies: &Bodies, pieces: &Pieces, place: (usize, usize), light: &LightSource) -> Option<Self> {
-        let (object, face) = place;
-        bodies.scene.objects.get(object)?;
-        let facets = match bodies.get(object) {
-            Body::Analytic(_) => return Some(Self { place, kind: Kind::Single, ..Self::NONE }),
-            Body::Flat(facets) if face < facets.len() => facets,
-            Body::Flat(_) => return None,
-        };
+    fn of(facets: &Facets, face: usize, piece: u32) -> Self {
         let facet = facets.facet(face);
-        let reach = if matches!(facet, Facet::Triangle(_)) { 1.0 - f64::EPSILON } else { 2.0 };
-        if !flat_face_is_turned_to(bodies, object, face, light) {
-            return Some(Self { place, reach, ..Self::NONE });
-        }
-        // A body that is cut away has no pieces: its points have no face among them.
-        let Some(own) = pieces.of_face(object, face) else {
-            return Some(Self { place, kind: Kind::Single, reach, ..Self::NONE });
-        };
         let corners = facet.corners();
         let at = |k: usize| facets.positions()[corners[k] as usize];
         let [a, b, d] = [at(0), at(1), at(corners.len() - 1)];
-        Some(Self {
-            place,
-            kind: Kind::Open,
-            own: own as i32,
-            reach,
-            corner: a,
-            edges: [b - a, d - a],
-            size: (0..corners.len()).map(|k| at(k).abs().max_element()).fold(0.0, f64::max),
-        })
+        let size = (0..corners.len()).map(|k| at(k).abs().max_element()).fold(0.0, f64::max);
+        Self { piece, size, corner: a, edges: [b - a, d - a] }
     }
 }
 

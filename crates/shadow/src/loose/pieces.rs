@@ -11,9 +11,14 @@ use crate::bodies::{Bodies, Body};
 /// Pieces of a run at most.
 const RUN: u32 = 2048;
 
+/// The place of an object without pieces.
+const NO_PLACE: u32 = u32::MAX;
+
 /// All pieces of a scene.
 pub(super) struct Pieces<'a> {
     objects: Vec<Numbered<'a>>,
+    /// Of each object of the scene its place among these, or [`NO_PLACE`].
+    places: Vec<u32>,
     count: u32,
     /// Holds them all.
     pub(super) bounds: Aabb,
@@ -51,8 +56,10 @@ pub(super) enum Piece {
 impl<'a> Pieces<'a> {
     /// Places every object of the scene. `None` when 32 bits cannot number the pieces.
     pub(super) fn of(bodies: &'a Bodies) -> Option<Self> {
-        let mut pieces = Self { objects: Vec::new(), count: 0, bounds: Aabb::EMPTY, slack: 0.0, with_surfaces: false };
-        for object in 0..bodies.scene.objects.len() {
+        let count = bodies.scene.objects.len();
+        let (objects, places) = (Vec::new(), vec![NO_PLACE; count]);
+        let mut pieces = Self { objects, places, count: 0, bounds: Aabb::EMPTY, slack: 0.0, with_surfaces: false };
+        for object in 0..count {
             let (bounds, body) = (bodies.bounds(object), bodies.get(object));
             let (faces, is_halved) = match body {
                 Body::Flat(facets) => (facets.len(), facets.iter().any(|face| face.corners().len() == 4)),
@@ -62,6 +69,7 @@ impl<'a> Pieces<'a> {
             let faces = if bounds.is_empty() { 0 } else { faces };
             let count = u32::try_from(faces << u32::from(is_halved)).ok()?;
             if count > 0 {
+                pieces.places[object] = pieces.objects.len() as u32;
                 pieces.objects.push(Numbered { first: pieces.count, object, body, is_halved, bounds });
                 pieces.count = pieces.count.checked_add(count)?;
                 pieces.bounds = pieces.bounds.union(bounds);
@@ -124,9 +132,7 @@ impl<'a> Pieces<'a> {
 
     /// The first piece of a face; `None` where the object has no pieces.
     pub(super) fn of_face(&self, object: usize, face: usize) -> Option<u32> {
-        // Objects are numbered in the order of the scene.
-        let place = self.objects.binary_search_by_key(&object, |numbered| numbered.object).ok()?;
-        let numbered = &self.objects[place];
+        let numbered = self.objects.get(self.places[object] as usize)?;
         Some(numbered.first + ((face as u32) << u32::from(numbered.is_halved)))
     }
 
