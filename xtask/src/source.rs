@@ -20,7 +20,7 @@ use crate::{
 /// The source's smallest cells, and the edge of the scene that they are parts of: it gives no units.
 const CELLS: [f64; 3] = [0.1, 0.02, 0.001];
 
-/// Models alone, which pictures see whole: there a pixel has the fewest triangles before it. With suns from three sides, the last nearly from behind the camera, and from small pictures to large ones.
+/// Models alone, which pictures see whole: there a pixel has the fewest triangles before it. With suns from three sides, of which the last shows the cow's dark side, and from small pictures to large ones.
 const MODELS: [(&str, &str); 4] = [
     ("cow", "spot/spot.obj"),
     ("bunny", "bunny/stanford-bunny.obj"),

@@ -55,7 +55,7 @@ pub(super) struct OnFaces {
     /// Points that are asked one by one.
     single: Vec<u32>,
     told: Vec<bool>,
-    /// What is done with the points of each face, by its first piece.
+    /// What is done with the points of each face, counted from the first piece of its object, which has as many pieces as faces or more.
     kinds: Vec<u8>,
     /// Open faces met before, each where its number puts it: neighbouring rows of a picture meet the same ones.
     met: Vec<Met>,
@@ -74,7 +74,7 @@ struct Met {
     edges: [DVec3; 2],
 }
 
-/// A face that was not met yet: zero, so that a table of them costs nothing before it is looked at.
+/// A face that was not met yet: zero, as fresh memory is, so that of a table for a large scene only what is looked at is touched.
 const UNKNOWN: u8 = 0;
 /// A face that is turned away: its points are dark.
 const DARK: u8 = 1;
@@ -89,7 +89,7 @@ struct Here<'a> {
     object: usize,
     /// Its faces, where these are flat.
     facets: Option<&'a Facets>,
-    /// The piece of its first face, if it has pieces.
+    /// The piece of its first face, if its faces have pieces.
     first: Option<u32>,
     /// Points with u, v from 0 to 1 and u + v no greater than this surely lie on their faces.
     reach: f64,
@@ -143,7 +143,7 @@ impl OnFaces {
         first: usize,
     ) -> Result<(), usize> {
         let halves = u32::from(facets.triangles().is_none());
-        let kinds = &mut self.kinds[piece as usize..][..facets.len() << halves];
+        let kinds = &mut self.kinds[piece as usize..][..facets.len()];
         // Copied, so that the loop has them in registers.
         let (reach, mut open, mut size) = (here.reach, self.open, self.size);
         for (index, &point) in (first..).zip(points) {
@@ -152,7 +152,7 @@ impl OnFaces {
             if !is_inside && here.queries.surface_defect(point).is_some() {
                 return Err(index);
             }
-            let kind = kinds.get_mut(face << halves).ok_or(index)?;
+            let kind = kinds.get_mut(face).ok_or(index)?;
             if *kind == UNKNOWN {
                 *kind = here.kind(face);
             }
@@ -174,7 +174,7 @@ impl OnFaces {
         Ok(())
     }
 
-    /// Of curved bodies, and of bodies that are cut away: their points have no face among the pieces.
+    /// Of bodies whose faces have no pieces of their own: curved ones, and any that are cut away as a whole.
     fn gather_single(&mut self, here: &Here, points: &[FacePoint], first: usize) -> Result<(), usize> {
         for (index, &point) in (first..).zip(points) {
             if here.queries.surface_defect(point).is_some() {

@@ -280,7 +280,12 @@ fn the_first_point_beside_its_face_is_refused() {
         (FacePoint { face: 1 << 20, ..good }, QueryDefect::NoFace),
         (FacePoint { object: 9, ..good }, QueryDefect::NoObject),
     ];
-    for (bad, defect) in refused {
+    // Of every kind of body; twice the greatest number is zero once more.
+    let too_many =
+        |object: usize| [scene.objects[object].face_count(), 1 << (usize::BITS - 1)].map(|face| (object, face));
+    let no_faces = (0..scene.objects.len()).flat_map(too_many);
+    let no_faces = no_faces.map(|(object, face)| (FacePoint { object, face, ..good }, QueryDefect::NoFace));
+    for (bad, defect) in refused.into_iter().chain(no_faces) {
         let points = [good, FacePoint { v: 0.75, ..good }, bad, bad];
         let answer = queries.lit_many(Points::OnFaces(&points), &light, &Silent);
         assert_eq!(answer, Err(PointsError::Refused { index: 2, defect }), "{bad:?}");
