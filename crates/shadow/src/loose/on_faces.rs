@@ -89,10 +89,6 @@ struct Here<'a> {
     object: usize,
     /// Its faces, where these are flat.
     facets: Option<&'a Facets>,
-    /// The piece of its first face, if its faces have pieces.
-    first: Option<u32>,
-    /// Points with u, v from 0 to 1 and u + v no greater than this surely lie on their faces.
-    reach: f64,
 }
 
 /// What the coordinates of a point are off by, in parts of the greatest coordinate of a corner.
@@ -123,9 +119,9 @@ impl OnFaces {
         (self.open, self.size) = (0, 0.0);
         let mut first = 0;
         for points in points.chunk_by(|a, b| a.object == b.object) {
-            let here = Here::of(queries, pieces, points[0].object, light).ok_or(first)?;
-            match (here.facets, here.first) {
-                (Some(facets), Some(piece)) => self.gather_flat(&here, facets, piece, points, first)?,
+            let here = Here::of(queries, points[0].object, light).ok_or(first)?;
+            match (here.facets, pieces.of_object(here.object)) {
+                (Some(facets), Some(of_object)) => self.gather_flat(&here, (facets, of_object), points, first)?,
                 _ => self.gather_single(&here, points, first)?,
             }
             first += points.len();
@@ -137,15 +133,16 @@ impl OnFaces {
     fn gather_flat(
         &mut self,
         here: &Here,
-        facets: &Facets,
-        piece: u32,
+        (facets, (piece, is_halved)): (&Facets, (u32, bool)),
         points: &[FacePoint],
         first: usize,
     ) -> Result<(), usize> {
-        let halves = u32::from(facets.triangles().is_none());
+        let halves = u32::from(is_halved);
         let kinds = &mut self.kinds[piece as usize..][..facets.len()];
+        // Points with u, v from 0 to 1 and u + v no greater than this surely lie on their faces.
+        let reach = if is_halved { 2.0 } else { 1.0 - f64::EPSILON };
         // Copied, so that the loop has them in registers.
-        let (reach, mut open, mut size) = (here.reach, self.open, self.size);
+        let (mut open, mut size) = (self.open, self.size);
         for (index, &point) in (first..).zip(points) {
             let FacePoint { face, u, v, .. } = point;
             let is_inside = (u >= 0.0) & (v >= 0.0) & (u <= 1.0) & (v <= 1.0) & (u + v <= reach);
@@ -214,14 +211,13 @@ impl OnFaces {
 
 impl<'a> Here<'a> {
     /// `None` if there is no such object.
-    fn of(queries: &'a Queries<'a>, pieces: &Pieces, object: usize, light: &'a LightSource) -> Option<Self> {
+    fn of(queries: &'a Queries<'a>, object: usize, light: &'a LightSource) -> Option<Self> {
         queries.bodies.scene.objects.get(object)?;
-        let (facets, first) = match queries.bodies.get(object) {
-            Body::Analytic(_) => (None, None),
-            Body::Flat(facets) => (Some(facets), pieces.of_face(object, 0)),
+        let facets = match queries.bodies.get(object) {
+            Body::Analytic(_) => None,
+            Body::Flat(facets) => Some(facets),
         };
-        let reach = if facets.is_some_and(|facets| facets.triangles().is_some()) { 1.0 - f64::EPSILON } else { 2.0 };
-        Some(Self { queries, light, object, facets, first, reach })
+        Some(Self { queries, light, object, facets })
     }
 
     /// What is done with the points of a face.

@@ -130,10 +130,9 @@ impl<'a> Pieces<'a> {
         self.count
     }
 
-    /// The first piece of a face; `None` where the object has no pieces.
-    pub(super) fn of_face(&self, object: usize, face: usize) -> Option<u32> {
-        let numbered = self.objects.get(self.places[object] as usize)?;
-        Some(numbered.first + ((face as u32) << u32::from(numbered.is_halved)))
+    /// The first piece of an object, and whether each of its faces has two; `None` where it has no pieces.
+    pub(super) fn of_object(&self, object: usize) -> Option<(u32, bool)> {
+        self.objects.get(self.places[object] as usize).map(|numbered| (numbered.first, numbered.is_halved))
     }
 
     /// Object and face of a piece.
