@@ -224,6 +224,17 @@ impl Influences<'_> {
         (0u32..).zip(is_over).filter(|(_, is_over)| *is_over).map(|(object, _)| object).collect()
     }
 
+    /// Whether an asked receiver may have more occluders than that, equal ones counted once.
+    pub(crate) fn has_longer_list_than(&self, most: usize) -> bool {
+        let places = 0..self.asked.len() as u32;
+        self.kept.as_ref().is_none_or(|kept| places.into_iter().any(|place| kept.occluders_of(place).len() > most))
+    }
+
+    /// The first object that is the same as this one.
+    pub(crate) fn first_of(&self, receiver: usize) -> usize {
+        self.coarse.first_of(receiver).0
+    }
+
     /// What was done to find them; pairs of objects, however many are one.
     pub(crate) fn counts(&self) -> PairCounts {
         self.counts

@@ -1,6 +1,6 @@
 //! The asked receivers under one light, cut into jobs of some faces each.
 
-use std::{ops::Range, sync::Arc};
+use std::{borrow::Cow, ops::Range, sync::Arc};
 
 use umbriel_geometry::{
     Approx, Facet, Facets, LightSource, PlacedAnalytic, Point, Surd, analytic::PatchArea, blocking::Probe,
@@ -14,11 +14,15 @@ use crate::{
     effort::Spend,
     exact::{Own, face_blocks, patch_probe, turned_to},
     fine::{
-        Occluders,
+        Candidates, Occluders,
         crowd::{self, Members},
         flat::{FLAT, Levels},
         lattice::{Lattice, Spacing},
-        occluders::{Among, throng::Throng},
+        occluders::{
+            Among,
+            swarm::{Above, MANY, Swarm},
+            throng::Throng,
+        },
         patch::Patch,
         tally::{Cost, Tally, Units, cell_units},
     },
@@ -126,10 +130,12 @@ pub(crate) struct Receivers<'a> {
     pub(crate) is_cut_short: bool,
     /// The whole scene, if all of it is one.
     pub(crate) throng: Option<Arc<Throng>>,
+    /// The curved bodies, where a receiver may have more of them over it than are listed.
+    swarm: Option<Arc<Swarm>>,
 }
 
 impl<'a> Receivers<'a> {
-    /// Builds nothing yet but the trees of a throng, if the scene is one.
+    /// Builds nothing yet but the trees of a throng and of a swarm, if the scene is one.
     pub(crate) fn new(
         stage: &'a Stage<'a>,
         occluders: Occluders<'a>,
@@ -140,6 +146,8 @@ impl<'a> Receivers<'a> {
         let Stage { bodies, request, spacing, coarse, .. } = stage;
         let crowds = Arc::new(ByObject::new(bodies.scene.objects.len()));
         let throng = is_throng.then(|| Arc::new(Throng::new(&occluders, coarse.occluders())));
+        let may_be_swarm = is_throng || influences.has_longer_list_than(MANY);
+        let swarm = may_be_swarm.then(|| Swarm::new(&occluders, coarse.occluders())).flatten().map(Arc::new);
         let (light, detail) = (occluders.light, request.detail);
         Self {
             bodies,
@@ -153,6 +161,7 @@ impl<'a> Receivers<'a> {
             crowds,
             is_cut_short: false,
             throng,
+            swarm,
         }
     }
 
@@ -160,8 +169,20 @@ impl<'a> Receivers<'a> {
     pub(crate) fn of_group<'g>(&'g self, bodies: &'g Bodies<'g>) -> Receivers<'g> {
         let Self { light, request, detail, own, influences, spacing, is_cut_short, .. } = *self;
         let occluders = Occluders::of_group(bodies, &self.occluders);
-        let (crowds, throng) = (Arc::clone(&self.crowds), self.throng.clone());
-        Receivers { bodies, light, request, detail, own, influences, occluders, spacing, crowds, is_cut_short, throng }
+        Receivers {
+            bodies,
+            light,
+            request,
+            detail,
+            own,
+            influences,
+            occluders,
+            spacing,
+            crowds: Arc::clone(&self.crowds),
+            is_cut_short,
+            throng: self.throng.clone(),
+            swarm: self.swarm.clone(),
+        }
     }
 
     /// Builds what the faces of these receivers look through time and again: over a face lie mostly faces of the same object, and the tree that its instances
@@ -258,7 +279,11 @@ impl<'a> Receivers<'a> {
     ) -> Tally<Approx> {
         let chart = &body.charts()[face];
         let size = levels::FaceSize::of_patch(chart, body.placement());
-        let objects = self.throng.is_none().then(|| self.influences.occluders_of(object as u32));
+        let above = self.swarm.as_deref().map(|swarm| {
+            let own = self.influences.first_of(object);
+            swarm.above(self.bodies.bounds(object), self.light, own as u32)
+        });
+        let objects = self.throng.is_none().then(|| self.objects_over_patch(object));
         let among = self.among(objects.as_deref());
         let with_own = |u: f64, v: f64, is_blocked: &dyn Fn(Own, &Probe<Surd>) -> bool| {
             let probe = patch_probe(body, face, u, v)?;
@@ -266,6 +291,9 @@ impl<'a> Receivers<'a> {
             Some(own.is_some_and(|own| !is_blocked(own, &probe)))
         };
         let own_blocks = |own: Own, probe: &Probe<Surd>| face_blocks(self.bodies, (object, 0), probe, own, self.light);
+        let is_blocked = |own: Own, probe: &Probe<Surd>| {
+            own_blocks(own, probe) || self.point_is_blocked((among, above.as_ref()), own, probe)
+        };
         let exact = chart.plane_points().map(|points| points.map(|local| body.placement().exact(local)));
         let plane = exact.as_ref().map(|points| std::array::from_fn(|k| points[k].bounded()));
         let levels = self.levels(object, &size, depth.level(0));
@@ -281,9 +309,10 @@ impl<'a> Receivers<'a> {
             area,
             occluders: &self.occluders,
             among,
+            swarm: above,
             levels,
             lattice: self.spacing.map(|spacing| Lattice::new(size.edges, spacing, false)),
-            is_lit_exactly: &|u, v| with_own(u, v, &|own, probe| self.point_is_blocked(among, own, probe)),
+            is_lit_exactly: &|u, v| with_own(u, v, &is_blocked),
             is_lit_alone_exactly: &|u, v| with_own(u, v, &own_blocks),
             spend,
         };
@@ -303,12 +332,21 @@ impl<'a> Receivers<'a> {
         }
     }
 
+    /// Objects that may shadow a patch, those of a swarm left out.
+    fn objects_over_patch(&self, object: usize) -> Cow<'_, [u32]> {
+        let all = || self.influences.occluders_of(object as u32);
+        self.swarm.as_ref().map_or_else(all, |swarm| swarm.others(all))
+    }
+
     /// Whether anything of these blocks the way from a point to the light. Exact.
-    fn point_is_blocked(&self, among: Among, own: Own, probe: &Probe<Surd>) -> bool {
-        let candidates = self.occluders.candidates(among, &[probe.bounds]);
-        let facets = candidates.facets.iter().map(|id| (id.object as usize, id.facet as usize));
-        let bodies = candidates.bodies.iter().map(|&object| (object as usize, 0));
-        facets.chain(bodies).any(|face| face_blocks(self.bodies, face, probe, own, self.light))
+    fn point_is_blocked(&self, (among, above): (Among, Option<&Above>), own: Own, probe: &Probe<Surd>) -> bool {
+        let blocks = |face: (usize, usize)| face_blocks(self.bodies, face, probe, own, self.light);
+        let body_blocks = |object: u32| blocks((object as usize, 0));
+        let Candidates { facets, bodies } = self.occluders.candidates(among, &[probe.bounds]);
+        let is_above = |above: &Above| self.occluders.any_above(above, &[probe.bounds], body_blocks);
+        facets.iter().any(|id| blocks((id.object as usize, id.facet as usize)))
+            || bodies.into_iter().any(body_blocks)
+            || above.is_some_and(is_above)
     }
 }
 

@@ -135,3 +135,27 @@ fn one_moved_object_among_a_thousand() {
     assert!(least < 0.05, "{least} of a whole run");
     check(&session, &request);
 }
+
+/// Three hundred balls, more over each other than are listed: only what a moved one may shadow is redone, from a tree that holds others than before.
+#[test]
+fn one_moved_ball_of_a_swarm() {
+    let number = |k: u32, step: u32| f64::from(k * step % 997) / 997.0;
+    let ball = |k: u32| {
+        let place = at(2.0 * number(k, 359), 4.0 * number(k, 613), 2.0 * number(k, 787));
+        placed(&format!("ball {k}"), Shape::from(Analytic::Sphere { radius: 0.25 }), place)
+    };
+    let lamp = Light::new("lamp", LightSource::point([0.5, 6.0, 1.0]).expect("a lamp"));
+    let lights = vec![sun([0.3, -1.0, 0.2]), lamp];
+    let scene = Scene { objects: (1..301).map(ball).collect(), lights, ..Scene::default() };
+    let request =
+        Request { keep_cells: true, ..Request::everything(&scene, Detail::Depth { interior: 1, boundary: 4 }) };
+    let mut session = Session::new(scene, request.clone());
+    session.update(&Silent).expect("nobody cancels");
+    for (object, place) in [(7, at(0.25, 0.5, 1.75)), (250, at(1.75, 1.0, 0.125))] {
+        let placement = Placement::new(place).expect("regular");
+        session.change(Change::Move { object, placement }).expect("a sound change");
+        let update = session.update(&Silent).expect("nobody cancels");
+        assert!(update.kept > 100, "{} of 600 redone", update.redone);
+        check(&session, &request);
+    }
+}

@@ -8,6 +8,7 @@ mod facet_tree;
 pub(crate) mod few;
 mod object_index;
 mod promise;
+pub(crate) mod swarm;
 pub(crate) mod throng;
 
 use std::{collections::BTreeMap, ops::ControlFlow, sync::OnceLock, time::Instant};

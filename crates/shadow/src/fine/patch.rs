@@ -16,9 +16,10 @@ use super::{
     field::Weights,
     flat::{Levels, PixelStop},
     lattice::Lattice,
-    occluders::Among,
+    occluders::{Among, swarm::Above},
     pattern,
-    pile::Pile,
+    pile::{Bodies, Pile},
+    polygon_blocker::FacetId,
     self_shadow::{Facing, SelfShadow},
     tally::{Measure, Tally},
 };
@@ -39,8 +40,9 @@ pub(crate) struct Patch<'a> {
     pub(crate) plane: Option<[Point<'a>; 3]>,
     pub(crate) area: &'a PatchArea<'a>,
     pub(crate) occluders: &'a Occluders<'a>,
-    /// What may shadow it.
+    /// What may shadow it; in a swarm without curved bodies.
     pub(crate) among: Among<'a>,
+    pub(crate) swarm: Option<Above<'a>>,
     pub(crate) levels: Levels,
     pub(crate) lattice: Option<Lattice>,
     /// The exact answer for a point (u, v) of the patch; `None` where there is no surface.
@@ -54,6 +56,9 @@ pub(crate) struct Patch<'a> {
 const CELL: u64 = 24;
 const DENSITY: u64 = 4;
 
+/// How many times what is over a cell is looked up in the time in which a body in the way of each of 16 points is.
+const LOOKED_UP_FOR_POINTS: u64 = 3;
+
 /// How often a cell is divided before it is asked whether that tells anything.
 const LEVELS_BEFORE_LOOKING: u8 = 4;
 
@@ -63,24 +68,30 @@ const LEVELS_BETWEEN_LOOKS: u8 = 2;
 /// Fewer levels above the finest one a cell has hardly more finest parts than would be looked at.
 const LEVELS_BELOW_LOOKING: u8 = 3;
 
-/// So many bodies in question are a crowd.
-const CROWD: usize = 512;
-
-/// From this many facets and bodies in question, it is sooner to look up those over a point than to ask each.
+/// From this many facets in question, it is sooner to look up those over a point than to ask each.
 const LOOK_UP: usize = 64;
+
+/// What may shadow a cell.
+#[derive(Clone, Debug, Default)]
+struct Question<'a> {
+    facets: Vec<FacetId>,
+    bodies: Bodies<'a>,
+}
 
 impl Patch<'_> {
     /// Classifies the whole patch.
     pub(crate) fn run(&self) -> Tally<Approx> {
         let mut tally = Tally::new();
         let hull = self.hull(Quadrant::ROOT).placed(self.body.placement());
-        let mut candidates = self.occluders.candidates(self.among, &hull);
-        candidates.bodies.retain(|&object| object != self.object);
-        if !(self.spend)(MEASURED * candidates.facets.len() as u64) {
+        let Candidates { facets, mut bodies } = self.occluders.candidates(self.among, &hull);
+        bodies.retain(|&object| object != self.object);
+        if !(self.spend)(MEASURED * facets.len() as u64) {
             // Nobody takes what is found.
             return tally;
         }
-        self.divide((Quadrant::ROOT, Occupied::Partly), None, &candidates, &mut tally);
+        let above = self.swarm.as_ref().map(|above| self.occluders.counted(above, &hull));
+        let bodies = above.as_ref().map_or(Bodies::Few(bodies), Bodies::Many);
+        self.divide((Quadrant::ROOT, Occupied::Partly), None, &Question { facets, bodies }, &mut tally);
         tally
     }
 
@@ -126,21 +137,21 @@ impl Patch<'_> {
     /// Whether an undecided cell, surface all over, is not divided any more, since of its finest parts at 16 points all over it none is decided: a border runs through some
     /// parts only, but where another surface is closer than the finest cells are curved, hardly any part is ever told. What is undecided at a finer level is so at a coarser
     /// one: a finer level gives up no cell that a coarser one divides.
-    fn is_unclear_to_the_end(&self, place: Quadrant, candidates: &Candidates) -> bool {
+    fn is_unclear_to_the_end(&self, place: Quadrant, question: &Question) -> bool {
         let (level, finest) = (place.level(), self.levels.finest);
         if level < LEVELS_BEFORE_LOOKING || level % LEVELS_BETWEEN_LOOKS != 0 || level + LEVELS_BELOW_LOOKING > finest {
             return false;
         }
         let ([u, v], edge) = (place.low_corner(), place.edge());
         let number = |parameter: f64| (parameter * 2f64.powi(i32::from(finest))) as u32;
-        if !(self.spend)(pattern::POINTS as u64 * (CELL + candidates.facets.len() as u64)) {
+        if !(self.spend)(pattern::POINTS as u64 * (CELL + question.facets.len() as u64)) {
             return false;
         }
         let mut parts = pattern::points(place).filter_map(|[s, t]| {
             let at = [number(u + s * edge), number(v + t * edge)];
             Quadrant::at(finest, at)
         });
-        parts.all(|part| self.judge(part, candidates, false).0 == Verdict::Undecided)
+        parts.all(|part| self.judge(part, question, false).0 == Verdict::Undecided)
     }
 
     /// Whether it is known of a part of a cell that it is no surface, or that it is, and what the body does to the light on it.
@@ -154,11 +165,11 @@ impl Patch<'_> {
 
     /// Parts of a cell that is decided are only divided where they are partly surface, for their areas; `known` is that
     /// verdict. `within` tells how much of the cell that is divided is surface: all parts of a whole one are whole.
-    fn divide(
-        &self,
+    fn divide<'s>(
+        &'s self,
         (place, within): (Quadrant, Occupied),
         known: Option<Verdict>,
-        candidates: &Candidates,
+        question: &Question<'s>,
         tally: &mut Tally<Approx>,
     ) {
         let occupied = self.occupied(place, within);
@@ -168,19 +179,18 @@ impl Patch<'_> {
         tally.examined += 1;
         let is_divisible = !self.is_finest(place);
         let (mut verdict, mut left) = match known {
-            Some(verdict) => (verdict, Candidates::default()),
-            None => self.judge(place, candidates, is_divisible),
+            Some(verdict) => (verdict, Question::default()),
+            None => self.judge(place, question, is_divisible),
         };
         let is_open = occupied == Occupied::Partly || verdict == Verdict::Undecided;
-        let is_crowded = || is_hopeless(place, candidates.bodies.len(), left.bodies.len());
         let is_unclear = || {
             let is_asked = occupied == Occupied::Whole && verdict == Verdict::Undecided;
             is_asked && self.is_unclear_to_the_end(place, &left)
         };
-        let is_given_up = is_divisible && (is_crowded() || is_open && self.is_blurred(place, occupied) || is_unclear());
+        let is_given_up = is_divisible && (is_open && self.is_blurred(place, occupied) || is_unclear());
         if is_given_up && known.is_none() {
             // As if it were the finest level, so that a finer one tells no less.
-            (verdict, left) = self.judge(place, candidates, false);
+            (verdict, left) = self.judge(place, question, false);
         }
         let is_decided = verdict != Verdict::Undecided;
         let whole = || self.area_of(place);
@@ -224,14 +234,14 @@ impl Patch<'_> {
         place.level() == self.levels.finest || self.levels.pixel.is_some_and(is_a_pixel)
     }
 
-    /// What is proved of a cell, and the candidates in question if it is undecided.
-    fn judge(&self, place: Quadrant, candidates: &Candidates, is_divisible: bool) -> (Verdict, Candidates) {
+    /// What is proved of a cell, and what is in question if it is undecided.
+    fn judge<'s>(&'s self, place: Quadrant, question: &Question<'s>, is_divisible: bool) -> (Verdict, Question<'s>) {
         let hull = self.hull(place);
         let points = hull.placed(self.body.placement());
         match self.self_shadow().facing(&hull) {
-            Facing::Dark => (Verdict::Shadowed, Candidates::default()),
-            Facing::Turned => self.classify(place, points, candidates, is_divisible),
-            Facing::Unknown => match self.classify(place, points, candidates, is_divisible) {
+            Facing::Dark => (Verdict::Shadowed, Question::default()),
+            Facing::Turned => self.classify(place, points, question, is_divisible),
+            Facing::Unknown => match self.classify(place, points, question, is_divisible) {
                 (Verdict::Lit, left) => (Verdict::Undecided, left),
                 judged => judged,
             },
@@ -239,13 +249,13 @@ impl Patch<'_> {
     }
 
     /// What others do to a cell in the hull of some points.
-    fn classify(
-        &self,
+    fn classify<'s>(
+        &'s self,
         place: Quadrant,
         points: [Point; HULL],
-        candidates: &Candidates,
+        question: &Question<'s>,
         is_divisible: bool,
-    ) -> (Verdict, Candidates) {
+    ) -> (Verdict, Question<'s>) {
         let unit = |k: usize| -> Weights<HULL> { std::array::from_fn(|l| f64::from(u8::from(k == l))) };
         let cell = Hull::new((0..HULL).map(unit), [1.0 / HULL as f64; HULL]);
         let receiver = Receiver { points, light: self.occluders.light, facing: None, plane: self.plane };
@@ -258,16 +268,16 @@ impl Patch<'_> {
             is_divisible,
             spend: self.spend,
         };
-        let Some(bodies) = pile.in_question(&candidates.bodies) else {
-            return (Verdict::Shadowed, Candidates::default());
+        let Some(bodies) = pile.in_question(&question.bodies) else {
+            return (Verdict::Shadowed, Question::default());
         };
-        let mut left = Candidates { bodies, facets: Vec::new() };
-        let blockers = self.occluders.blockers(&candidates.facets, &[], &receiver);
+        let mut left = Question { bodies, facets: Vec::new() };
+        let blockers = self.occluders.blockers(&question.facets, &[], &receiver);
         let mut entries = Vec::new();
         let under_facets = blockers.classify(&cell, &blockers.entries(), &mut entries);
         left.facets = entries.into_iter().map(|entry| blockers.id(entry)).collect();
         match under_facets {
-            Verdict::Lit if !left.bodies.is_empty() => (Verdict::Undecided, left),
+            Verdict::Lit if !left.bodies.is_none() => (Verdict::Undecided, left),
             verdict => (verdict, left),
         }
     }
@@ -276,8 +286,8 @@ impl Patch<'_> {
         self.chart().hull(place.low_corner(), place.edge())
     }
 
-    /// How many of 16 points of an undecided cell are likely to be lit, by floats, with these candidates in question.
-    fn count_probably_lit(&self, (place, occupied): (Quadrant, Occupied), left: &Candidates) -> u64 {
+    /// How many of 16 points of an undecided cell are likely to be lit, by floats, with this in question.
+    fn count_probably_lit(&self, (place, occupied): (Quadrant, Occupied), left: &Question) -> u64 {
         let ([u, v], edge) = (place.low_corner(), place.edge());
         let is_turned = self.self_shadow().facing(&self.hull(place)) == Facing::Turned;
         let is_lit_alone = |[u, v]: [f64; 2]| match is_turned {
@@ -292,28 +302,25 @@ impl Patch<'_> {
         pattern::points(place).filter(is_lit).count() as u64
     }
 
-    /// Whether floats say that no candidate is in a point's way. The body that was in the last one's way is asked first: it is likely to be in the
+    /// Whether floats say that nothing is in a point's way. The body that was in the last one's way is asked first: it is likely to be in the
     /// next one's, too.
-    fn is_probably_clear(&self, point: &Receiver<1>, candidates: &Candidates, last: &mut Option<u32>) -> bool {
-        if last.is_some_and(|object| self.occluders.probably_blocks(object, point)) {
+    fn is_probably_clear(&self, point: &Receiver<1>, question: &Question, last: &mut Option<u32>) -> bool {
+        let hides = |object: u32| self.occluders.probably_blocks(object, point);
+        if last.is_some_and(hides) {
             return false;
         }
-        if candidates.facets.len() + candidates.bodies.len() < LOOK_UP {
-            return self.is_clear_of(point, candidates, last);
-        }
-        let mut over = self.occluders.candidates(self.among, &point.points);
-        over.bodies.retain(|&object| object != self.object);
-        self.is_clear_of(point, &over, last)
+        *last = match &question.bodies {
+            Bodies::Few(bodies) => bodies.iter().copied().find(|&object| hides(object)),
+            Bodies::Many(above) => self.occluders.hiding_above(above, point),
+        };
+        last.is_none() && !self.is_probably_behind(&question.facets, point)
     }
 
-    fn is_clear_of(&self, point: &Receiver<1>, candidates: &Candidates, last: &mut Option<u32>) -> bool {
-        let is_behind_facets = || {
-            let blockers = self.occluders.blockers(&candidates.facets, &[], point);
-            blockers.entries().into_iter().any(|entry| blockers.probably_blocks(entry, &[1.0]))
-        };
-        let mut bodies = candidates.bodies.iter().copied();
-        *last = bodies.find(|&object| self.occluders.probably_blocks(object, point));
-        last.is_none() && !is_behind_facets()
+    /// Whether floats say that one of some facets is in a point's way.
+    fn is_probably_behind(&self, facets: &[FacetId], point: &Receiver<1>) -> bool {
+        let looked_up = (facets.len() >= LOOK_UP).then(|| self.occluders.candidates(self.among, &point.points).facets);
+        let blockers = self.occluders.blockers(looked_up.as_deref().unwrap_or(facets), &[], point);
+        blockers.entries().into_iter().any(|entry| blockers.probably_blocks(entry, &[1.0]))
     }
 
     /// A point of the patch.
@@ -327,13 +334,17 @@ impl Patch<'_> {
         (place, occupied): (Quadrant, Occupied),
         verdict: Verdict,
         area: &Approx,
-        left: &Candidates,
+        left: &Question,
         tally: &mut Tally<Approx>,
     ) {
         match verdict {
             Verdict::Lit => tally.lit.add(area),
             Verdict::Shadowed => tally.shadowed.add(area),
             Verdict::Undecided => {
+                if let Bodies::Many(above) = &left.bodies {
+                    // What is spent in vain ends at the next division.
+                    (self.spend)(LOOKED_UP_FOR_POINTS * above.cost());
+                }
                 tally.undecided.add(area);
                 tally.likely.add(&area.part(self.count_probably_lit((place, occupied), left)));
                 tally.points += 16;
@@ -356,10 +367,4 @@ impl Patch<'_> {
             tally.samples.lit += u64::from(lit == Some(true));
         }
     }
-}
-
-/// Whether a cell under a crowd of bodies is not divided any more: dividing its parent has shown less than half of them to be out of the way of it, so that thousands of
-/// cells under hundreds of bodies each would follow.
-fn is_hopeless(place: Quadrant, before: usize, left: usize) -> bool {
-    place.level() > 0 && left >= CROWD && 2 * left > before
 }

@@ -1,4 +1,4 @@
-//! A cell of a patch under analytic bodies, hundreds of them if need be.
+//! A cell of a patch under analytic bodies: dozens in a list, or thousands in a [`swarm`](super::occluders::swarm).
 //!
 //! Measuring a body against a cell takes microseconds, and of a coarse cell it often tells nothing yet. So where many bodies are over a cell, those that hide its
 //! middle are asked whether they cover it, and the others whether they miss it; each kind in the order of boxes in light space, from that end where an answer is
@@ -9,7 +9,7 @@
 
 use umbriel_geometry::analytic::HULL;
 
-use super::{Occluders, Receiver, analytic_blocker::Influence, field::Weights};
+use super::{Occluders, Receiver, analytic_blocker::Influence, field::Weights, occluders::swarm::Above};
 use crate::effort::{BODY, Spend};
 
 /// Up to so many bodies all are asked.
@@ -17,6 +17,9 @@ const FEW: usize = 16;
 
 /// Bodies that are looked at in the time in which a facet is held against a cell.
 const LOOKED_A_FACET: usize = 2;
+
+/// Bodies of a swarm that seem to cover a cell and are measured in vain.
+const PROMISING: usize = 4;
 
 /// Bodies in a row that tell nothing.
 const PATIENCE: usize = 8;
@@ -37,9 +40,58 @@ pub(super) struct Pile<'a, 'b> {
 /// How far a body reaches beyond a cell, and the body.
 type Promise = (f64, u32);
 
+/// Bodies over a cell.
+#[derive(Clone, Debug)]
+pub(super) enum Bodies<'a> {
+    /// These.
+    Few(Vec<u32>),
+    /// More than are listed: those of a swarm.
+    Many(&'a Above<'a>),
+}
+
+impl Bodies<'_> {
+    /// Whether there are none.
+    pub(super) fn is_none(&self) -> bool {
+        matches!(self, Self::Few(bodies) if bodies.is_empty())
+    }
+}
+
+impl Default for Bodies<'_> {
+    fn default() -> Self {
+        Self::Few(Vec::new())
+    }
+}
+
 impl Pile<'_, '_> {
     /// Those of some bodies that are in question; `None` if one covers the cell.
-    pub(super) fn in_question(&self, bodies: &[u32]) -> Option<Vec<u32>> {
+    pub(super) fn in_question<'s>(&self, bodies: &Bodies<'s>) -> Option<Bodies<'s>> {
+        match bodies {
+            Bodies::Few(bodies) => self.of_these(bodies).map(Bodies::Few),
+            Bodies::Many(above) => self.of_swarm(above),
+        }
+    }
+
+    fn of_swarm<'s>(&self, above: &'s Above<'s>) -> Option<Bodies<'s>> {
+        if !(self.spend)(above.cost()) {
+            return Some(Bodies::Many(above));
+        }
+        if let Some(bodies) = self.occluders.few_above(above, &self.receiver.points) {
+            return self.of_these(&bodies).map(Bodies::Few);
+        }
+        let mut in_vain = 0;
+        for group in self.occluders.promising(above, self.receiver) {
+            if in_vain >= PROMISING || !(self.spend)(BODY * group.len() as u64) {
+                break;
+            }
+            if group.iter().any(|&object| self.influence(object) == Influence::All) {
+                return None;
+            }
+            in_vain += group.len();
+        }
+        Some(Bodies::Many(above))
+    }
+
+    fn of_these(&self, bodies: &[u32]) -> Option<Vec<u32>> {
         if bodies.len() <= FEW {
             let all: Vec<Promise> = bodies.iter().map(|&object| (0.0, object)).collect();
             return self.ask(std::iter::once(all.as_slice()), |_, _| false);
