@@ -279,7 +279,8 @@ impl<'a> Receivers<'a> {
     ) -> Tally<Approx> {
         let chart = &body.charts()[face];
         let size = levels::FaceSize::of_patch(chart, body.placement());
-        let above = self.swarm.as_deref().map(|swarm| {
+        // Nothing may shadow what no light reaches.
+        let above = self.swarm.as_deref().filter(|_| !self.bodies.is_dark(object)).map(|swarm| {
             let own = self.influences.first_of(object);
             swarm.above(self.bodies.bounds(object), self.light, own as u32)
         });
@@ -292,7 +293,7 @@ impl<'a> Receivers<'a> {
         };
         let own_blocks = |own: Own, probe: &Probe<Surd>| face_blocks(self.bodies, (object, 0), probe, own, self.light);
         let is_blocked = |own: Own, probe: &Probe<Surd>| {
-            own_blocks(own, probe) || self.point_is_blocked((among, above.as_ref()), own, probe)
+            above.is_some() && own_blocks(own, probe) || self.point_is_blocked((among, above.as_ref()), own, probe)
         };
         let exact = chart.plane_points().map(|points| points.map(|local| body.placement().exact(local)));
         let plane = exact.as_ref().map(|points| std::array::from_fn(|k| points[k].bounded()));
@@ -338,15 +339,16 @@ impl<'a> Receivers<'a> {
         self.swarm.as_ref().map_or_else(all, |swarm| swarm.others(all))
     }
 
-    /// Whether anything of these blocks the way from a point to the light. Exact.
+    /// Whether anything of these blocks the way from a point to the light, curved bodies of the swarm if there is one. Exact.
     fn point_is_blocked(&self, (among, above): (Among, Option<&Above>), own: Own, probe: &Probe<Surd>) -> bool {
         let blocks = |face: (usize, usize)| face_blocks(self.bodies, face, probe, own, self.light);
         let body_blocks = |object: u32| blocks((object as usize, 0));
         let Candidates { facets, bodies } = self.occluders.candidates(among, &[probe.bounds]);
-        let is_above = |above: &Above| self.occluders.any_above(above, &[probe.bounds], body_blocks);
-        facets.iter().any(|id| blocks((id.object as usize, id.facet as usize)))
-            || bodies.into_iter().any(body_blocks)
-            || above.is_some_and(is_above)
+        let any_body_blocks = || match above {
+            Some(above) => self.occluders.any_above(above, &[probe.bounds], body_blocks),
+            None => bodies.into_iter().any(body_blocks),
+        };
+        facets.iter().any(|id| blocks((id.object as usize, id.facet as usize))) || any_body_blocks()
     }
 }
 

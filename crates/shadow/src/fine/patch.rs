@@ -40,7 +40,7 @@ pub(crate) struct Patch<'a> {
     pub(crate) plane: Option<[Point<'a>; 3]>,
     pub(crate) area: &'a PatchArea<'a>,
     pub(crate) occluders: &'a Occluders<'a>,
-    /// What may shadow it; in a swarm without curved bodies.
+    /// What may shadow it; of curved bodies nothing goes by these where there is a swarm.
     pub(crate) among: Among<'a>,
     pub(crate) swarm: Option<Above<'a>>,
     pub(crate) levels: Levels,
@@ -136,7 +136,7 @@ impl Patch<'_> {
 
     /// Whether an undecided cell, surface all over, is not divided any more, since of its finest parts at 16 points all over it none is decided: a border runs through some
     /// parts only, but where another surface is closer than the finest cells are curved, hardly any part is ever told. What is undecided at a finer level is so at a coarser
-    /// one: a finer level gives up no cell that a coarser one divides.
+    /// one: a finer level gives up no cell that a coarser one divides. (Of a swarm hardly any: what promises most differs from cell to cell.)
     fn is_unclear_to_the_end(&self, place: Quadrant, question: &Question) -> bool {
         let (level, finest) = (place.level(), self.levels.finest);
         if level < LEVELS_BEFORE_LOOKING || level % LEVELS_BETWEEN_LOOKS != 0 || level + LEVELS_BELOW_LOOKING > finest {
@@ -302,18 +302,17 @@ impl Patch<'_> {
         pattern::points(place).filter(is_lit).count() as u64
     }
 
-    /// Whether floats say that nothing is in a point's way. The body that was in the last one's way is asked first: it is likely to be in the
-    /// next one's, too.
+    /// Whether floats say that nothing is in a point's way. Of a list the body that was in the last one's way is asked first: it is likely to be in the next one's, too.
     fn is_probably_clear(&self, point: &Receiver<1>, question: &Question, last: &mut Option<u32>) -> bool {
-        let hides = |object: u32| self.occluders.probably_blocks(object, point);
-        if last.is_some_and(hides) {
-            return false;
-        }
-        *last = match &question.bodies {
-            Bodies::Few(bodies) => bodies.iter().copied().find(|&object| hides(object)),
-            Bodies::Many(above) => self.occluders.hiding_above(above, point),
+        let hides = |object: &u32| self.occluders.probably_blocks(*object, point);
+        let is_hidden = match &question.bodies {
+            Bodies::Few(bodies) => {
+                *last = last.filter(hides).or_else(|| bodies.iter().copied().find(hides));
+                last.is_some()
+            }
+            Bodies::Many(above) => self.occluders.is_probably_hidden(above, point),
         };
-        last.is_none() && !self.is_probably_behind(&question.facets, point)
+        !is_hidden && !self.is_probably_behind(&question.facets, point)
     }
 
     /// Whether floats say that one of some facets is in a point's way.

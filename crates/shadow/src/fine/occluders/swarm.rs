@@ -21,7 +21,7 @@ use crate::fine::Receiver;
 /// So many bodies over a cell are a list still.
 pub(crate) const MANY: usize = 64;
 
-/// Bodies that are looked at for a cell under more. Of those that promise the same all or none are: none if that makes twice as many.
+/// Bodies that are looked at for a cell under more. All that promise as much as the last of them are, unless these are more than twice as many in all: then none of the last.
 const LOOKED_AT: usize = 16;
 
 /// What looking up what is over a cell costs, in facets held against it; and so many bodies over its patch make it one more.
@@ -137,19 +137,14 @@ impl Occluders<'_> {
         })
     }
 
-    /// A body over the hull of `points` of which this is true.
-    fn find_above(&self, above: &Above, points: &[Point], is_it: impl Fn(&Member) -> bool) -> Option<u32> {
-        let mut found = None;
-        let _ = self.for_each_above(above, points, |body| {
-            found = is_it(body).then_some(body.object);
-            if found.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        found
-    }
-
     /// Whether this is true of a body over the hull of `points`.
     pub(crate) fn any_above(&self, above: &Above, points: &[Point], is_it: impl Fn(u32) -> bool) -> bool {
-        self.find_above(above, points, |body| is_it(body.object)).is_some()
+        self.is_any_above(above, points, |body| is_it(body.object))
+    }
+
+    fn is_any_above(&self, above: &Above, points: &[Point], is_it: impl Fn(&Member) -> bool) -> bool {
+        let visit = |body: &Member| if is_it(body) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        self.for_each_above(above, points, visit).is_break()
     }
 
     /// The bodies over the hull of `points`, ascending, unless they are more than [`MANY`].
@@ -186,13 +181,13 @@ impl Occluders<'_> {
         best.chunk_by(|a, b| a.0 == b.0).map(|group| group.iter().filter_map(covers).collect()).collect()
     }
 
-    /// A body that is likely to hide a point; `None` if floats take none to.
-    pub(in crate::fine) fn hiding_above(&self, above: &Above, point: &Receiver<1>) -> Option<u32> {
+    /// Whether floats say that a body hides a point.
+    pub(in crate::fine) fn is_probably_hidden(&self, above: &Above, point: &Receiver<1>) -> bool {
         let hides = |body: &Member| match &body.glance {
             Some(glance) => glance.blocks(point.points[0].position),
             None => self.probably_blocks(body.object, point),
         };
-        self.find_above(above, &point.points, hides)
+        self.is_any_above(above, &point.points, hides)
     }
 
     /// [`LOOKED_AT`] bodies or few more that promise by their boxes most to cover the hull of `points`, with how much, negative: the best first.
@@ -225,9 +220,16 @@ impl Occluders<'_> {
     /// How far a box in light space reaches beyond that of a cell, to its sides and to the front: in metres under a sun, in parts of the way from a lamp. `None` if it does not, so that the body
     /// covers no such cell.
     fn promise(&self, body: &Aabb, cell: &Aabb) -> Option<f64> {
-        let unit = if self.light.is_sun() { 1.0 } else { cell.max.z };
-        let beyond = (cell.min - body.min).min((body.max - cell.max).with_z(f64::INFINITY));
-        let promise = beyond.x.min(beyond.y).min(beyond.z / unit);
+        let (low, high) = (cell.min - body.min, body.max - cell.max);
+        let promise = if self.light.is_sun() {
+            low.min_element().min(high.x).min(high.y)
+        } else {
+            // Boxes end where the frame does, which says nothing of the body.
+            let to_side = |reach: f64, end: f64| if end.abs() == 1.0 && reach == 0.0 { f64::INFINITY } else { reach };
+            let to_sides = to_side(low.x, cell.min.x).min(to_side(low.y, cell.min.y));
+            let to_others = to_side(high.x, cell.max.x).min(to_side(high.y, cell.max.y));
+            to_sides.min(to_others).min(low.z / cell.max.z)
+        };
         (promise >= 0.0).then_some(promise)
     }
 }

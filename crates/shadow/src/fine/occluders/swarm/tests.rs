@@ -110,3 +110,23 @@ fn bodies_that_promise_the_same_stand_together() {
         assert_eq!(occluders.best_above(&above, &points).len(), found);
     }
 }
+
+/// A cell that two frames of a lamp see, under bodies that both see as well: each frame shows all of them to its end and no farther.
+#[test]
+fn the_ends_of_frames_say_nothing() {
+    let ball = |k: u32| {
+        let place = DVec3::new(2.5, 0.001 * f64::from(k), 2.5);
+        let shape = Shape::from(Analytic::Sphere { radius: if k == 50 { 1.0 } else { 0.5 } });
+        let placement = Placement::new(DAffine3::from_translation(place)).expect("regular");
+        Object::new(format!("{k}"), shape, placement, Sides::Auto).expect("an object")
+    };
+    let scene = Scene { objects: (0..100).map(ball).collect(), ..Scene::default() };
+    let (bodies, lamp) = (Bodies::new(&scene), LightSource::point([0.0; 3]).expect("a lamp"));
+    let occluders = Occluders::new(&bodies, &lamp);
+    let swarm = Swarm::new(&occluders, 0..100).expect("many");
+    let below = Aabb { min: DVec3::new(4.9, -0.1, 4.9), max: DVec3::new(5.1, 0.1, 5.1) };
+    let points = below.corners().map(Point::exact);
+    assert_eq!(occluders.views_of(&points).len(), 2);
+    let best = occluders.best_above(&swarm.above(below, &lamp, u32::MAX), &points);
+    assert_eq!(best.first().map(|(_, body)| body.object), Some(50));
+}
