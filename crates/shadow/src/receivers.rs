@@ -146,7 +146,9 @@ impl<'a> Receivers<'a> {
         let Stage { bodies, request, spacing, coarse, .. } = stage;
         let crowds = Arc::new(ByObject::new(bodies.scene.objects.len()));
         let throng = is_throng.then(|| Arc::new(Throng::new(&occluders, coarse.occluders())));
-        let may_be_swarm = is_throng || influences.has_longer_list_than(MANY);
+        let is_curved = |&object: &usize| bodies.is_analytic(object);
+        let may_be_swarm =
+            (is_throng || influences.has_longer_list_than(MANY)) && request.receivers.iter().any(is_curved);
         let swarm = may_be_swarm.then(|| Swarm::new(&occluders, coarse.occluders())).flatten().map(Arc::new);
         let (light, detail) = (occluders.light, request.detail);
         Self {
@@ -167,21 +169,14 @@ impl<'a> Receivers<'a> {
 
     /// The same with instances in `bodies`, which are those of a group ([`Bodies::of_group`]).
     pub(crate) fn of_group<'g>(&'g self, bodies: &'g Bodies<'g>) -> Receivers<'g> {
-        let Self { light, request, detail, own, influences, spacing, is_cut_short, .. } = *self;
-        let occluders = Occluders::of_group(bodies, &self.occluders);
+        let all: &Receivers<'g> = self;
         Receivers {
             bodies,
-            light,
-            request,
-            detail,
-            own,
-            influences,
-            occluders,
-            spacing,
+            occluders: Occluders::of_group(bodies, &self.occluders),
             crowds: Arc::clone(&self.crowds),
-            is_cut_short,
             throng: self.throng.clone(),
             swarm: self.swarm.clone(),
+            ..*all
         }
     }
 

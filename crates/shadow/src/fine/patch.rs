@@ -18,7 +18,7 @@ use super::{
     lattice::Lattice,
     occluders::{Among, swarm::Above},
     pattern,
-    pile::{Bodies, Pile},
+    pile::{BodiesOver, Pile},
     polygon_blocker::FacetId,
     self_shadow::{Facing, SelfShadow},
     tally::{Measure, Tally},
@@ -75,7 +75,7 @@ const LOOK_UP: usize = 64;
 #[derive(Clone, Debug, Default)]
 struct Question<'a> {
     facets: Vec<FacetId>,
-    bodies: Bodies<'a>,
+    bodies: BodiesOver<'a>,
 }
 
 impl Patch<'_> {
@@ -90,7 +90,7 @@ impl Patch<'_> {
             return tally;
         }
         let above = self.swarm.as_ref().map(|above| self.occluders.counted(above, &hull));
-        let bodies = above.as_ref().map_or(Bodies::Few(bodies), Bodies::Many);
+        let bodies = above.as_ref().map_or(BodiesOver::Few(bodies), BodiesOver::Many);
         self.divide((Quadrant::ROOT, Occupied::Partly), None, &Question { facets, bodies }, &mut tally);
         tally
     }
@@ -306,11 +306,11 @@ impl Patch<'_> {
     fn is_probably_clear(&self, point: &Receiver<1>, question: &Question, last: &mut Option<u32>) -> bool {
         let hides = |object: &u32| self.occluders.probably_blocks(*object, point);
         let is_hidden = match &question.bodies {
-            Bodies::Few(bodies) => {
+            BodiesOver::Few(bodies) => {
                 *last = last.filter(hides).or_else(|| bodies.iter().copied().find(hides));
                 last.is_some()
             }
-            Bodies::Many(above) => self.occluders.is_probably_hidden(above, point),
+            BodiesOver::Many(above) => self.occluders.is_probably_hidden(above, point),
         };
         !is_hidden && !self.is_probably_behind(&question.facets, point)
     }
@@ -340,7 +340,7 @@ impl Patch<'_> {
             Verdict::Lit => tally.lit.add(area),
             Verdict::Shadowed => tally.shadowed.add(area),
             Verdict::Undecided => {
-                if let Bodies::Many(above) = &left.bodies {
+                if let BodiesOver::Many(above) = &left.bodies {
                     // What is spent in vain ends at the next division.
                     (self.spend)(LOOKED_UP_FOR_POINTS * above.cost());
                 }

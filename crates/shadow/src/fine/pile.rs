@@ -15,13 +15,13 @@ use crate::effort::{BODY, Spend};
 /// Up to so many bodies all are asked.
 const FEW: usize = 16;
 
-/// Bodies that are looked at in the time in which a facet is held against a cell.
+/// BodiesOver that are looked at in the time in which a facet is held against a cell.
 const LOOKED_A_FACET: usize = 2;
 
-/// Bodies of a swarm that seem to cover a cell and are measured in vain.
+/// BodiesOver of a swarm that seem to cover a cell and are measured in vain.
 const PROMISING: usize = 4;
 
-/// Bodies in a row that tell nothing.
+/// BodiesOver in a row that tell nothing.
 const PATIENCE: usize = 8;
 
 /// A cell under bodies.
@@ -40,23 +40,23 @@ pub(super) struct Pile<'a, 'b> {
 /// How far a body reaches beyond a cell, and the body.
 type Promise = (f64, u32);
 
-/// Bodies over a cell.
+/// BodiesOver over a cell.
 #[derive(Clone, Debug)]
-pub(super) enum Bodies<'a> {
+pub(super) enum BodiesOver<'a> {
     /// These.
     Few(Vec<u32>),
     /// More than are listed: those of a swarm.
     Many(&'a Above<'a>),
 }
 
-impl Bodies<'_> {
+impl BodiesOver<'_> {
     /// Whether there are none.
     pub(super) fn is_none(&self) -> bool {
         matches!(self, Self::Few(bodies) if bodies.is_empty())
     }
 }
 
-impl Default for Bodies<'_> {
+impl Default for BodiesOver<'_> {
     fn default() -> Self {
         Self::Few(Vec::new())
     }
@@ -64,19 +64,19 @@ impl Default for Bodies<'_> {
 
 impl Pile<'_, '_> {
     /// Those of some bodies that are in question; `None` if one covers the cell.
-    pub(super) fn in_question<'s>(&self, bodies: &Bodies<'s>) -> Option<Bodies<'s>> {
+    pub(super) fn in_question<'s>(&self, bodies: &BodiesOver<'s>) -> Option<BodiesOver<'s>> {
         match bodies {
-            Bodies::Few(bodies) => self.of_these(bodies).map(Bodies::Few),
-            Bodies::Many(above) => self.of_swarm(above),
+            BodiesOver::Few(bodies) => self.of_these(bodies).map(BodiesOver::Few),
+            BodiesOver::Many(above) => self.of_swarm(above),
         }
     }
 
-    fn of_swarm<'s>(&self, above: &'s Above<'s>) -> Option<Bodies<'s>> {
+    fn of_swarm<'s>(&self, above: &'s Above<'s>) -> Option<BodiesOver<'s>> {
         if !(self.spend)(above.cost()) {
-            return Some(Bodies::Many(above));
+            return Some(BodiesOver::Many(above));
         }
         if let Some(bodies) = self.occluders.few_above(above, &self.receiver.points) {
-            return self.of_these(&bodies).map(Bodies::Few);
+            return self.of_these(&bodies).map(BodiesOver::Few);
         }
         let mut in_vain = 0;
         for group in self.occluders.promising(above, self.receiver) {
@@ -88,7 +88,7 @@ impl Pile<'_, '_> {
             }
             in_vain += group.len();
         }
-        Some(Bodies::Many(above))
+        Some(BodiesOver::Many(above))
     }
 
     fn of_these(&self, bodies: &[u32]) -> Option<Vec<u32>> {
