@@ -14,15 +14,25 @@ use crate::{
     bodies::Body,
     exact::Own,
     fine::flat::flat_probe,
-    loose::{filter::Doubtful, pieces::Pieces},
+    loose::{Points, filter::Doubtful, on_faces::Lit, pieces::Pieces},
     query::{Among, Place, Queries},
     receivers::flat_corners,
     slack::SlackBox,
 };
 
+impl Lit<'_> {
+    /// The answers for the doubtful of some points.
+    pub(super) fn decide_all(self, points: Points, doubtful: Vec<Doubtful>, lit: &mut [bool]) {
+        for doubt in doubtful {
+            let index = doubt.index as usize;
+            lit[index] = self.queries.decide(self.pieces, &points.place(index), &doubt, self.light);
+        }
+    }
+}
+
 impl Queries<'_> {
     /// The answer for a doubtful point.
-    pub(super) fn decide(&self, pieces: &Pieces, place: &Place, doubt: &Doubtful, light: &LightSource) -> bool {
+    fn decide(&self, pieces: &Pieces, place: &Place, doubt: &Doubtful, light: &LightSource) -> bool {
         let Some(faces) = &doubt.faces else { return self.ask(place, light) };
         let faces: Vec<(usize, usize)> = faces.iter().map(|&first| pieces.face(first)).collect();
         let among = Among::Faces(&faces);

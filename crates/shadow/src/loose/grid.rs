@@ -30,6 +30,9 @@ const LONGEST: f64 = 4.0;
 const PIECES_A_PART: usize = 1024;
 /// Cells of a lamp's view that are wider than this have no sheets: less than twice the 16th by which a window is wider than where points may be.
 const WIDEST_CELL: f64 = 1.0 / 10.0;
+/// Points a triangle that pay for one more times as many cells; and where cells have no sheets, and all triangles have points behind them.
+const POINTS_A_TRIANGLE: f64 = 16.0;
+const POINTS_WITHOUT_SHEETS: f64 = 4.0;
 /// This much of a tile lies beside all pieces on each side: more than the places of points are off by that are known well enough for tiles.
 const BESIDE: f64 = 1.0 / 32.0;
 /// At most so many tiles along a side.
@@ -38,11 +41,11 @@ const MAX_TILES: f64 = 256.0;
 const TILE_MARGIN: f64 = 1.0 / 32.0;
 
 /// Added to a number below 2^51 in size it leaves a whole number, the nearest one, in the low bits.
-const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
+pub(super) const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
 
 /// The whole number, after [`WHOLE`] was added.
 #[inline(always)]
-fn low_bits(sum: f64) -> u32 {
+pub(super) fn low_bits(sum: f64) -> u32 {
     sum.to_bits() as u32
 }
 
@@ -99,7 +102,8 @@ impl<'a> Grids<'a> {
         let error = views[0].error(pieces.slack, views[0].reach(&pieces.bounds));
         let seen = see_all(pieces, &views, error, occupancies);
         let views = views.into_iter().zip(seen);
-        let mut grids: Vec<Grid> = views.map(|(view, seen)| Grid::of(pieces, view, seen, error, points)).collect();
+        let grid = |(view, seen)| Grid::of(pieces, view, seen, error, points, occupancies.is_some());
+        let mut grids: Vec<Grid> = views.map(grid).collect();
         let (mut places, mut cells) = (Vec::new(), 0u32);
         for grid in &mut grids {
             grid.tiling.first = places.len() as u32;
@@ -191,8 +195,15 @@ impl List {
 }
 
 impl<'a> Grid<'a> {
-    /// Finds the tiles of what a view sees; `error` is that of corners.
-    fn of(pieces: &'a Pieces<'a>, view: View, seen: Vec<Vec<Placed>>, error: f64, points: usize) -> Self {
+    /// Finds the tiles of what a view sees; `error` is that of corners. Some of what has no points behind it may have been left out.
+    fn of(
+        pieces: &'a Pieces<'a>,
+        view: View,
+        seen: Vec<Vec<Placed>>,
+        error: f64,
+        points: usize,
+        are_some_left_out: bool,
+    ) -> Self {
         let bounds = seen.iter().flatten().fold(NOWHERE, |all, placed| union(all, placed.bounds));
         let count: usize = seen.iter().map(Vec::len).sum();
         let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
@@ -222,7 +233,12 @@ impl<'a> Grid<'a> {
         // Cells of a tile that has nothing on a part of it are as small as if it had.
         let area = width * height;
         let more = if is_one && area > 0.0 { side * side / area } else { 1.0 };
-        grid.list(seen, points as f64 / f64::from(pieces.len().max(1)), more);
+        let pays = if are_some_left_out {
+            points as f64 / (count.max(1) as f64 * POINTS_WITHOUT_SHEETS)
+        } else {
+            points as f64 / (f64::from(pieces.len().max(1)) * POINTS_A_TRIANGLE)
+        };
+        grid.list(seen, pays, more);
         grid
     }
 
@@ -249,13 +265,13 @@ impl<'a> Grid<'a> {
         [index(0, -TILE_MARGIN), index(2, TILE_MARGIN), index(1, -TILE_MARGIN), index(3, TILE_MARGIN)]
     }
 
-    /// Which pieces each tile has.
-    fn list(&mut self, seen: Vec<Vec<Placed>>, points_a_piece: f64, factor: f64) {
+    /// Which pieces each tile has; points pay for so many times as many cells.
+    fn list(&mut self, seen: Vec<Vec<Placed>>, pays: f64, factor: f64) {
         let tiles = self.tiling.size[0] * self.tiling.size[1];
         self.lists = seen.into_par_iter().map(|placed| self.list_of(placed, tiles)).collect();
         let side = |tile: usize| {
             let count: usize = self.lists.iter().map(|list| list.numbers(tile).len()).sum();
-            side_for(count as f64 * factor, points_a_piece)
+            side_for(count as f64 * factor, pays)
         };
         self.sides = (0..tiles).map(side).collect();
         self.tiles = (0..tiles).map(|_| OnceLock::new()).collect();

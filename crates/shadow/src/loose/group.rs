@@ -314,7 +314,7 @@ pub(super) fn whole(x: f32) -> u32 {
 
 /// A float of 32 bits that is no less than a value from the least of them on. Without branches, where `f32::next_up` has some.
 #[inline(always)]
-fn above(value: f64) -> f32 {
+pub(super) fn above(value: f64) -> f32 {
     let near = value as f32;
     near + (near.abs() * f32::EPSILON + f32::MIN_POSITIVE)
 }

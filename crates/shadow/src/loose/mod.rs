@@ -18,9 +18,11 @@
 //! origin, in f32) every point is doubtful, and under a lamp that is far from the scene many are.
 
 mod decide;
+mod few;
 mod filter;
 mod grid;
 mod group;
+mod jobs;
 mod listed;
 mod occupancy;
 mod on_faces;
@@ -36,20 +38,14 @@ mod tile;
 #[cfg(test)]
 mod tests;
 
-use std::sync::{
-    Mutex, PoisonError,
-    atomic::{AtomicU64, AtomicUsize, Ordering},
-};
-
 use filter::{Doubtful, Filter};
 use grid::Grids;
-use occupancy::Occupancy;
+use jobs::{Job, Room};
+use occupancy::{Occupancy, Spots};
 pub use on_faces::FacePoint;
-use on_faces::OnFaces;
+use on_faces::Lit;
 use pieces::Pieces;
 pub use points::Points;
-use rayon::prelude::*;
-use sorted::Buckets;
 use umbriel_geometry::{LightSource, simd::dispatch};
 
 use crate::{
@@ -70,56 +66,10 @@ const CELLS_GONE_THROUGH: usize = 8;
 const FEWEST: usize = 1 << 10;
 /// Points of faces a piece from which on it is worth its while to know which pieces are of closed surfaces ([`surface`]).
 const SURFACE_POINTS_A_PIECE: f64 = 4.0;
-const _: () = assert!(SURFACE_POINTS_A_PIECE > occupancy::POINTS_A_PIECE);
+/// Points in space a piece up to which it is worth its while to leave out what none of them is behind ([`occupancy`]).
+const POINTS_A_PIECE: f64 = 1.0;
 /// Points that are looked at one by one are few to a job.
 const CHUNK: usize = 4096;
-
-impl Points<'_> {
-    /// Lets threads fill in what is said of parts of the points; the first point of a part that is refused ends it.
-    fn for_each_part(
-        &self,
-        queries: &Queries,
-        answers: &mut [bool],
-        size: usize,
-        progress: &dyn Progress,
-        fill: impl Fn(&mut Room, Self, &mut [bool]) -> Result<(), usize> + Sync,
-    ) -> Result<(), PointsError> {
-        let (done, total) = (AtomicU64::new(0), self.len() as u64);
-        let refused = AtomicUsize::new(usize::MAX);
-        // What a job leaves here another takes up: fresh memory costs as much as sorting into it.
-        let rooms = Mutex::new(Vec::new());
-        let take = || rooms.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default();
-        let leave = |room: Room| rooms.lock().unwrap_or_else(PoisonError::into_inner).push(room);
-        answers.par_chunks_mut(size).enumerate().try_for_each(|(job, answers)| {
-            if progress.is_cancelled() {
-                return Err(Cancelled);
-            }
-            let mut room = take();
-            let filled = fill(&mut room, self.part(job * size, job * size + answers.len()), answers);
-            leave(room);
-            if let Err(index) = filled {
-                refused.fetch_min(job * size + index, Ordering::Relaxed);
-            }
-            let now = done.fetch_add(answers.len() as u64, Ordering::Relaxed) + answers.len() as u64;
-            progress.advance("points", now, total);
-            Ok(())
-        })?;
-        match refused.into_inner() {
-            usize::MAX => Ok(()),
-            index => {
-                let defect = queries.refusal(&self.place(index)).unwrap_or(QueryDefect::OutsideFace);
-                Err(PointsError::Refused { index, defect })
-            }
-        }
-    }
-}
-
-/// What a thread keeps from one job to the next.
-#[derive(Debug, Default)]
-struct Room {
-    buckets: Buckets,
-    on_faces: OnFaces,
-}
 
 /// Why many points have no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -156,16 +106,27 @@ impl Queries<'_> {
     ) -> Result<Vec<bool>, PointsError> {
         let mut lit = vec![false; points.len()];
         if self.lookup(light).is_some() {
-            points.for_each_part(self, &mut lit, CHUNK, progress, |_, part, lit| {
-                part.check(self)?;
-                lit.iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&part.place(index), light));
-                Ok(())
-            })?;
+            self.ask_all(points, light, &mut lit, progress)?;
             return Ok(lit);
         }
         // One way to the threads and back, not one for each step.
         rayon::scope(|_| self.look(points, light, &mut lit, progress))?;
         Ok(lit)
+    }
+
+    /// Asks each point on its own.
+    fn ask_all(
+        &self,
+        points: Points,
+        light: &LightSource,
+        lit: &mut [bool],
+        progress: &dyn Progress,
+    ) -> Result<(), PointsError> {
+        points.for_each_job(self, points.jobs(lit, CHUNK), progress, "points", |_, Job { points, lit, .. }| {
+            points.check(self)?;
+            lit.iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&points.place(index), light));
+            Ok(())
+        })
     }
 
     /// Looks into light space for all points.
@@ -176,36 +137,32 @@ impl Queries<'_> {
         lit: &mut [bool],
         progress: &dyn Progress,
     ) -> Result<(), PointsError> {
-        let mut pieces = Pieces::of(&self.bodies);
-        // Where pieces are left out ([`occupancy`]) surfaces have gaps.
-        let is_worth_it = |pieces: &Pieces| points.len() as f64 > SURFACE_POINTS_A_PIECE * f64::from(pieces.len());
-        if let (Some(pieces), Points::OnFaces(_)) = (&mut pieces, points)
-            && is_worth_it(pieces)
-        {
-            pieces.find_surfaces();
+        // More pieces or cells than can be numbered: asked one by one.
+        let Some(mut pieces) = Pieces::of(&self.bodies) else { return self.ask_all(points, light, lit, progress) };
+        if let Points::OnFaces(points) = points {
+            let at = Lit { queries: self, pieces: &pieces, light };
+            if at.are_few(points) && at.tell_few(points, lit, progress)? {
+                return Ok(());
+            }
+            // Where pieces are left out ([`occupancy`]) surfaces have gaps.
+            if points.len() as f64 > SURFACE_POINTS_A_PIECE * f64::from(pieces.len()) {
+                pieces.find_surfaces();
+            }
         }
-        let grids = pieces.as_ref().and_then(|pieces| self.grids(pieces, points, light));
-        let cells = grids.as_ref().map_or(0, |grids| grids.cells as usize);
+        let Some(grids) = self.grids(&pieces, points, light) else {
+            return self.ask_all(points, light, lit, progress);
+        };
+        let at = Lit { queries: self, pieces: &pieces, light };
+        let cells = grids.cells as usize;
         let size = (cells * POINTS_A_CELL).clamp(SMALLEST_JOB, LARGEST_JOB);
         let fewest = (cells / CELLS_GONE_THROUGH).clamp(FEWEST, CHUNK);
         let size = size.min(points.len() / LEAST_JOBS).max(fewest);
-        points.for_each_part(self, lit, size, progress, |room, part, lit| match (&pieces, &grids) {
-            (Some(pieces), Some(grids)) => {
-                // Points of faces are looked at while they are gathered.
-                let size = part.checked_size(self)?;
-                let doubts = self.filter((pieces, grids), part, size, light, lit, room)?;
-                for doubt in doubts {
-                    let index = doubt.index as usize;
-                    lit[index] = self.decide(pieces, &part.place(index), &doubt, light);
-                }
-                Ok(())
-            }
-            // More pieces or cells than can be numbered.
-            _ => {
-                part.check(self)?;
-                lit.iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&part.place(index), light));
-                Ok(())
-            }
+        points.for_each_job(self, points.jobs(lit, size), progress, "points", |room, Job { points, lit, .. }| {
+            // Points of faces are looked at while they are gathered.
+            let size = points.checked_size(self)?;
+            let doubtful = self.filter(at, &grids, points, size, lit, room)?;
+            at.decide_all(points, doubtful, lit);
+            Ok(())
         })
     }
 
@@ -217,20 +174,22 @@ impl Queries<'_> {
     /// As [`Queries::lit_many`].
     pub fn in_space_many(&self, points: Points, progress: &dyn Progress) -> Result<Vec<bool>, PointsError> {
         let mut in_space = vec![false; points.len()];
-        points.for_each_part(self, &mut in_space, CHUNK, progress, |_, part, in_space| {
-            part.check(self)?;
-            for (index, in_space) in in_space.iter_mut().enumerate() {
-                *in_space = self.is_in_space(&part.place(index));
+        points.for_each_job(self, points.jobs(&mut in_space, CHUNK), progress, "points", |_, job| {
+            job.points.check(self)?;
+            for (index, in_space) in job.lit.iter_mut().enumerate() {
+                *in_space = self.is_in_space(&job.points.place(index));
             }
             Ok(())
         })?;
         Ok(in_space)
     }
 
-    /// The views' grids for these points.
+    /// The views' grids for these points. What few points in space have nothing to do with is left out.
     fn grids<'p>(&self, pieces: &'p Pieces<'p>, points: Points, light: &LightSource) -> Option<Grids<'p>> {
         let views = View::all(light, &pieces.bounds);
-        let occupancies = Occupancy::of(self, pieces, &views, points, light);
+        let are_few = points.len() as f64 <= POINTS_A_PIECE * f64::from(pieces.len());
+        let spots = if are_few { Spots::of_points(&views, pieces, points) } else { None };
+        let occupancies = spots.map(|spots| Occupancy::of(&views, pieces, &spots));
         Grids::of(pieces, views, points.len(), occupancies.as_deref())
     }
 
@@ -240,10 +199,10 @@ impl Queries<'_> {
     /// away: smaller parts keep the others from being taken as roughly known, too.
     fn filter(
         &self,
-        (pieces, grids): (&Pieces, &Grids),
+        at: Lit,
+        grids: &Grids,
         part: Points,
         size: f64,
-        light: &LightSource,
         lit: &mut [bool],
         room: &mut Room,
     ) -> Result<Vec<Doubtful>, usize> {
@@ -251,21 +210,22 @@ impl Queries<'_> {
             let half = part.len() / 2;
             let (first, second) = lit.split_at_mut(half);
             let [before, behind] = [part.part(0, half), part.part(half, part.len())];
-            let mut doubtful = self.filter((pieces, grids), before, before.size(), light, first, room)?;
-            let behind = self.filter((pieces, grids), behind, behind.size(), light, second, room)?;
+            let mut doubtful = self.filter(at, grids, before, before.size(), first, room)?;
+            let behind = self.filter(at, grids, behind, behind.size(), second, room)?;
             doubtful.extend(behind.into_iter().map(|doubt| Doubtful { index: doubt.index + half as u32, ..doubt }));
             return Ok(doubtful);
         }
         let slack = part.slack(size);
-        let (own, Room { buckets, on_faces }) = (&[], room);
+        let (own, Room { buckets, faces, on_faces, told }) = (&[], room);
         Ok(match part {
             Points::FreeSingle(rows) => dispatch(Filter { grids, rows, own, slack, size, lit, buckets }),
             Points::FreeDouble(rows) => dispatch(Filter { grids, rows, own, slack, size, lit, buckets }),
             Points::OrientedSingle(rows) => dispatch(Filter { grids, rows, own, slack, size, lit, buckets }),
             Points::OrientedDouble(rows) => dispatch(Filter { grids, rows, own, slack, size, lit, buckets }),
             Points::OnFaces(points) => {
-                on_faces.gather(self, pieces, points, light)?;
-                on_faces.filter(grids, lit, buckets)
+                on_faces.clear();
+                on_faces.gather(faces, at, points)?;
+                on_faces.filter(grids, lit, buckets, told)
             }
         })
     }

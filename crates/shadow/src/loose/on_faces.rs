@@ -4,11 +4,11 @@
 //! without a look; points of curved bodies are left to single queries.
 
 use glam::DVec3;
-use umbriel_geometry::{Facets, LightSource, simd::dispatch};
+use umbriel_geometry::{Facets, LightSource, Sign, simd::dispatch};
 
 use crate::{
     bodies::Body,
-    exact::{flat_face_is_turned_to, patch_probe},
+    exact::{flat_face_is_lit, patch_probe},
     light_space::greater,
     loose::{
         filter::{Doubtful, Filter},
@@ -40,11 +40,12 @@ impl FacePoint {
     }
 }
 
-/// The points of a job that light space may tell about. Memory, and what was found out about faces, is kept from one job to the next.
+/// Points that light space may tell about.
 #[derive(Debug, Default)]
 pub(super) struct OnFaces {
-    /// Where the points of faces that are turned to the light are; behind these there is room for all others.
+    /// Where the points of faces that are turned to the light are; behind these there may be room for others.
     rows: Vec<[f64; 3]>,
+    /// The faces that they lie on.
     own: Vec<i32>,
     /// Which of the job's points each is.
     indices: Vec<u32>,
@@ -54,13 +55,19 @@ pub(super) struct OnFaces {
     size: f64,
     /// Points that are asked one by one.
     single: Vec<u32>,
-    told: Vec<bool>,
-    /// What is done with the points of each face, counted from the first piece of its object, which has as many pieces as faces or more.
+}
+
+/// What a thread has found out about faces under the light that is asked for. Scene and light are always the same.
+#[derive(Debug, Default)]
+pub(super) struct Faces {
+    /// What is done with the points of each, counted from the first piece of its object, which has as many pieces as faces or more.
     kinds: Vec<u8>,
     /// Open faces met before, each where its number puts it: neighbouring rows of a picture meet the same ones.
     met: Vec<Met>,
 }
 
+/// So many points tell how many of all are on faces that are turned to the light.
+const LOOKED_AT: usize = 256;
 /// So many faces are remembered, a power of two.
 const REMEMBERED: usize = 512;
 
@@ -81,11 +88,21 @@ const DARK: u8 = 1;
 /// A face whose points may be lit.
 const OPEN: u8 = 2;
 
+/// A scene under a light.
+#[derive(Clone, Copy)]
+pub(super) struct Lit<'a> {
+    pub(super) queries: &'a Queries<'a>,
+    pub(super) pieces: &'a Pieces<'a>,
+    pub(super) light: &'a LightSource,
+}
+
+/// Which way so many faces turn is found together.
+const NEIGHBOURS: usize = 8;
+
 /// The object of some points that follow each other.
 #[derive(Clone, Copy)]
 struct Here<'a> {
-    queries: &'a Queries<'a>,
-    light: &'a LightSource,
+    at: Lit<'a>,
     object: usize,
     /// Its faces, where these are flat.
     facets: Option<&'a Facets>,
@@ -98,67 +115,78 @@ struct Here<'a> {
 const OFF: f64 = 11.0 * f64::EPSILON;
 
 impl OnFaces {
-    /// Takes points instead of those before; scene and light are always the same. The first point that is refused is an error.
-    pub(super) fn gather(
-        &mut self,
-        queries: &Queries,
-        pieces: &Pieces,
-        points: &[FacePoint],
-        light: &LightSource,
-    ) -> Result<(), usize> {
-        if self.rows.len() < points.len() {
-            self.rows.resize(points.len(), [0.0; 3]);
-            self.own.resize(points.len(), 0);
-            self.indices.resize(points.len(), 0);
-        }
-        self.met.resize(REMEMBERED, Met::NONE);
-        if self.kinds.is_empty() {
-            self.kinds = vec![UNKNOWN; pieces.len() as usize];
-        }
+    /// Forgets all points.
+    pub(super) fn clear(&mut self) {
         self.single.clear();
         (self.open, self.size) = (0, 0.0);
+    }
+
+    /// Adds points, which are numbered from 0 on. The first one that is refused is an error.
+    pub(super) fn gather(&mut self, faces: &mut Faces, at: Lit, points: &[FacePoint]) -> Result<(), usize> {
+        faces.met.resize(REMEMBERED, Met::NONE);
+        if faces.kinds.is_empty() {
+            faces.kinds = vec![UNKNOWN; at.pieces.len() as usize];
+        }
+        self.make_room(self.open + points.len());
         let mut first = 0;
-        for points in points.chunk_by(|a, b| a.object == b.object) {
-            let here = Here::of(queries, points[0].object, light).ok_or(first)?;
-            match (here.facets, pieces.of_object(here.object)) {
-                (Some(facets), Some(of_object)) => self.gather_flat(&here, (facets, of_object), points, first)?,
+        while let Some(point) = points.get(first) {
+            let here = Here::of(at, point.object).ok_or(first)?;
+            let points = &points[first..];
+            first += match (here.facets, at.pieces.of_object(here.object)) {
+                (Some(facets), Some(of_object)) => {
+                    self.gather_flat(faces, &here, (facets, of_object), points, first)?
+                }
                 _ => self.gather_single(&here, points, first)?,
-            }
-            first += points.len();
+            };
         }
         Ok(())
     }
 
-    /// Of an object with a piece or two for each face, from `piece` on; `first` is the first point's number.
+    fn make_room(&mut self, count: usize) {
+        if self.rows.len() < count {
+            self.rows.resize(count, [0.0; 3]);
+            self.own.resize(count, 0);
+            self.indices.resize(count, 0);
+        }
+    }
+
+    /// Of an object with a piece or two for each face, from `piece` on; `first` is the first point's number. How many points are of it.
     fn gather_flat(
         &mut self,
+        faces: &mut Faces,
         here: &Here,
         (facets, (piece, is_halved)): (&Facets, (u32, bool)),
         points: &[FacePoint],
         first: usize,
-    ) -> Result<(), usize> {
+    ) -> Result<usize, usize> {
         let halves = u32::from(is_halved);
-        let kinds = &mut self.kinds[piece as usize..][..facets.len()];
-        // Points with u, v from 0 to 1 and u + v no greater than this surely lie on their faces.
-        let reach = if is_halved { 2.0 } else { 1.0 - f64::EPSILON };
+        let kinds = &mut faces.kinds[piece as usize..][..facets.len()];
+        // Points with u, v from 0 on that reach no farther than this surely lie on their faces.
+        let limit = if is_halved { 1.0 } else { 1.0 - f64::EPSILON };
         // Copied, so that the loop has them in registers.
         let (mut open, mut size) = (self.open, self.size);
+        let mut count = 0;
         for (index, &point) in (first..).zip(points) {
-            let FacePoint { face, u, v, .. } = point;
-            let is_inside = (u >= 0.0) & (v >= 0.0) & (u <= 1.0) & (v <= 1.0) & (u + v <= reach);
-            if !is_inside && here.queries.surface_defect(point).is_some() {
+            let FacePoint { object, face, u, v } = point;
+            if object != here.object {
+                break;
+            }
+            let reach = if is_halved { greater(u, v) } else { u + v };
+            let is_inside = (u >= 0.0) & (v >= 0.0) & (reach <= limit);
+            if !is_inside && here.at.queries.surface_defect(point).is_some() {
                 return Err(index);
             }
-            let kind = kinds.get_mut(face).ok_or(index)?;
-            if *kind == UNKNOWN {
-                *kind = here.kind(face);
-            }
+            let kind = match *kinds.get(face).ok_or(index)? {
+                UNKNOWN => here.find_kinds(facets, face, kinds),
+                kind => kind,
+            };
+            count += 1;
             // Neighbours are mostly all dark or all open.
-            if *kind == DARK {
+            if kind == DARK {
                 continue;
             }
             let own = piece + ((face as u32) << halves);
-            let met = &mut self.met[own as usize % REMEMBERED];
+            let met = &mut faces.met[own as usize % REMEMBERED];
             if met.piece != own {
                 *met = Met::of(facets, face, own);
             }
@@ -168,20 +196,39 @@ impl OnFaces {
             open += 1;
         }
         (self.open, self.size) = (open, size);
-        Ok(())
+        Ok(count)
     }
 
     /// Of bodies whose faces have no pieces of their own: curved ones, and any that are cut away as a whole.
-    fn gather_single(&mut self, here: &Here, points: &[FacePoint], first: usize) -> Result<(), usize> {
+    fn gather_single(&mut self, here: &Here, points: &[FacePoint], first: usize) -> Result<usize, usize> {
+        let points = points.split(|point| point.object != here.object).next().unwrap_or_default();
         for (index, &point) in (first..).zip(points) {
-            if here.queries.surface_defect(point).is_some() {
+            if here.at.queries.surface_defect(point).is_some() {
                 return Err(index);
             }
-            if here.kind(point.face) != DARK {
+            if here.kind(point.face, None) != DARK {
                 self.single.push(index as u32);
             }
         }
-        Ok(())
+        Ok(points.len())
+    }
+
+    /// The same points, without room for others.
+    pub(super) fn copied(&self) -> Self {
+        let mut copy = Self { size: self.size, ..Self::default() };
+        copy.append(self, 0);
+        copy
+    }
+
+    /// Adds points that come behind `before` others, where there is no room for others.
+    pub(super) fn append(&mut self, then: &Self, before: usize) {
+        let shifted = |index: &u32| index + before as u32;
+        self.rows.extend_from_slice(then.rows());
+        self.own.extend_from_slice(&then.own[..then.open]);
+        self.indices.extend(then.indices[..then.open].iter().map(shifted));
+        self.single.extend(then.single.iter().map(shifted));
+        self.open += then.open;
+        self.size = greater(self.size, then.size);
     }
 
     /// Where floats put the points that light space may tell about.
@@ -194,13 +241,19 @@ impl OnFaces {
         (OFF * self.size, self.size + OFF * self.size)
     }
 
-    /// Fills in what is certain; what is left is returned.
-    pub(super) fn filter(&mut self, grids: &Grids, lit: &mut [bool], buckets: &mut Buckets) -> Vec<Doubtful> {
-        self.told.clear();
-        self.told.resize(self.open, false);
-        let (rows, own, (slack, size)) = (&self.rows[..self.open], &self.own[..self.open], self.off());
-        let mut doubtful = dispatch(Filter { grids, rows, own, slack, size, lit: &mut self.told, buckets });
-        for (&index, &told) in self.indices.iter().zip(&self.told) {
+    /// Fills in what is certain, where `lit` was false; what is left is returned.
+    pub(super) fn filter(
+        &self,
+        grids: &Grids,
+        lit: &mut [bool],
+        buckets: &mut Buckets,
+        told: &mut Vec<bool>,
+    ) -> Vec<Doubtful> {
+        told.clear();
+        told.resize(self.open, false);
+        let (rows, own, (slack, size)) = (self.rows(), &self.own[..self.open], self.off());
+        let mut doubtful = dispatch(Filter { grids, rows, own, slack, size, lit: told, buckets });
+        for (&index, &told) in self.indices.iter().zip(&*told) {
             lit[index as usize] = told;
         }
         doubtful.iter_mut().for_each(|doubt| doubt.index = self.indices[doubt.index as usize]);
@@ -209,22 +262,45 @@ impl OnFaces {
     }
 }
 
+/// How many of some points, as a part of all, are on faces that are turned to the light: of a few that are strewn over the list. Those that are refused do not count.
+pub(super) fn open_part(at: Lit, points: &[FacePoint]) -> f64 {
+    let is_open = |point: &&FacePoint| {
+        let here = Here::of(at, point.object);
+        here.is_some_and(|here| {
+            here.facets.is_none_or(|facets| point.face < facets.len() && here.kind(point.face, None) == OPEN)
+        })
+    };
+    let some = || points.iter().step_by(points.len().div_ceil(LOOKED_AT).max(1));
+    some().filter(is_open).count() as f64 / some().len().max(1) as f64
+}
+
 impl<'a> Here<'a> {
     /// `None` if there is no such object.
-    fn of(queries: &'a Queries<'a>, object: usize, light: &'a LightSource) -> Option<Self> {
-        queries.bodies.scene.objects.get(object)?;
-        let facets = match queries.bodies.get(object) {
+    fn of(at: Lit<'a>, object: usize) -> Option<Self> {
+        at.queries.bodies.scene.objects.get(object)?;
+        let facets = match at.queries.bodies.get(object) {
             Body::Analytic(_) => None,
             Body::Flat(facets) => Some(facets),
         };
-        Some(Self { queries, light, object, facets })
+        Some(Self { at, object, facets })
     }
 
     /// What is done with the points of a face.
-    fn kind(&self, face: usize) -> u8 {
-        let is_lit =
-            self.facets.is_none() || flat_face_is_turned_to(&self.queries.bodies, self.object, face, self.light);
+    fn kind(&self, face: usize, turn: Option<Sign>) -> u8 {
+        let is_lit = self.facets.is_none()
+            || flat_face_is_lit(&self.at.queries.bodies, (self.object, face), self.at.light, turn);
         if is_lit { OPEN } else { DARK }
+    }
+
+    /// The same, found with those of its neighbours.
+    #[cold]
+    fn find_kinds(&self, facets: &Facets, face: usize, kinds: &mut [u8]) -> u8 {
+        let mut next = face - face % NEIGHBOURS;
+        facets.for_each_turn::<NEIGHBOURS>(next..kinds.len().min(next + NEIGHBOURS), self.at.light, |turn| {
+            kinds[next] = self.kind(next, Some(turn));
+            next += 1;
+        });
+        kinds[face]
     }
 }
 

@@ -89,7 +89,10 @@ impl See<'_> {
         for (number, (view, seen)) in self.views.iter().zip(seen).enumerate() {
             if let Some(bounds) = view.bounds(corners, self.error) {
                 let is_reversed = matches!(*corners, [a, b, c] if view.is_reversed(&[a, b, c]));
-                self.keep(number, Placed { bounds, piece, is_reversed }, view.nearest(corners, self.error), seen);
+                let nearest = view.nearest(corners, self.error);
+                if self.occupancies.is_none_or(|of_views| of_views[number].may_meet(bounds, nearest)) {
+                    seen.push(Placed { bounds, piece, is_reversed });
+                }
             }
         }
     }
@@ -115,20 +118,16 @@ impl See<'_> {
                     }
                 }
                 let eight = Eight::of::<IS_SUN>(&view, &corners, self.error);
+                let is_met = match self.occupancies {
+                    Some(of_views) => of_views[number].may_meet_eight(&eight.bounds, &eight.nearest),
+                    None => [true; 8],
+                };
                 for (lane, piece) in (0..triangles.len()).zip(first..) {
-                    if !is_beyond[lane] {
-                        self.keep(number, eight.placed(lane, piece), eight.nearest[lane], seen);
+                    if is_met[lane] & !is_beyond[lane] {
+                        seen.push(eight.placed(lane, piece));
                     }
                 }
             }
-        }
-    }
-
-    /// Takes a piece unless no point can meet it.
-    #[inline(always)]
-    fn keep(&self, view: usize, placed: Placed, nearest: f64, seen: &mut Vec<Placed>) {
-        if self.occupancies.is_none_or(|of_views| of_views[view].may_meet(placed.bounds, nearest)) {
-            seen.push(placed);
         }
     }
 }

@@ -97,9 +97,16 @@ impl Block {
         }
     }
 
-    /// View, (u, v) and nearness of the first points.
-    pub(super) fn places(&self, count: usize) -> impl Iterator<Item = (usize, [f64; 2], f64)> {
-        (0..count).map(|index| (self.view[index] as usize, [self.u[index], self.v[index]], self.nearness[index]))
+    /// u, v and nearness of the first points.
+    #[inline(always)]
+    pub(super) fn columns(&self, count: usize) -> [&[f64]; 3] {
+        [&self.u[..count], &self.v[..count], &self.nearness[..count]]
+    }
+
+    /// Their views.
+    #[inline(always)]
+    pub(super) fn views(&self, count: usize) -> &[u32] {
+        &self.view[..count]
     }
 
     #[inline(always)]

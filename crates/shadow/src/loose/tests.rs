@@ -8,7 +8,7 @@ use umbriel_geometry::{
 };
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
-use super::{grid::Grid, *};
+use super::{grid::Grid, sorted::Buckets, *};
 use crate::progress::Silent;
 
 /// A ball of triangles over a floor of two, in numbers that no grid has.
@@ -131,8 +131,8 @@ fn one_point_far_away_does_not_make_others_doubtful() {
     let grids = Grids::of(&pieces, View::all(&light, &pieces.bounds), points.len(), None).expect("few cells");
     let mut lit = vec![false; points.len()];
     let part = Points::FreeSingle(&points);
-    let doubtful =
-        queries.filter((&pieces, &grids), part, part.size(), &light, &mut lit, &mut Room::default()).expect("accepted");
+    let at = Lit { queries: &queries, pieces: &pieces, light: &light };
+    let doubtful = queries.filter(at, &grids, part, part.size(), &mut lit, &mut Room::default()).expect("accepted");
     assert!(doubtful.len() < CHUNK, "{} of {}", doubtful.len(), points.len());
     let answers = queries.lit_many(Points::FreeSingle(&points), &light, &Silent).expect("points");
     let is_certain = |index: usize| doubtful.iter().all(|doubt| doubt.index as usize != index);
@@ -209,13 +209,18 @@ fn few_points_are_answered_as_single_ones_by_fewer_pieces() {
     let in_space: Vec<[f32; 3]> = points().into_iter().step_by(67).collect();
     for light in lights() {
         for points in [Points::OnFaces(&of_faces), Points::FreeSingle(&in_space)] {
-            let views = View::all(&light, &pieces.bounds);
-            let occupancies = Occupancy::of(&queries, &pieces, &views, points, &light).expect("few points");
-            let count = |occupancies| {
-                let grids = Grids::of(&pieces, views.clone(), points.len(), occupancies).expect("few cells");
-                grids.grids.iter().map(Grid::listed).sum::<usize>()
+            let at = Lit { queries: &queries, pieces: &pieces, light: &light };
+            let few = match points {
+                Points::OnFaces(points) => {
+                    assert!(at.are_few(points));
+                    let mut lit = vec![false; points.len()];
+                    at.grids_before(&at.gathered(points, &mut lit, &Silent).expect("points of faces"), points.len())
+                }
+                _ => queries.grids(&pieces, points, &light),
             };
-            let (some, all) = (count(Some(occupancies.as_slice())), count(None));
+            let all = Grids::of(&pieces, View::all(&light, &pieces.bounds), points.len(), None);
+            let count = |grids: Option<Grids>| grids.expect("few cells").grids.iter().map(Grid::listed).sum::<usize>();
+            let (some, all) = (count(few), count(all));
             assert!(some < all * 9 / 10, "{some} of {all} are listed under {light:?}");
             let many = queries.lit_many(points, &light, &Silent).expect("points");
             for (index, many) in many.into_iter().enumerate() {
@@ -223,6 +228,36 @@ fn few_points_are_answered_as_single_ones_by_fewer_pieces() {
                 assert_eq!(many, queries.lit(&place, &light).expect("a point").lit, "{place:?} under {light:?}");
             }
         }
+    }
+}
+
+#[test]
+fn many_points_of_which_few_are_turned_to_the_light_are_answered_as_single_ones() {
+    let mut scene = mixed_scene();
+    let one_sided = |object: &Object| {
+        let mut object = object.clone();
+        object.sides = Sides::One;
+        object
+    };
+    scene.objects = scene.objects.iter().map(one_sided).collect();
+    let queries = Queries::new(&scene);
+    let pieces = Pieces::of(&queries.bodies).expect("few pieces");
+    let points = points_of_faces(&scene);
+    for light in lights() {
+        let lit = |point: &FacePoint| queries.lit(&point.place(), &light).expect("a point").lit;
+        // Pictures of the dark sides, in which some faces catch the light.
+        let mut places = 0;
+        let is_wanted = |point: &&FacePoint| {
+            places += 1;
+            places % 23 == 0 || !lit(point)
+        };
+        let dark: Vec<FacePoint> = points.iter().filter(is_wanted).copied().collect();
+        let picture: Vec<FacePoint> = (0..4).flat_map(|_| &dark).copied().collect();
+        let at = Lit { queries: &queries, pieces: &pieces, light: &light };
+        assert!(at.are_few(&picture) && picture.len() > 8 * pieces.len() as usize, "under {light:?}");
+        let many = queries.lit_many(Points::OnFaces(&picture), &light, &Silent).expect("points of faces");
+        assert!(picture.iter().zip(&many).all(|(point, &many)| many == lit(point)), "under {light:?}");
+        assert!(many.contains(&true), "under {light:?}");
     }
 }
 
@@ -259,9 +294,9 @@ fn few_points_of_faces_are_in_doubt_far_from_the_origin() {
             let grids = Grids::of(&pieces, View::all(&light, &pieces.bounds), points.len(), None).expect("few cells");
             let mut lit = vec![false; points.len()];
             let part = Points::OnFaces(&points);
-            let doubtful = queries
-                .filter((&pieces, &grids), part, part.size(), &light, &mut lit, &mut Room::default())
-                .expect("accepted");
+            let at = Lit { queries: &queries, pieces: &pieces, light: &light };
+            let doubtful =
+                queries.filter(at, &grids, part, part.size(), &mut lit, &mut Room::default()).expect("accepted");
             assert!(doubtful.len() < points.len() / 50, "{} of {} under {light:?}", doubtful.len(), points.len());
         }
     }

@@ -25,8 +25,7 @@ pub(super) const HEIGHT_LIMIT: f32 = 1.0 / (1u32 << 17) as f32;
 const MAX_SIDE: f64 = 256.0;
 /// Cells a triangle where points are few; more cells make shorter lists and more of them.
 const CELLS_A_TRIANGLE: f64 = 3.0 / 16.0;
-/// Points a triangle that pay for one more times as many cells, and how many times at most.
-const POINTS_A_TRIANGLE: f64 = 16.0;
+/// So many times as many at most, where points pay for more.
 const MOST_TIMES: f64 = 32.0;
 
 /// A tile's cells.
@@ -209,8 +208,7 @@ pub(super) fn cell_along(place: f32, scale: f32) -> u32 {
     whole(middle)
 }
 
-/// About a triangle's size a cell, and smaller where many points will be asked for each triangle.
-pub(super) fn side_for(count: f64, points_a_triangle: f64) -> u32 {
-    let times = (points_a_triangle / POINTS_A_TRIANGLE).clamp(1.0, MOST_TIMES);
-    (count * CELLS_A_TRIANGLE * times).sqrt().round().clamp(1.0, MAX_SIDE) as u32
+/// About a triangle's size a cell, and smaller where points pay for so many times as many.
+pub(super) fn side_for(count: f64, pays: f64) -> u32 {
+    (count * CELLS_A_TRIANGLE * pays.clamp(1.0, MOST_TIMES)).sqrt().round().clamp(1.0, MAX_SIDE) as u32
 }
