@@ -93,7 +93,7 @@ fn judge_segment(trial: &SegmentTrial, is_looked_up: bool) -> Result<bool, Strin
 
 #[test]
 fn segments_that_graze_agree_with_the_definition() {
-    let numbers = case_numbers(100_000);
+    let numbers = case_numbers(40_000);
     let count = numbers.end - numbers.start;
     for (kind, aim) in Aim::ALL.into_iter().enumerate() {
         let (mut lit, mut wrong) = (0, Vec::new());

@@ -204,12 +204,12 @@ fn judge(title: &str, numbers: Range<u64>, is_sphere: bool, is_sun: bool) {
 
 #[test]
 fn sphere_under_a_sun() {
-    judge("sphere, sun", case_numbers(250), true, true);
+    judge("sphere, sun", case_numbers(100), true, true);
 }
 
 #[test]
 fn sphere_under_a_point_light() {
-    judge("sphere, point", case_numbers(250), true, false);
+    judge("sphere, point", case_numbers(100), true, false);
 }
 
 #[test]

@@ -61,7 +61,7 @@ fn proved_cells_are_true_at_every_point() {
     let bakes = all().len() as u64;
     let points = if asked_cases().is_some() { 100 } else { 8 };
     let cells_a_bake = 40;
-    let rounds = cases(10_000).div_ceil(cells_a_bake * bakes);
+    let rounds = cases(5_000).div_ceil(cells_a_bake * bakes);
     judge_all("proofs", rounds, cells_a_bake, points);
 }
 

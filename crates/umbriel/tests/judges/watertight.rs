@@ -283,7 +283,7 @@ fn what_lies_strictly_in_front_is_not_hit() {
     let scenes: Vec<Scene> = meshes.iter().map(Closed::scene).collect();
     let queries: Vec<Queries> = scenes.iter().map(Queries::new).collect();
     let convex: Vec<usize> = (0..meshes.len()).filter(|&k| !planes[k].is_empty()).collect();
-    let (mut asked, numbers) = (0, case_numbers(400_000));
+    let (mut asked, numbers) = (0, case_numbers(150_000));
     for number in numbers.clone() {
         let k = convex[(number / 16) as usize % convex.len()];
         let mut random = Random::new(number);

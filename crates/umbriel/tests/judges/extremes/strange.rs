@@ -288,7 +288,7 @@ fn spindles(blades: u32) -> Scene {
 
 #[test]
 fn lamps_round_the_hubs_of_closed_fans() {
-    let whole = spindles(300);
+    let whole = spindles(150);
     for light in [
         lamp([0.0, 2.0, 0.0]),
         lamp([0.0, 2.0_f64.next_down(), 0.0]),

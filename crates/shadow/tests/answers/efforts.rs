@@ -2,8 +2,6 @@
 
 #![allow(clippy::print_stdout, reason = "figures are part of what these tests tell")]
 
-mod judged;
-
 use std::{
     collections::BTreeMap,
     sync::{Arc, Mutex},
@@ -14,7 +12,7 @@ use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{CellMethod, Detail, LightReport, Progress, Report, Request, Silent, bake, typical_effort};
 
-use judged::judged;
+use crate::judged::judged;
 
 fn placed(shape: Shape, at: DVec3) -> Object {
     let placement = Placement::new(DAffine3::from_translation(at)).expect("regular");

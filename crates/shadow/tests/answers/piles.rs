@@ -1,13 +1,11 @@
 //! Scores of curved bodies in one place: what is proved of cells is right, and no order changes it.
 
-mod judged;
-
 use glam::{DAffine3, DQuat, DVec3};
 use umbriel_geometry::{Analytic, LightSource, Placement};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{Detail, Report, Request, Silent, bake};
 
-use judged::{dice, judged};
+use crate::judged::{dice, judged};
 
 fn scene(bodies: impl Iterator<Item = (Analytic, DAffine3)>, light: LightSource) -> Scene {
     let object = |(number, (body, map)): (usize, (Analytic, DAffine3))| {
