@@ -14,13 +14,13 @@ use crate::{
     bodies::Body,
     exact::Own,
     fine::flat::flat_probe,
-    loose::{Points, filter::Doubtful, on_faces::Lit, pieces::Pieces},
+    loose::{Points, filter::Doubtful, on_faces::LitScene, pieces::Pieces},
     query::{Among, Place, Queries},
     receivers::flat_corners,
     slack::SlackBox,
 };
 
-impl Lit<'_> {
+impl LitScene<'_> {
     /// The answers for the doubtful of some points.
     pub(super) fn decide_all(self, points: Points, doubtful: Vec<Doubtful>, lit: &mut [bool]) {
         for doubt in doubtful {

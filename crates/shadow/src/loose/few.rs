@@ -14,11 +14,11 @@ use rayon::prelude::*;
 use crate::{
     light_space::View,
     loose::{
-        CELLS_GONE_THROUGH, FEWEST, LEAST_JOBS, Points, PointsError,
+        CHUNK, FEWEST, LEAST_JOBS, Points, PointsError, fewest_of_job,
         grid::Grids,
         jobs::Job,
         occupancy::{Occupancy, Spots},
-        on_faces::{FacePoint, Lit, OnFaces, open_part},
+        on_faces::{FacePoint, LitScene, OnFaces, open_part},
     },
     progress::Progress,
 };
@@ -27,16 +27,19 @@ use crate::{
 const OPEN_POINTS_A_PIECE: f64 = 1.5;
 const POINTS_A_PIECE: f64 = 64.0;
 
-/// Points that follow each other, gathered.
+/// Parts of so many points are joined no further, however few of them are turned to the light.
+const MOST_OF_JOB: usize = 1 << 24;
+
+/// Points that follow each other, of which some are turned to the light.
 pub(super) struct Part {
     /// The number of the first.
     first: usize,
     /// How many, those included that are dark.
     count: usize,
-    open: OnFaces,
+    turned: OnFaces,
 }
 
-impl<'a> Lit<'a> {
+impl<'a> LitScene<'a> {
     /// Whether there are few points beside the pieces, as far as some of them tell.
     pub(super) fn are_few(self, points: &[FacePoint]) -> bool {
         let (count, pieces) = (points.len() as f64, f64::from(self.pieces.len()));
@@ -52,13 +55,13 @@ impl<'a> Lit<'a> {
         progress: &dyn Progress,
     ) -> Result<bool, PointsError> {
         let parts = self.gathered(points, lit, progress)?;
-        let open = parts.iter().map(|part| part.open.rows().len()).sum();
-        let Some(grids) = self.grids_before(&parts, open) else { return Ok(false) };
-        let least = (open / LEAST_JOBS).max(grids.cells as usize / CELLS_GONE_THROUGH).max(FEWEST);
+        let Some(grids) = self.grids_before(&parts) else { return Ok(false) };
+        let all: usize = parts.iter().map(|part| part.turned.len()).sum();
+        let least = (all / LEAST_JOBS).clamp(fewest_of_job(&grids), CHUNK);
         let jobs = jobs(merged(parts, least), points, lit).into_par_iter();
         Points::OnFaces(points).for_each_job(self.queries, jobs, progress, "points", |room, job| {
-            let doubtful = job.known.filter(&grids, job.lit, &mut room.buckets, &mut room.told);
-            self.decide_all(job.points, doubtful, job.lit);
+            let doubtful = job.known.filter(&grids, job.answers, &mut room.buckets, &mut room.told);
+            self.decide_all(job.points, doubtful, job.answers);
             Ok(())
         })?;
         Ok(true)
@@ -71,13 +74,12 @@ impl<'a> Lit<'a> {
         lit: &mut [bool],
         progress: &dyn Progress,
     ) -> Result<Vec<Part>, PointsError> {
-        let size = (points.len() / LEAST_JOBS).max(FEWEST);
         let (all, parts) = (Points::OnFaces(points), Mutex::new(Vec::new()));
+        let size = (points.len() / LEAST_JOBS).clamp(FEWEST, CHUNK);
         all.for_each_job(self.queries, all.jobs(lit, size), progress, "places of points", |room, job| {
-            let (first, count) = (job.first, job.lit.len());
-            room.on_faces.clear();
+            let (first, count) = (job.first, job.answers.len());
             room.on_faces.gather(&mut room.faces, self, &points[first..][..count])?;
-            let part = Part { first, count, open: room.on_faces.copied() };
+            let part = Part { first, count, turned: room.on_faces.copied() };
             parts.lock().unwrap_or_else(PoisonError::into_inner).push(part);
             Ok(())
         })?;
@@ -86,23 +88,25 @@ impl<'a> Lit<'a> {
         Ok(parts)
     }
 
-    /// The views' grids of what lies before some of these points, so many in all.
-    pub(super) fn grids_before(self, parts: &[Part], open: usize) -> Option<Grids<'a>> {
+    /// The views' grids of what lies before some of these points. Cells have no sheets: surfaces have gaps where pieces are left out.
+    pub(super) fn grids_before(self, parts: &[Part]) -> Option<Grids<'a>> {
         let views = View::all(self.light, &self.pieces.bounds);
-        let spots = |part: &Part| Spots::of(&views, self.pieces, part.open.rows(), part.open.off());
+        let spots = |part: &Part| Spots::of(&views, self.pieces, part.turned.rows(), part.turned.off());
         let spots: Option<Vec<Spots>> = parts.par_iter().map(spots).collect();
         let occupancies = spots.map(|spots| Occupancy::of(&views, self.pieces, &spots));
-        Grids::of(self.pieces, views, open, occupancies.as_deref())
+        let count = parts.iter().map(|part| part.turned.rows().len()).sum();
+        Grids::of(self.pieces, views, count, occupancies.as_deref())
     }
 }
 
-/// Parts of at least so many open points, but for the last one.
+/// Parts of at least so many points that are turned to the light, but for the last one.
 fn merged(parts: Vec<Part>, least: usize) -> Vec<Part> {
     let mut merged: Vec<Part> = Vec::new();
     for part in parts {
-        match merged.last_mut().filter(|last| last.open.rows().len() < least) {
+        let is_small = |last: &&mut Part| last.turned.len() < least && last.count < MOST_OF_JOB;
+        match merged.last_mut().filter(is_small) {
             Some(last) => {
-                last.open.append(&part.open, last.count);
+                last.turned.append(&part.turned, last.count);
                 last.count += part.count;
             }
             None => merged.push(part),
@@ -113,10 +117,10 @@ fn merged(parts: Vec<Part>, least: usize) -> Vec<Part> {
 
 /// Each part with its points and their answers.
 fn jobs<'a>(parts: Vec<Part>, points: &'a [FacePoint], mut lit: &'a mut [bool]) -> Vec<Job<'a, OnFaces>> {
-    let job = |Part { first, count, open }| {
+    let job = |Part { first, count, turned }| {
         let (here, behind) = mem::take(&mut lit).split_at_mut(count);
         lit = behind;
-        Job { first, points: Points::OnFaces(&points[first..][..count]), lit: here, known: open }
+        Job { first, points: Points::OnFaces(&points[first..][..count]), answers: here, known: turned }
     };
     parts.into_iter().map(job).collect()
 }

@@ -30,9 +30,9 @@ const LONGEST: f64 = 4.0;
 const PIECES_A_PART: usize = 1024;
 /// Cells of a lamp's view that are wider than this have no sheets: less than twice the 16th by which a window is wider than where points may be.
 const WIDEST_CELL: f64 = 1.0 / 10.0;
-/// Points a triangle that pay for one more times as many cells; and where cells have no sheets, and all triangles have points behind them.
+/// Points a triangle that pay for one more times as many cells; and where only triangles with points behind them are kept.
 const POINTS_A_TRIANGLE: f64 = 16.0;
-const POINTS_WITHOUT_SHEETS: f64 = 4.0;
+const POINTS_A_KEPT_TRIANGLE: f64 = 4.0;
 /// This much of a tile lies beside all pieces on each side: more than the places of points are off by that are known well enough for tiles.
 const BESIDE: f64 = 1.0 / 32.0;
 /// At most so many tiles along a side.
@@ -101,8 +101,15 @@ impl<'a> Grids<'a> {
         // The views of a lamp differ in their axes only.
         let error = views[0].error(pieces.slack, views[0].reach(&pieces.bounds));
         let seen = see_all(pieces, &views, error, occupancies);
+        let pays = match occupancies {
+            Some(_) => {
+                let kept: usize = seen.iter().flatten().map(Vec::len).sum();
+                points as f64 / (kept.max(1) as f64 * POINTS_A_KEPT_TRIANGLE)
+            }
+            None => points as f64 / (f64::from(pieces.len().max(1)) * POINTS_A_TRIANGLE),
+        };
         let views = views.into_iter().zip(seen);
-        let grid = |(view, seen)| Grid::of(pieces, view, seen, error, points, occupancies.is_some());
+        let grid = |(view, seen)| Grid::of(pieces, view, seen, error, points, pays);
         let mut grids: Vec<Grid> = views.map(grid).collect();
         let (mut places, mut cells) = (Vec::new(), 0u32);
         for grid in &mut grids {
@@ -195,15 +202,8 @@ impl List {
 }
 
 impl<'a> Grid<'a> {
-    /// Finds the tiles of what a view sees; `error` is that of corners. Some of what has no points behind it may have been left out.
-    fn of(
-        pieces: &'a Pieces<'a>,
-        view: View,
-        seen: Vec<Vec<Placed>>,
-        error: f64,
-        points: usize,
-        are_some_left_out: bool,
-    ) -> Self {
+    /// Finds the tiles of what a view sees; `error` is that of corners. Points pay for so many times as many cells.
+    fn of(pieces: &'a Pieces<'a>, view: View, seen: Vec<Vec<Placed>>, error: f64, points: usize, pays: f64) -> Self {
         let bounds = seen.iter().flatten().fold(NOWHERE, |all, placed| union(all, placed.bounds));
         let count: usize = seen.iter().map(Vec::len).sum();
         let (width, height) = ((bounds[2] - bounds[0]).max(0.0), (bounds[3] - bounds[1]).max(0.0));
@@ -233,11 +233,6 @@ impl<'a> Grid<'a> {
         // Cells of a tile that has nothing on a part of it are as small as if it had.
         let area = width * height;
         let more = if is_one && area > 0.0 { side * side / area } else { 1.0 };
-        let pays = if are_some_left_out {
-            points as f64 / (count.max(1) as f64 * POINTS_WITHOUT_SHEETS)
-        } else {
-            points as f64 / (f64::from(pieces.len().max(1)) * POINTS_A_TRIANGLE)
-        };
         grid.list(seen, pays, more);
         grid
     }

@@ -22,7 +22,7 @@ pub(super) struct Job<'a, T = ()> {
     /// The number of the first.
     pub(super) first: usize,
     pub(super) points: Points<'a>,
-    pub(super) lit: &'a mut [bool],
+    pub(super) answers: &'a mut [bool],
     pub(super) known: T,
 }
 
@@ -37,10 +37,10 @@ pub(super) struct Room {
 
 impl<'a> Points<'a> {
     /// Jobs of so many points.
-    pub(super) fn jobs(self, lit: &'a mut [bool], size: usize) -> impl ParallelIterator<Item = Job<'a>> {
-        lit.par_chunks_mut(size).enumerate().map(move |(job, lit)| {
+    pub(super) fn jobs(self, answers: &'a mut [bool], size: usize) -> impl ParallelIterator<Item = Job<'a>> {
+        answers.par_chunks_mut(size).enumerate().map(move |(job, answers)| {
             let first = job * size;
-            Job { first, points: self.part(first, first + lit.len()), lit, known: () }
+            Job { first, points: self.part(first, first + answers.len()), answers, known: () }
         })
     }
 

@@ -43,7 +43,7 @@ use grid::Grids;
 use jobs::{Job, Room};
 use occupancy::{Occupancy, Spots};
 pub use on_faces::FacePoint;
-use on_faces::Lit;
+use on_faces::LitScene;
 use pieces::Pieces;
 pub use points::Points;
 use umbriel_geometry::{LightSource, simd::dispatch};
@@ -67,7 +67,7 @@ const FEWEST: usize = 1 << 10;
 /// Points of faces a piece from which on it is worth its while to know which pieces are of closed surfaces ([`surface`]).
 const SURFACE_POINTS_A_PIECE: f64 = 4.0;
 /// Points in space a piece up to which it is worth its while to leave out what none of them is behind ([`occupancy`]).
-const POINTS_A_PIECE: f64 = 1.0;
+const SPACE_POINTS_A_PIECE: f64 = 1.0;
 /// Points that are looked at one by one are few to a job.
 const CHUNK: usize = 4096;
 
@@ -122,9 +122,9 @@ impl Queries<'_> {
         lit: &mut [bool],
         progress: &dyn Progress,
     ) -> Result<(), PointsError> {
-        points.for_each_job(self, points.jobs(lit, CHUNK), progress, "points", |_, Job { points, lit, .. }| {
+        points.for_each_job(self, points.jobs(lit, CHUNK), progress, "points", |_, Job { points, answers, .. }| {
             points.check(self)?;
-            lit.iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&points.place(index), light));
+            answers.iter_mut().enumerate().for_each(|(index, lit)| *lit = self.ask(&points.place(index), light));
             Ok(())
         })
     }
@@ -140,11 +140,10 @@ impl Queries<'_> {
         // More pieces or cells than can be numbered: asked one by one.
         let Some(mut pieces) = Pieces::of(&self.bodies) else { return self.ask_all(points, light, lit, progress) };
         if let Points::OnFaces(points) = points {
-            let at = Lit { queries: self, pieces: &pieces, light };
+            let at = LitScene { queries: self, pieces: &pieces, light };
             if at.are_few(points) && at.tell_few(points, lit, progress)? {
                 return Ok(());
             }
-            // Where pieces are left out ([`occupancy`]) surfaces have gaps.
             if points.len() as f64 > SURFACE_POINTS_A_PIECE * f64::from(pieces.len()) {
                 pieces.find_surfaces();
             }
@@ -152,16 +151,14 @@ impl Queries<'_> {
         let Some(grids) = self.grids(&pieces, points, light) else {
             return self.ask_all(points, light, lit, progress);
         };
-        let at = Lit { queries: self, pieces: &pieces, light };
-        let cells = grids.cells as usize;
-        let size = (cells * POINTS_A_CELL).clamp(SMALLEST_JOB, LARGEST_JOB);
-        let fewest = (cells / CELLS_GONE_THROUGH).clamp(FEWEST, CHUNK);
-        let size = size.min(points.len() / LEAST_JOBS).max(fewest);
-        points.for_each_job(self, points.jobs(lit, size), progress, "points", |room, Job { points, lit, .. }| {
+        let at = LitScene { queries: self, pieces: &pieces, light };
+        let size = (grids.cells as usize * POINTS_A_CELL).clamp(SMALLEST_JOB, LARGEST_JOB);
+        let size = size.min(points.len() / LEAST_JOBS).max(fewest_of_job(&grids));
+        points.for_each_job(self, points.jobs(lit, size), progress, "points", |room, Job { points, answers, .. }| {
             // Points of faces are looked at while they are gathered.
             let size = points.checked_size(self)?;
-            let doubtful = self.filter(at, &grids, points, size, lit, room)?;
-            at.decide_all(points, doubtful, lit);
+            let doubtful = self.filter(at, &grids, points, size, answers, room)?;
+            at.decide_all(points, doubtful, answers);
             Ok(())
         })
     }
@@ -176,7 +173,7 @@ impl Queries<'_> {
         let mut in_space = vec![false; points.len()];
         points.for_each_job(self, points.jobs(&mut in_space, CHUNK), progress, "points", |_, job| {
             job.points.check(self)?;
-            for (index, in_space) in job.lit.iter_mut().enumerate() {
+            for (index, in_space) in job.answers.iter_mut().enumerate() {
                 *in_space = self.is_in_space(&job.points.place(index));
             }
             Ok(())
@@ -187,7 +184,7 @@ impl Queries<'_> {
     /// The views' grids for these points. What few points in space have nothing to do with is left out.
     fn grids<'p>(&self, pieces: &'p Pieces<'p>, points: Points, light: &LightSource) -> Option<Grids<'p>> {
         let views = View::all(light, &pieces.bounds);
-        let are_few = points.len() as f64 <= POINTS_A_PIECE * f64::from(pieces.len());
+        let are_few = points.len() as f64 <= SPACE_POINTS_A_PIECE * f64::from(pieces.len());
         let spots = if are_few { Spots::of_points(&views, pieces, points) } else { None };
         let occupancies = spots.map(|spots| Occupancy::of(&views, pieces, &spots));
         Grids::of(pieces, views, points.len(), occupancies.as_deref())
@@ -199,7 +196,7 @@ impl Queries<'_> {
     /// away: smaller parts keep the others from being taken as roughly known, too.
     fn filter(
         &self,
-        at: Lit,
+        at: LitScene,
         grids: &Grids,
         part: Points,
         size: f64,
@@ -223,7 +220,6 @@ impl Queries<'_> {
             Points::OrientedSingle(rows) => dispatch(Filter { grids, rows, own, slack, size, lit, buckets }),
             Points::OrientedDouble(rows) => dispatch(Filter { grids, rows, own, slack, size, lit, buckets }),
             Points::OnFaces(points) => {
-                on_faces.clear();
                 on_faces.gather(faces, at, points)?;
                 on_faces.filter(grids, lit, buckets, told)
             }
@@ -234,6 +230,11 @@ impl Queries<'_> {
     fn ask(&self, place: &Place, light: &LightSource) -> bool {
         self.lit(place, light).is_ok_and(|answer| answer.lit)
     }
+}
+
+/// Jobs of fewer points would go through too many cells for each.
+fn fewest_of_job(grids: &Grids) -> usize {
+    (grids.cells as usize / CELLS_GONE_THROUGH).clamp(FEWEST, CHUNK)
 }
 
 /// Points whose coordinates are this many times those of the scene are far away.

@@ -2,8 +2,8 @@
 //!
 //! The problem: a picture sees some ten thousand points of a scene of many times as many triangles; no shadow ray comes near most of these. The way: a raster
 //! over the rectangle that holds a view's points; a cell holds how far from the light the farthest of its points is, and so do cells of two by two of them, and so on (Greene, Kass and
-//! Miller 1993, "Hierarchical Z-buffer visibility", section 3). A piece is left out when no cell under its rectangle has a point as far as the piece or farther; that is asked of four cells, of
-//! the smallest kind that four of are enough.
+//! Miller 1993, "Hierarchical Z-buffer visibility", section 3). A piece is left out when no cell under its rectangle has a point as far as the piece or farther; that is asked of nine cells, of
+//! the smallest kind that nine of are enough.
 //!
 //! Guarantee: a piece that is left out meets no shadow ray of a point, nor one from elsewhere in its slack box, nor that box.
 //! Cost: some five nanoseconds a point, and as many a piece.
@@ -23,7 +23,7 @@ use crate::{
     },
 };
 
-/// Cells of the raster a point, and a piece, at most; and at most so many along a side.
+/// Cells of the raster a point, and a piece, at most, before sides are made powers of two; and at most so many along a side.
 const CELLS_A_POINT: f64 = 8.0;
 const CELLS_A_PIECE: f64 = 1.0;
 const MOST_CELLS: u32 = 1024;

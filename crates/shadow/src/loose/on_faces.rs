@@ -90,7 +90,7 @@ const OPEN: u8 = 2;
 
 /// A scene under a light.
 #[derive(Clone, Copy)]
-pub(super) struct Lit<'a> {
+pub(super) struct LitScene<'a> {
     pub(super) queries: &'a Queries<'a>,
     pub(super) pieces: &'a Pieces<'a>,
     pub(super) light: &'a LightSource,
@@ -102,7 +102,7 @@ const NEIGHBOURS: usize = 8;
 /// The object of some points that follow each other.
 #[derive(Clone, Copy)]
 struct Here<'a> {
-    at: Lit<'a>,
+    at: LitScene<'a>,
     object: usize,
     /// Its faces, where these are flat.
     facets: Option<&'a Facets>,
@@ -115,19 +115,13 @@ struct Here<'a> {
 const OFF: f64 = 11.0 * f64::EPSILON;
 
 impl OnFaces {
-    /// Forgets all points.
-    pub(super) fn clear(&mut self) {
-        self.single.clear();
-        (self.open, self.size) = (0, 0.0);
-    }
-
-    /// Adds points, which are numbered from 0 on. The first one that is refused is an error.
-    pub(super) fn gather(&mut self, faces: &mut Faces, at: Lit, points: &[FacePoint]) -> Result<(), usize> {
+    /// Takes points instead of those before. The first one that is refused is an error.
+    pub(super) fn gather(&mut self, faces: &mut Faces, at: LitScene, points: &[FacePoint]) -> Result<(), usize> {
         faces.met.resize(REMEMBERED, Met::NONE);
         if faces.kinds.is_empty() {
             faces.kinds = vec![UNKNOWN; at.pieces.len() as usize];
         }
-        self.make_room(self.open + points.len());
+        self.make_room(points.len());
         let mut first = 0;
         while let Some(point) = points.get(first) {
             let here = Here::of(at, point.object).ok_or(first)?;
@@ -142,7 +136,11 @@ impl OnFaces {
         Ok(())
     }
 
+    /// Forgets all points, and has room for so many.
+    #[inline(never)]
     fn make_room(&mut self, count: usize) {
+        self.single.clear();
+        (self.open, self.size) = (0, 0.0);
         if self.rows.len() < count {
             self.rows.resize(count, [0.0; 3]);
             self.own.resize(count, 0);
@@ -231,6 +229,11 @@ impl OnFaces {
         self.size = greater(self.size, then.size);
     }
 
+    /// How many points there are that may be lit.
+    pub(super) fn len(&self) -> usize {
+        self.open + self.single.len()
+    }
+
     /// Where floats put the points that light space may tell about.
     pub(super) fn rows(&self) -> &[[f64; 3]] {
         &self.rows[..self.open]
@@ -263,7 +266,7 @@ impl OnFaces {
 }
 
 /// How many of some points, as a part of all, are on faces that are turned to the light: of a few that are strewn over the list. Those that are refused do not count.
-pub(super) fn open_part(at: Lit, points: &[FacePoint]) -> f64 {
+pub(super) fn open_part(at: LitScene, points: &[FacePoint]) -> f64 {
     let is_open = |point: &&FacePoint| {
         let here = Here::of(at, point.object);
         here.is_some_and(|here| {
@@ -276,7 +279,7 @@ pub(super) fn open_part(at: Lit, points: &[FacePoint]) -> f64 {
 
 impl<'a> Here<'a> {
     /// `None` if there is no such object.
-    fn of(at: Lit<'a>, object: usize) -> Option<Self> {
+    fn of(at: LitScene<'a>, object: usize) -> Option<Self> {
         at.queries.bodies.scene.objects.get(object)?;
         let facets = match at.queries.bodies.get(object) {
             Body::Analytic(_) => None,

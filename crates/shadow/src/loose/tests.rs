@@ -131,7 +131,7 @@ fn one_point_far_away_does_not_make_others_doubtful() {
     let grids = Grids::of(&pieces, View::all(&light, &pieces.bounds), points.len(), None).expect("few cells");
     let mut lit = vec![false; points.len()];
     let part = Points::FreeSingle(&points);
-    let at = Lit { queries: &queries, pieces: &pieces, light: &light };
+    let at = LitScene { queries: &queries, pieces: &pieces, light: &light };
     let doubtful = queries.filter(at, &grids, part, part.size(), &mut lit, &mut Room::default()).expect("accepted");
     assert!(doubtful.len() < CHUNK, "{} of {}", doubtful.len(), points.len());
     let answers = queries.lit_many(Points::FreeSingle(&points), &light, &Silent).expect("points");
@@ -209,12 +209,12 @@ fn few_points_are_answered_as_single_ones_by_fewer_pieces() {
     let in_space: Vec<[f32; 3]> = points().into_iter().step_by(67).collect();
     for light in lights() {
         for points in [Points::OnFaces(&of_faces), Points::FreeSingle(&in_space)] {
-            let at = Lit { queries: &queries, pieces: &pieces, light: &light };
+            let at = LitScene { queries: &queries, pieces: &pieces, light: &light };
             let few = match points {
                 Points::OnFaces(points) => {
                     assert!(at.are_few(points));
                     let mut lit = vec![false; points.len()];
-                    at.grids_before(&at.gathered(points, &mut lit, &Silent).expect("points of faces"), points.len())
+                    at.grids_before(&at.gathered(points, &mut lit, &Silent).expect("points of faces"))
                 }
                 _ => queries.grids(&pieces, points, &light),
             };
@@ -253,11 +253,42 @@ fn many_points_of_which_few_are_turned_to_the_light_are_answered_as_single_ones(
         };
         let dark: Vec<FacePoint> = points.iter().filter(is_wanted).copied().collect();
         let picture: Vec<FacePoint> = (0..4).flat_map(|_| &dark).copied().collect();
-        let at = Lit { queries: &queries, pieces: &pieces, light: &light };
+        let at = LitScene { queries: &queries, pieces: &pieces, light: &light };
         assert!(at.are_few(&picture) && picture.len() > 8 * pieces.len() as usize, "under {light:?}");
         let many = queries.lit_many(Points::OnFaces(&picture), &light, &Silent).expect("points of faces");
         assert!(picture.iter().zip(&many).all(|(point, &many)| many == lit(point)), "under {light:?}");
         assert!(many.contains(&true), "under {light:?}");
+        // The first that is refused, wherever it stands.
+        for index in [picture.len() / 3, picture.len() - 1] {
+            let mut refused = picture.clone();
+            refused[index..].iter_mut().for_each(|point| point.u = -0.5);
+            let answer = queries.lit_many(Points::OnFaces(&refused), &light, &Silent);
+            assert_eq!(answer, Err(PointsError::Refused { index, defect: QueryDefect::OutsideFace }));
+        }
+    }
+}
+
+#[test]
+fn few_points_of_many_pieces_make_jobs_of_their_own() {
+    let one = scene();
+    let at = |k: u32| DAffine3::from_translation(DVec3::new(f64::from(k % 8) * 2.25, 0.0, f64::from(k / 8) * 2.5));
+    let copy = |k: u32| {
+        let placement = Placement::new(at(k)).expect("a placement");
+        Object::new(format!("{k}"), one.objects[0].shape.clone(), placement, Sides::Two).expect("an object")
+    };
+    let scene = Scene { objects: (0..40).map(copy).collect(), ..Scene::default() };
+    let queries = Queries::new(&scene);
+    let pieces = Pieces::of(&queries.bodies).expect("few pieces");
+    let points: Vec<FacePoint> =
+        points_of_faces(&scene).into_iter().enumerate().filter(|(k, _)| k % 4 == 1).map(|(_, point)| point).collect();
+    for light in [lights()[0], lights()[2]] {
+        let at = LitScene { queries: &queries, pieces: &pieces, light: &light };
+        let parts = at.gathered(&points, &mut vec![false; points.len()], &Silent).expect("points of faces");
+        assert!(at.are_few(&points) && parts.len() > 8, "{} parts under {light:?}", parts.len());
+        let many = queries.lit_many(Points::OnFaces(&points), &light, &Silent).expect("points of faces");
+        for (point, many) in points.iter().zip(many).step_by(7) {
+            assert_eq!(many, queries.lit(&point.place(), &light).expect("a point").lit, "{point:?} under {light:?}");
+        }
     }
 }
 
@@ -294,7 +325,7 @@ fn few_points_of_faces_are_in_doubt_far_from_the_origin() {
             let grids = Grids::of(&pieces, View::all(&light, &pieces.bounds), points.len(), None).expect("few cells");
             let mut lit = vec![false; points.len()];
             let part = Points::OnFaces(&points);
-            let at = Lit { queries: &queries, pieces: &pieces, light: &light };
+            let at = LitScene { queries: &queries, pieces: &pieces, light: &light };
             let doubtful =
                 queries.filter(at, &grids, part, part.size(), &mut lit, &mut Room::default()).expect("accepted");
             assert!(doubtful.len() < points.len() / 50, "{} of {} under {light:?}", doubtful.len(), points.len());
