@@ -74,7 +74,7 @@ fn proofs_in_crowds_are_true() {
 
 #[test]
 fn proofs_in_throngs_are_true() {
-    proofs_are_true("throngs", case_numbers(2), throng);
+    proofs_are_true("throngs", case_numbers(4), throng);
 }
 
 fn proofs_are_true(name: &str, numbers: Range<u64>, make: fn(&mut Dice) -> Scene) {
