@@ -2,6 +2,7 @@
 //! measures time, or counts for the whole process, is a program of its own beside it.
 
 mod details;
+mod dice;
 mod efforts;
 mod estimates;
 mod fallbacks;

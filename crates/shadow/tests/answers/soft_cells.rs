@@ -2,10 +2,12 @@
 
 use std::{f64::consts::PI, sync::Arc, time::Duration};
 
-use glam::{DAffine3, DQuat, DVec3};
+use glam::{DAffine3, DVec3};
 use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle};
 use umbriel_scene::{Extent, Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{AreaBounds, Detail, Place, Queries, Silent, SoftCell, SoftObject, SoftRequest, soft_bake};
+
+use crate::dice::Dice;
 
 fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
     let placement = Placement::new(map).expect("regular");
@@ -115,24 +117,7 @@ fn a_ball_under_a_ball_of_light() {
     assert!(widths[1] < 0.5 * widths[0] && widths[2] < 0.5 * widths[1], "bounds shrink: {widths:?}");
 }
 
-/// A small generator of chance.
-struct Dice(u64);
-
 impl Dice {
-    fn next(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
-    fn vector(&mut self, low: f64, high: f64) -> DVec3 {
-        DVec3::new(self.next(low, high), self.next(low, high), self.next(low, high))
-    }
-
-    fn turn(&mut self) -> DQuat {
-        DQuat::from_xyzw(self.next(-1.0, 1.0), self.next(-1.0, 1.0), self.next(-1.0, 1.0), self.next(0.1, 1.0))
-            .normalize()
-    }
-
     /// Triangles in no order.
     fn soup(&mut self) -> Shape {
         let positions = (0..12).map(|_| self.vector(-0.8, 0.8).to_array()).collect();

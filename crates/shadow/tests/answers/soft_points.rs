@@ -7,6 +7,8 @@ use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle
 use umbriel_scene::{Extent, Light, Object, Scene, Shape, Sides};
 use umbriel_shadow::{Place, Queries};
 
+use crate::dice::Dice;
+
 fn object(name: &str, shape: Shape, map: DAffine3) -> Object {
     let placement = Placement::new(map).expect("regular");
     Object::new(name.into(), shape, placement, Sides::Auto).expect("a body")
@@ -179,25 +181,6 @@ fn the_horizon_takes_its_part() {
     ] {
         let seen = queries.visible_fraction(&place, &light).expect("a place");
         assert!((seen.value - 0.5).abs() < 1e-12, "{seen:?} {light:?}");
-    }
-}
-
-/// A small generator of chance.
-struct Dice(u64);
-
-impl Dice {
-    fn next(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
-    fn vector(&mut self, low: f64, high: f64) -> DVec3 {
-        DVec3::new(self.next(low, high), self.next(low, high), self.next(low, high))
-    }
-
-    fn turn(&mut self) -> DQuat {
-        DQuat::from_xyzw(self.next(-1.0, 1.0), self.next(-1.0, 1.0), self.next(-1.0, 1.0), self.next(0.1, 1.0))
-            .normalize()
     }
 }
 
