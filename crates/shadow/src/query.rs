@@ -15,7 +15,6 @@ use crate::{
     bodies::{Bodies, Body},
     exact::{Own, face_blocks, flat_face_is_turned_to, patch_probe, turned_to},
     fine::flat::flat_probe,
-    loose::FacePoint,
     receivers::flat_corners,
     search::{Flats, Lookup},
     slack::{Meaning, SlackBox},
@@ -150,7 +149,7 @@ impl<'a> Queries<'a> {
     /// Why a place is refused, if it is.
     pub(crate) fn refusal(&self, place: &Place) -> Option<QueryDefect> {
         match *place {
-            Place::Surface { object, face, u, v } => self.surface_defect(FacePoint { object, face, u, v }),
+            Place::Surface { object, face, u, v } => self.surface_refusal(object, face, [u, v]),
             Place::Free { position } => accepted(position).err(),
             Place::Oriented { position, normal, .. } => accepted(position).and(accepted_normal(normal)).err(),
         }
@@ -169,7 +168,7 @@ impl<'a> Queries<'a> {
         [u, v]: [f64; 2],
         light: &LightSource,
     ) -> Result<bool, QueryDefect> {
-        self.check_square(FacePoint { object, face, u, v })?;
+        self.check_square(object, face, [u, v])?;
         Ok(match self.bodies.get(object) {
             Body::Flat(facets) => {
                 let probe = flat_probe(&flat_corners(facets, face, 0), u, v);
@@ -183,7 +182,7 @@ impl<'a> Queries<'a> {
     }
 
     /// Whether there is such a face, and (u, v) lies in its square, or in its triangle.
-    pub(crate) fn check_square(&self, FacePoint { object, face, u, v }: FacePoint) -> Result<(), QueryDefect> {
+    pub(crate) fn check_square(&self, object: usize, face: usize, [u, v]: [f64; 2]) -> Result<(), QueryDefect> {
         let body = self.bodies.scene.objects.get(object).ok_or(QueryDefect::NoObject)?;
         if face >= body.face_count() {
             return Err(QueryDefect::NoFace);

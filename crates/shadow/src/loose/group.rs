@@ -122,6 +122,7 @@ impl Extent {
     }
 
     /// Leaves nothing in a lane that a cell could meet.
+    #[inline(always)]
     pub(super) fn clear(&mut self, lane: usize) {
         for (to, empty) in self.bounds.iter_mut().zip(&Self::EMPTY.bounds) {
             to[lane] = empty[lane];
@@ -186,6 +187,7 @@ impl Group {
     }
 
     /// Leaves nothing in a lane.
+    #[inline(always)]
     pub(super) fn clear(&mut self, lane: usize) {
         for (to, empty) in self.edges.iter_mut().flatten().zip(Self::EMPTY.edges.iter().flatten()) {
             to[lane] = empty[lane];

@@ -199,6 +199,7 @@ impl Lanes {
     }
 
     /// Leaves nothing in a lane.
+    #[inline(always)]
     fn clear(&mut self, lane: usize) {
         self.group.clear(lane);
         self.extent.clear(lane);

@@ -19,13 +19,13 @@ use crate::{
     query::{Place, Queries, QueryDefect},
 };
 
-/// The point (u, v) of a face: triangle (or side, or patch) `face` of object `object`, its corners in input order.
+/// The point (u, v) of a face: triangle (or side, or patch) `face` of object `object`, its corners in input order. Of 24 bytes, as pictures have millions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FacePoint {
     /// Index into the scene's objects.
-    pub object: usize,
+    pub object: u32,
     /// Face of the object.
-    pub face: usize,
+    pub face: u32,
     /// First parameter.
     pub u: f64,
     /// Second parameter.
@@ -33,10 +33,16 @@ pub struct FacePoint {
 }
 
 impl FacePoint {
+    /// From the numbers of object and face that other types have. What 32 bits do not hold, which no scene has, becomes the greatest number.
+    pub fn new(object: usize, face: usize, u: f64, v: f64) -> Self {
+        let [object, face] = [object, face].map(|number| u32::try_from(number).unwrap_or(u32::MAX));
+        Self { object, face, u, v }
+    }
+
     /// The point as a single query takes it.
     pub fn place(self) -> Place {
         let Self { object, face, u, v } = self;
-        Place::Surface { object, face, u, v }
+        Place::Surface { object: object as usize, face: face as usize, u, v }
     }
 }
 
@@ -124,7 +130,7 @@ impl OnFaces {
         self.make_room(points.len());
         let mut first = 0;
         while let Some(point) = points.get(first) {
-            let here = Here::of(at, point.object).ok_or(first)?;
+            let here = Here::of(at, point.object as usize).ok_or(first)?;
             let points = &points[first..];
             first += match (here.facets, at.pieces.of_object(here.object)) {
                 (Some(facets), Some(of_object)) => {
@@ -166,7 +172,7 @@ impl OnFaces {
         let mut count = 0;
         for (index, &point) in (first..).zip(points) {
             let FacePoint { object, face, u, v } = point;
-            if object != here.object {
+            if object as usize != here.object {
                 break;
             }
             let reach = if is_halved { greater(u, v) } else { u + v };
@@ -174,6 +180,7 @@ impl OnFaces {
             if !is_inside && here.at.queries.surface_defect(point).is_some() {
                 return Err(index);
             }
+            let face = face as usize;
             let kind = match *kinds.get(face).ok_or(index)? {
                 UNKNOWN => here.find_kinds(facets, face, kinds),
                 kind => kind,
@@ -199,12 +206,12 @@ impl OnFaces {
 
     /// Of bodies whose faces have no pieces of their own: curved ones, and any that are cut away as a whole.
     fn gather_single(&mut self, here: &Here, points: &[FacePoint], first: usize) -> Result<usize, usize> {
-        let points = points.split(|point| point.object != here.object).next().unwrap_or_default();
+        let points = points.split(|point| point.object as usize != here.object).next().unwrap_or_default();
         for (index, &point) in (first..).zip(points) {
             if here.at.queries.surface_defect(point).is_some() {
                 return Err(index);
             }
-            if here.kind(point.face, None) != DARK {
+            if here.kind(point.face as usize, None) != DARK {
                 self.single.push(index as u32);
             }
         }
@@ -268,10 +275,9 @@ impl OnFaces {
 /// How many of some points, as a part of all, are on faces that are turned to the light: of a few that are strewn over the list. Those that are refused do not count.
 pub(super) fn open_part(at: LitScene, points: &[FacePoint]) -> f64 {
     let is_open = |point: &&FacePoint| {
-        let here = Here::of(at, point.object);
-        here.is_some_and(|here| {
-            here.facets.is_none_or(|facets| point.face < facets.len() && here.kind(point.face, None) == OPEN)
-        })
+        let (object, face) = (point.object as usize, point.face as usize);
+        let here = Here::of(at, object);
+        here.is_some_and(|here| here.facets.is_none_or(|facets| face < facets.len() && here.kind(face, None) == OPEN))
     };
     let some = || points.iter().step_by(points.len().div_ceil(LOOKED_AT).max(1));
     some().filter(is_open).count() as f64 / some().len().max(1) as f64
@@ -324,10 +330,14 @@ impl Met {
 impl Queries<'_> {
     /// Why a point of a face is refused, if it is.
     pub(crate) fn surface_defect(&self, point: FacePoint) -> Option<QueryDefect> {
-        if let Err(defect) = self.check_square(point) {
+        self.refusal(&point.place())
+    }
+
+    /// Why the point (u, v) of a face is refused, if it is.
+    pub(crate) fn surface_refusal(&self, object: usize, face: usize, [u, v]: [f64; 2]) -> Option<QueryDefect> {
+        if let Err(defect) = self.check_square(object, face, [u, v]) {
             return Some(defect);
         }
-        let FacePoint { object, face, u, v } = point;
         match self.bodies.get(object) {
             Body::Analytic(body) if patch_probe(body, face, u, v).is_none() => Some(QueryDefect::OutsideFace),
             _ => None,

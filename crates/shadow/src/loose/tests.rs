@@ -175,7 +175,7 @@ fn points_of_faces(scene: &Scene) -> Vec<FacePoint> {
             let is_triangle = matches!(body.shape, Shape::Mesh(_));
             let inside = if is_triangle && u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let places = [inside, (0.0, v), (0.0, 0.0), (0.3, 0.2), (1.0 / 3.0, 1.0 / 3.0)];
-            points.extend(places.map(|(u, v)| FacePoint { object, face, u, v }));
+            points.extend(places.map(|(u, v)| FacePoint::new(object, face, u, v)));
         }
     }
     let queries = Queries::new(scene);
@@ -315,7 +315,7 @@ fn few_points_of_faces_are_in_doubt_far_from_the_origin() {
     let near = scene();
     let faces = 0..near.objects[0].face_count();
     let points: Vec<FacePoint> =
-        faces.flat_map(|face| [(0.3, 0.2), (0.2, 0.5)].map(|(u, v)| FacePoint { object: 0, face, u, v })).collect();
+        faces.flat_map(|face| [(0.3, 0.2), (0.2, 0.5)].map(|(u, v)| FacePoint::new(0, face, u, v))).collect();
     for scene in [&near, &surveyed(&near, false), &surveyed(&near, true)] {
         let queries = Queries::new(scene);
         let pieces = Pieces::of(&queries.bodies).expect("few pieces");
@@ -347,10 +347,9 @@ fn the_first_point_beside_its_face_is_refused() {
         (FacePoint { object: 9, ..good }, QueryDefect::NoObject),
     ];
     // Of every kind of body; twice the greatest number is zero once more.
-    let too_many =
-        |object: usize| [scene.objects[object].face_count(), 1 << (usize::BITS - 1)].map(|face| (object, face));
+    let too_many = |object: usize| [scene.objects[object].face_count(), 1 << 31, usize::MAX].map(|face| (object, face));
     let no_faces = (0..scene.objects.len()).flat_map(too_many);
-    let no_faces = no_faces.map(|(object, face)| (FacePoint { object, face, ..good }, QueryDefect::NoFace));
+    let no_faces = no_faces.map(|(object, face)| (FacePoint::new(object, face, 0.25, 0.5), QueryDefect::NoFace));
     for (bad, defect) in refused.into_iter().chain(no_faces) {
         let points = [good, FacePoint { v: 0.75, ..good }, bad, bad];
         let answer = queries.lit_many(Points::OnFaces(&points), &light, &Silent);

@@ -333,7 +333,7 @@ fn ray_points(course: &Course, request: &Request) -> (Vec<RivalPoint>, Vec<usize
 /// Points of faces asked together look into light space, the soonest way for them. Places of points and faces are known beforehand, as rivals' are.
 fn measure_points(course: &Course, progress: &dyn Progress) -> Result<Measured, Cancelled> {
     let (samples, light) = (course.judge.samples(), course.source());
-    let point = |&SamplePoint { object, face, u, v, .. }: &SamplePoint| FacePoint { object, face, u, v };
+    let point = |sample: &SamplePoint| FacePoint::new(sample.object, sample.face, sample.u, sample.v);
     // A place that a picture found may lie, by rounding, just outside its face: it is dark, as the judge has it.
     let queries = Queries::new(course.scene);
     let places: Vec<bool> = samples.iter().map(|sample| queries.surface_defect(point(sample)).is_none()).collect();

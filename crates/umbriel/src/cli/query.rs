@@ -240,7 +240,7 @@ impl Places<'_> {
                         let message = format!("face {face}: \"{name}\" has faces 0 to {}", faces.saturating_sub(1));
                         return Err(Refusal { line, message });
                     }
-                    on_faces.push(FacePoint { object, face: *face, u: *u, v: *v });
+                    on_faces.push(FacePoint::new(object, *face, *u, *v));
                 }
             }
         }

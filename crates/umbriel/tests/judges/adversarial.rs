@@ -58,7 +58,7 @@ fn among_many(queries: &Queries, place: &Place, light: &LightSource) -> Vec<bool
     const TIMES: usize = 3;
     let lit = match *place {
         Place::Surface { object, face, u, v } => {
-            queries.lit_many(Points::OnFaces(&[FacePoint { object, face, u, v }; TIMES]), light, &Silent)
+            queries.lit_many(Points::OnFaces(&[FacePoint::new(object, face, u, v); TIMES]), light, &Silent)
         }
         Place::Free { position } => queries.lit_many(Points::FreeDouble(&[position; TIMES]), light, &Silent),
         Place::Oriented { .. } => return Vec::new(),

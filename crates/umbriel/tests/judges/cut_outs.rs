@@ -334,7 +334,7 @@ fn samples_cells_and_loose_points_agree_with_queries() {
             let lit = queries.lit(&place, chance.light()).expect("a point").lit;
             count[point.object].0 += 1;
             count[point.object].1 += u64::from(lit);
-            on_faces.push(FacePoint { object: point.object, face: point.face, u: point.u, v: point.v });
+            on_faces.push(FacePoint::new(point.object, point.face, point.u, point.v));
             if point.object == 0 {
                 // Above the floor, in space.
                 loose.push([8.0 * point.u - 4.0, 0.25 + point.v, 8.0 * point.v - 4.0]);

@@ -151,20 +151,25 @@ fn judge_points_of_faces(name: &str, scene: &Scene, light: LightSource, oracle: 
         let object = dice.index(scene.objects.len());
         let face = dice.index(scene.objects[object].face_count());
         let [u, v] = dice.parameters(has_triangles(&scene.objects[object].shape));
-        FacePoint { object, face, u, v }
+        FacePoint::new(object, face, u, v)
     };
-    let there = |point: &FacePoint| oracle.has_point(point.object, point.face, [point.u, point.v]);
+    let numbers = |point: &FacePoint| (point.object as usize, point.face as usize, [point.u, point.v]);
+    let there = |point: &FacePoint| {
+        let (object, face, place) = numbers(point);
+        oracle.has_point(object, face, place)
+    };
     let points: Vec<FacePoint> = (0..cases(60)).map(&mut any).filter(there).collect();
     let queries = Queries::new(scene);
     let lit = queries.lit_many(Points::OnFaces(&points), &light, &Silent).expect("points of faces");
-    for (&FacePoint { object, face, u, v }, lit) in points.iter().zip(lit) {
+    for ((object, face, [u, v]), lit) in points.iter().map(numbers).zip(lit) {
         assert_eq!(
             lit,
             oracle.lit(object, face, [u, v], &light),
             "{name}: {object}, {face}, ({u}, {v}) under {light:?}"
         );
     }
-    let row = |&FacePoint { object, face, u, v }: &FacePoint| {
+    let row = |point: &FacePoint| {
+        let (object, face, [u, v]) = numbers(point);
         let [x, y, z] = oracle.point(object, face, [u, v]).approximate();
         let [nx, ny, nz] = oracle.front(object, face, [u, v]);
         [x, y, z, nx, ny, nz]

@@ -95,9 +95,9 @@ fn points(scene: &Scene) -> Vec<FacePoint> {
                 let number = (object * 911 + face) * 8 + k;
                 let (u, v) = (part(number, 0.754_877_666), part(number, 0.569_840_291));
                 let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-                points.push(FacePoint { object, face, u, v });
+                points.push(FacePoint::new(object, face, u, v));
             }
-            points.extend([(0.0, part(face, 0.3)), (0.0, 0.0)].map(|(u, v)| FacePoint { object, face, u, v }));
+            points.extend([(0.0, part(face, 0.3)), (0.0, 0.0)].map(|(u, v)| FacePoint::new(object, face, u, v)));
         }
     }
     points
