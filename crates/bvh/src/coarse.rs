@@ -8,10 +8,12 @@
 //!    once.
 //! 3. *Exclusion*: a pair that a separating plane excludes ([`cannot_shadow`]) is not tested, on any level. The source
 //!    records `[A] → [B]` in order to skip `[B] → [A]`; the plane needs no record, and holds for whole families.
+//! 4. *Inclusion*, which is not the source's: where all boxes on either side of a pair have points in common, and the boxes of these points pass both tests, all pairs of objects below do,
+//!    as the tests are monotone; [`for_each_influence`] registers them as a block. So a pile of boxes through each other costs what its pairs of families cost.
 //!
 //! Guarantee: the result is that of the two tests on every pair of objects, whatever the families, because both are
 //! monotone in the boxes. Nothing is missing: a pair that is absent has no influence. What breaks it: nothing; boxes
-//! that all overlap leave nothing to drop, and every pair is registered. Cost: the pairs that are not dropped, O(n²)
+//! that all overlap leave nothing to drop, and every pair is registered. Cost: the pairs that are neither dropped nor in blocks, O(n²)
 //! at worst, near O(n log n + registered) where few objects influence each other.
 
 use std::ops::ControlFlow;
@@ -20,7 +22,7 @@ use umbriel_geometry::LightSource;
 
 use crate::{
     influence::cannot_shadow,
-    object_tree::{NodeId, ObjectTree},
+    object_tree::{Below, NodeId, ObjectTree},
     shaft::Shaft,
 };
 
@@ -41,7 +43,7 @@ pub struct LevelPair {
 /// What the coarse step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PairCounts {
-    /// Pairs of boxes tested for influence, on all levels.
+    /// Pairs of boxes tested for influence, on all levels; not those of common points.
     pub tested: u64,
     /// Pairs of different objects that may shadow one another.
     pub registered: u64,
@@ -121,23 +123,25 @@ pub fn influences_with(
     exclusion: Exclusion,
 ) -> Influences {
     let mut pairs = Vec::new();
-    let register = |receiver, occluder| {
-        pairs.push((receiver, occluder));
+    let register = |receivers: &[u32], occluders: &[u32]| {
+        pairs
+            .extend(receivers.iter().flat_map(|&receiver| occluders.iter().map(move |&occluder| (receiver, occluder))));
         ControlFlow::Continue(())
     };
-    let counts = search(tree, light, &is_receiver, exclusion, register);
+    let counts = search(tree, light, &is_receiver, exclusion, None, register);
     Influences::of_pairs(pairs, tree.objects(), counts)
 }
 
-/// Registers each (receiver, occluder) pair of [`influences`], in no order that means anything, until `register` breaks; answers what was done. Nothing is stored:
-/// memory is linear in the objects, however many pairs there are.
+/// Registers each (receiver, occluder) pair of [`influences`], in no order that means anything, until `register` breaks; answers what was done. `register` takes receivers and occluders of
+/// which each pair is one; a pair of an object with itself comes alone. Nothing is stored: memory is linear in the objects, however many pairs there are.
 pub fn for_each_influence(
     tree: &ObjectTree,
     light: &LightSource,
     is_receiver: impl Fn(u32) -> bool,
-    register: impl FnMut(u32, u32) -> ControlFlow<()>,
+    register: impl FnMut(&[u32], &[u32]) -> ControlFlow<()>,
 ) -> PairCounts {
-    search(tree, light, &is_receiver, Exclusion::Planes, register)
+    let sides = [tree.below(&is_receiver), tree.below(|_| true)];
+    search(tree, light, &is_receiver, Exclusion::Planes, Some(&sides), register)
 }
 
 /// The objects that may shadow one receiver, found by themselves: what [`Influences::occluders_of`] answers for it, by two tests a box that is looked at.
@@ -165,20 +169,21 @@ fn search(
     light: &LightSource,
     is_receiver: &impl Fn(u32) -> bool,
     exclusion: Exclusion,
-    mut register: impl FnMut(u32, u32) -> ControlFlow<()>,
+    sides: Option<&[Below; 2]>,
+    mut register: impl FnMut(&[u32], &[u32]) -> ControlFlow<()>,
 ) -> PairCounts {
     let mut is_own: Vec<bool> = (0..tree.objects() as u32).map(is_receiver).collect();
     for (object, _) in tree.boxed_objects().filter(|(_, bounds)| cannot_shadow(bounds, bounds, light)) {
         is_own[object as usize] = false;
     }
     let mut own = (0u32..).zip(is_own).filter(|(_, is_own)| *is_own);
-    if own.try_for_each(|(object, _)| register(object, object)).is_break() {
+    if own.try_for_each(|(object, _)| register(&[object], &[object])).is_break() {
         return PairCounts::default();
     }
     let mut search = Search::new(tree, light, is_receiver, exclusion);
     let siblings = search.level_pairs();
     search.open.extend(siblings.iter().map(|pair| (pair.receiver, pair.occluder)));
-    let _ = search.refine(register);
+    let _ = search.refine(sides, register);
     search.counts
 }
 
@@ -255,14 +260,22 @@ impl<'a> Search<'a> {
         shaft.may_meet(bounds) && !is_contact()
     }
 
-    /// Refines all registered pairs down to objects, until `register` breaks.
-    fn refine(&mut self, mut register: impl FnMut(u32, u32) -> ControlFlow<()>) -> ControlFlow<()> {
+    /// Refines all registered pairs down to objects, or to blocks if it is known what receivers and occluders have in common, until `register` breaks.
+    fn refine(
+        &mut self,
+        sides: Option<&[Below; 2]>,
+        mut register: impl FnMut(&[u32], &[u32]) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let tree = self.tree;
         while let Some((receiver, occluder)) = self.open.pop() {
             match (tree.object_of(receiver), tree.object_of(occluder)) {
                 (Some(receiver), Some(occluder)) => {
                     self.counts.registered += 1;
-                    register(receiver, occluder)?;
+                    register(&[receiver], &[occluder])?;
+                }
+                _ if let Some((receivers, occluders)) = self.block(sides, receiver, occluder) => {
+                    self.counts.registered += receivers.len() as u64 * occluders.len() as u64;
+                    register(receivers, occluders)?;
                 }
                 (None, None) if is_smaller(tree, receiver, occluder) => self.split_occluder(receiver, occluder),
                 (None, _) => self.split_receiver(receiver, occluder),
@@ -270,6 +283,22 @@ impl<'a> Search<'a> {
             }
         }
         ControlFlow::Continue(())
+    }
+
+    /// The objects on either side of a pair if each of these pairs has influence for certain.
+    fn block<'s>(
+        &self,
+        sides: Option<&'s [Below; 2]>,
+        receiver: NodeId,
+        occluder: NodeId,
+    ) -> Option<(&'s [u32], &'s [u32])> {
+        let [receivers, occluders] = sides?;
+        let [to, from] = [receivers.common(receiver), occluders.common(occluder)];
+        let is_whole = !to.is_empty()
+            && !from.is_empty()
+            && !cannot_shadow(from, to, self.light)
+            && Shaft::new(to, self.light).may_meet(from);
+        is_whole.then(|| (receivers.objects(receiver), occluders.objects(occluder)))
     }
 
     fn split_occluder(&mut self, receiver: NodeId, occluder: NodeId) {

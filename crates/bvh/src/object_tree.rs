@@ -5,6 +5,7 @@
 //! so that thousands of objects are no special case. A family of one is its member. Families may be nested to any
 //! depth: nothing here recurses.
 
+use glam::DVec3;
 use umbriel_geometry::Aabb;
 
 use crate::box_tree::{BoxTree, Shape};
@@ -78,6 +79,46 @@ pub struct ObjectTree {
     children: Vec<NodeId>,
     root: Option<NodeId>,
     objects: usize,
+}
+
+/// Some of a tree's objects by the nodes that they lie below.
+#[derive(Debug)]
+pub(crate) struct Below {
+    nodes: Vec<OfNode>,
+    /// Those below one node follow each other.
+    objects: Vec<u32>,
+}
+
+/// The objects below one node.
+#[derive(Clone, Copy, Debug)]
+struct OfNode {
+    /// The place of the first.
+    first: u32,
+    count: u32,
+    /// What their boxes have in common.
+    common: Aabb,
+}
+
+impl Below {
+    /// What the boxes of all those below a node have in common.
+    pub(crate) fn common(&self, node: NodeId) -> &Aabb {
+        &self.nodes[ObjectTree::index(node)].common
+    }
+
+    /// Those below a node.
+    pub(crate) fn objects(&self, node: NodeId) -> &[u32] {
+        let OfNode { first, count, .. } = self.nodes[ObjectTree::index(node)];
+        &self.objects[first as usize..][..count as usize]
+    }
+}
+
+impl OfNode {
+    const NONE: Self = Self { first: 0, count: 0, common: Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY } };
+
+    fn joined(self, other: &Self) -> Self {
+        let common = Aabb { min: self.common.min.max(other.common.min), max: self.common.max.min(other.common.max) };
+        Self { first: 0, count: self.count + other.count, common }
+    }
 }
 
 impl ObjectTree {
@@ -198,6 +239,38 @@ impl ObjectTree {
             marks.push(mark);
         }
         marks
+    }
+
+    /// Those of some objects that lie below each node.
+    pub(crate) fn below(&self, is_among: impl Fn(u32) -> bool) -> Below {
+        let mut below = Below { nodes: Vec::with_capacity(self.nodes.len()), objects: Vec::new() };
+        for node in &self.nodes {
+            let of_node = match node.content {
+                Content::Object(object) if is_among(object) => OfNode { count: 1, common: node.bounds, first: 0 },
+                Content::Object(_) => OfNode::NONE,
+                Content::Nodes { first, end } => self.children[first as usize..end as usize]
+                    .iter()
+                    .fold(OfNode::NONE, |sum, &child| sum.joined(&below.nodes[Self::index(child)])),
+            };
+            below.nodes.push(of_node);
+        }
+        // Parents come after their children, so this way round the place of each is known before those of its children.
+        below.objects.resize(self.root.map_or(0, |root| below.nodes[Self::index(root)].count as usize), 0);
+        for (index, node) in self.nodes.iter().enumerate().rev() {
+            let OfNode { mut first, count, .. } = below.nodes[index];
+            match node.content {
+                Content::Object(object) if count > 0 => below.objects[first as usize] = object,
+                Content::Object(_) => {}
+                Content::Nodes { first: from, end } => {
+                    for &child in &self.children[from as usize..end as usize] {
+                        let child = &mut below.nodes[Self::index(child)];
+                        child.first = first;
+                        first += child.count;
+                    }
+                }
+            }
+        }
+        below
     }
 
     /// The objects that have boxes, with these.

@@ -271,9 +271,10 @@ impl Influences<'_> {
     /// Keeps the pairs if they are no more than that; with more it goes on or breaks.
     fn see(&mut self, most: usize, beyond: ControlFlow<()>) {
         let (mut pairs, objects) = (Some(Vec::new()), &self.coarse.present.objects);
-        self.count(|receiver, occluder| match &mut pairs {
-            Some(kept) if kept.len() < most => {
-                kept.push((receiver, objects[occluder as usize]));
+        self.count(|receivers, occluders| match &mut pairs {
+            Some(kept) if kept.len() + receivers.len() * occluders.len() <= most => {
+                let occluders = || occluders.iter().map(|&occluder| objects[occluder as usize]);
+                kept.extend(receivers.iter().flat_map(|&receiver| occluders().map(move |object| (receiver, object))));
                 ControlFlow::Continue(())
             }
             _ => {
@@ -285,17 +286,17 @@ impl Influences<'_> {
         self.kept = pairs.map(|pairs| umbriel_bvh::Influences::of_pairs(pairs, places, self.counts));
     }
 
-    /// Counts the pairs of first objects, and gives the places of each to `take` until that breaks.
-    fn count(&mut self, mut take: impl FnMut(u32, u32) -> ControlFlow<()>) {
+    /// Counts the pairs of first objects, and gives the places of some receivers and of what may shadow each of them to `take` until that breaks.
+    fn count(&mut self, mut take: impl FnMut(&[u32], &[u32]) -> ControlFlow<()>) {
         let (Coarse { tree, alike, faces, .. }, asked) = (self.coarse, &self.asked);
         let (mut registered, mut face_pairs, mut is_whole) = (0, 0u64, true);
-        let register = |receiver: u32, occluder: u32| {
+        let sum = |of: &[u32], places: &[u32]| places.iter().map(|&place| u64::from(of[place as usize])).sum::<u64>();
+        let register = |receivers: &[u32], occluders: &[u32]| {
             // Of a class that is its own occluder, each but itself.
-            let others = alike.counts[occluder as usize] - u32::from(occluder == receiver);
-            registered += u64::from(asked[receiver as usize]) * u64::from(others);
-            let [of_receiver, of_occluder] = [receiver, occluder].map(|place| u64::from(faces[place as usize]));
-            face_pairs = face_pairs.saturating_add(of_receiver * of_occluder);
-            let taken = take(receiver, occluder);
+            let own = u64::from(receivers == occluders);
+            registered += sum(asked, receivers) * (sum(&alike.counts, occluders) - own);
+            face_pairs = face_pairs.saturating_add(sum(faces, receivers).saturating_mul(sum(faces, occluders)));
+            let taken = take(receivers, occluders);
             is_whole &= taken.is_continue();
             taken
         };

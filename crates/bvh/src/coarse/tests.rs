@@ -34,6 +34,20 @@ fn expected(boxes: &[Aabb], light: &LightSource, receiver: usize) -> Vec<u32> {
     (0..boxes.len()).filter(|&occluder| meets(occluder)).map(|occluder| occluder as u32).collect()
 }
 
+/// How many blocks there are, and their pairs.
+fn in_blocks(tree: &ObjectTree, light: &LightSource, is_receiver: impl Fn(u32) -> bool) -> (usize, Influences) {
+    let (mut blocks, mut pairs) = (0, Vec::new());
+    let register = |receivers: &[u32], occluders: &[u32]| {
+        blocks += 1;
+        for &receiver in receivers {
+            pairs.extend(occluders.iter().map(|&occluder| (receiver, occluder)));
+        }
+        ControlFlow::Continue(())
+    };
+    let counts = for_each_influence(tree, light, is_receiver, register);
+    (blocks, Influences::of_pairs(pairs, tree.objects(), counts))
+}
+
 proptest! {
     #[test]
     fn the_result_is_that_of_all_pairs(
@@ -49,6 +63,21 @@ proptest! {
         let others = |receiver: u32| found.occluders_of(receiver).iter().filter(|&&occluder| occluder != receiver).count();
         let pairs: usize = (0..boxes.len() as u32).map(others).sum();
         prop_assert_eq!(found.counts().registered, pairs as u64);
+    }
+
+    #[test]
+    fn blocks_hold_the_same_pairs(
+        boxes in boxes(), light in light(), step in 1u32..4, wider in 0u32..5,
+        parents in proptest::collection::vec(0usize..100, 0..20), homes in proptest::collection::vec(0usize..100, 1..40),
+    ) {
+        let wider = |bounds: &Aabb| Aabb { min: bounds.min - f64::from(wider), max: bounds.max + f64::from(wider) };
+        let boxes: Vec<Aabb> = boxes.iter().map(wider).collect();
+        let tree = ObjectTree::build(&boxes, &families(&parents, &homes, boxes.len())).expect("a forest");
+        let is_receiver = |receiver: u32| receiver.is_multiple_of(step);
+        let (one_by_one, (_, in_blocks)) = (influences(&tree, &light, is_receiver), in_blocks(&tree, &light, is_receiver));
+        prop_assert_eq!((&one_by_one.starts, &one_by_one.occluders), (&in_blocks.starts, &in_blocks.occluders));
+        prop_assert_eq!(one_by_one.counts().registered, in_blocks.counts().registered);
+        prop_assert!(in_blocks.counts().tested <= one_by_one.counts().tested);
     }
 
     #[test]
@@ -143,6 +172,42 @@ fn thousands_of_boxes_need_few_tests() {
         }
         let (counts, all) = (found.counts(), (boxes.len() * (boxes.len() - 1)) as u64);
         assert!(counts.tested + counts.excluded < all / 5, "{counts:?} of {all} pairs");
+    }
+}
+
+/// Three piles of boxes that have points in common, one over another and one beside, and a box far away.
+fn piles() -> Vec<Aabb> {
+    let part = |k: u32, step: u32| f64::from(k * step % 97) / 97.0;
+    let of_pile = |k: u32| {
+        let middle = [DVec3::ZERO, DVec3::new(1.0, 20.0, 0.5), DVec3::new(40.0, 1.0, 0.0)][(k % 3) as usize];
+        let (min, max) = ([part(k, 31), part(k, 47), part(k, 61)], [part(k, 13), part(k, 71), part(k, 89)]);
+        Aabb { min: middle - DVec3::from(min) - 0.125, max: middle + DVec3::from(max) + 0.125 }
+    };
+    (0..600).map(of_pile).chain([Aabb { min: DVec3::splat(500.0), max: DVec3::splat(501.0) }]).collect()
+}
+
+#[test]
+fn piles_are_registered_in_blocks() {
+    let boxes = piles();
+    let tree = ObjectTree::build(&boxes, &Families::default()).expect("no families, no defect");
+    for light in [
+        LightSource::sun([0.0, -1.0, 0.0]),
+        LightSource::sun([-1.0, -0.03, 0.01]),
+        LightSource::point([0.5, 60.0, 0.25]),
+    ] {
+        let light = light.expect("a light");
+        for step in [1, 2] {
+            let is_receiver = |receiver: u32| receiver.is_multiple_of(step);
+            let (blocks, found) = in_blocks(&tree, &light, is_receiver);
+            let (counts, pairs) = (found.counts(), found.occluders.len());
+            assert!(counts.registered > 100_000 / u64::from(step), "{counts:?}");
+            assert!(blocks < pairs / 10 && counts.tested < counts.registered / 6, "{blocks} of {pairs}, {counts:?}");
+            for receiver in 0..boxes.len() {
+                let expected =
+                    if is_receiver(receiver as u32) { expected(&boxes, &light, receiver) } else { Vec::new() };
+                assert_eq!(found.occluders_of(receiver as u32), expected, "{receiver}");
+            }
+        }
     }
 }
 

@@ -302,17 +302,14 @@ impl Patch<'_> {
         pattern::points(place).filter(is_lit).count() as u64
     }
 
-    /// Whether floats say that nothing is in a point's way. Of a list the body that was in the last one's way is asked first: it is likely to be in the next one's, too.
+    /// Whether floats say that nothing is in a point's way. The body that was in the last one's way is asked first: it is likely to be in the next one's, too.
     fn is_probably_clear(&self, point: &Receiver<1>, question: &Question, last: &mut Option<u32>) -> bool {
         let hides = |object: &u32| self.occluders.probably_blocks(*object, point);
-        let is_hidden = match &question.bodies {
-            BodiesOver::Few(bodies) => {
-                *last = last.filter(hides).or_else(|| bodies.iter().copied().find(hides));
-                last.is_some()
-            }
-            BodiesOver::Many(above) => self.occluders.is_probably_hidden(above, point),
-        };
-        !is_hidden && !self.is_probably_behind(&question.facets, point)
+        *last = last.filter(hides).or_else(|| match &question.bodies {
+            BodiesOver::Few(bodies) => bodies.iter().copied().find(hides),
+            BodiesOver::Many(above) => self.occluders.probably_hides(above, point),
+        });
+        last.is_none() && !self.is_probably_behind(&question.facets, point)
     }
 
     /// Whether floats say that one of some facets is in a point's way.

@@ -28,6 +28,9 @@ const LOOKED_AT: usize = 16;
 const LOOKED_UP: u64 = 32;
 const OVER_A_FACET: usize = 32;
 
+/// No more are counted.
+const COUNTED: usize = 512;
+
 /// The curved bodies of a scene that may shadow anything, as one light sees them.
 #[derive(Debug)]
 pub(crate) struct Swarm {
@@ -165,7 +168,7 @@ impl Occluders<'_> {
         let mut count = 0;
         let _ = self.for_each_above(above, points, |_| {
             count += 1;
-            ControlFlow::Continue(())
+            if count < COUNTED { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
         Above { count, ..*above }
     }
@@ -181,13 +184,18 @@ impl Occluders<'_> {
         best.chunk_by(|a, b| a.0 == b.0).map(|group| group.iter().filter_map(covers).collect()).collect()
     }
 
-    /// Whether floats say that a body hides a point.
-    pub(in crate::fine) fn is_probably_hidden(&self, above: &Above, point: &Receiver<1>) -> bool {
-        let hides = |body: &Member| match &body.glance {
-            Some(glance) => glance.blocks(point.points[0].position),
-            None => self.probably_blocks(body.object, point),
-        };
-        self.is_any_above(above, &point.points, hides)
+    /// A body of which floats say that it hides a point.
+    pub(in crate::fine) fn probably_hides(&self, above: &Above, point: &Receiver<1>) -> Option<u32> {
+        let mut found = None;
+        let _ = self.for_each_above(above, &point.points, |body| {
+            let hides = match &body.glance {
+                Some(glance) => glance.blocks(point.points[0].position),
+                None => self.probably_blocks(body.object, point),
+            };
+            found = hides.then_some(body.object);
+            if hides { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        found
     }
 
     /// [`LOOKED_AT`] bodies or few more that promise by their boxes most to cover the hull of `points`, with how much, negative: the best first.
