@@ -9,7 +9,7 @@
 //! 3. *Exclusion*: a pair that a separating plane excludes ([`cannot_shadow`]) is not tested, on any level. The source
 //!    records `[A] → [B]` in order to skip `[B] → [A]`; the plane needs no record, and holds for whole families.
 //! 4. *Inclusion*, which is not the source's: where all boxes on either side of a pair have points in common, and the boxes of these points pass both tests, all pairs of objects below do,
-//!    as the tests are monotone; [`for_each_influence`] registers them as a block. So a pile of boxes through each other costs what its pairs of families cost.
+//!    as the tests are monotone in both boxes; [`for_each_influence`] registers them as a block. So a pile of boxes through each other costs what its pairs of families cost.
 //!
 //! Guarantee: the result is that of the two tests on every pair of objects, whatever the families, because both are
 //! monotone in the boxes. Nothing is missing: a pair that is absent has no influence. What breaks it: nothing; boxes
@@ -133,15 +133,14 @@ pub fn influences_with(
 }
 
 /// Registers each (receiver, occluder) pair of [`influences`], in no order that means anything, until `register` breaks; answers what was done. `register` takes receivers and occluders of
-/// which each pair is one; a pair of an object with itself comes alone. Nothing is stored: memory is linear in the objects, however many pairs there are.
+/// which each pair is one; a pair of an object with itself comes alone. Where boxes have points in common fewer pairs are tested than for [`influences`]. Nothing is stored: memory is linear in the objects, however many pairs there are.
 pub fn for_each_influence(
     tree: &ObjectTree,
     light: &LightSource,
     is_receiver: impl Fn(u32) -> bool,
     register: impl FnMut(&[u32], &[u32]) -> ControlFlow<()>,
 ) -> PairCounts {
-    let sides = [tree.below(&is_receiver), tree.below(|_| true)];
-    search(tree, light, &is_receiver, Exclusion::Planes, Some(&sides), register)
+    search(tree, light, &is_receiver, Exclusion::Planes, Some(&tree.below()), register)
 }
 
 /// The objects that may shadow one receiver, found by themselves: what [`Influences::occluders_of`] answers for it, by two tests a box that is looked at.
@@ -169,7 +168,7 @@ fn search(
     light: &LightSource,
     is_receiver: &impl Fn(u32) -> bool,
     exclusion: Exclusion,
-    sides: Option<&[Below; 2]>,
+    below: Option<&Below>,
     mut register: impl FnMut(&[u32], &[u32]) -> ControlFlow<()>,
 ) -> PairCounts {
     let mut is_own: Vec<bool> = (0..tree.objects() as u32).map(is_receiver).collect();
@@ -183,7 +182,7 @@ fn search(
     let mut search = Search::new(tree, light, is_receiver, exclusion);
     let siblings = search.level_pairs();
     search.open.extend(siblings.iter().map(|pair| (pair.receiver, pair.occluder)));
-    let _ = search.refine(sides, register);
+    let _ = search.refine(below, is_receiver, register);
     search.counts
 }
 
@@ -260,10 +259,11 @@ impl<'a> Search<'a> {
         shaft.may_meet(bounds) && !is_contact()
     }
 
-    /// Refines all registered pairs down to objects, or to blocks if it is known what receivers and occluders have in common, until `register` breaks.
+    /// Refines all registered pairs down to objects, or to blocks where it is known what the objects below nodes have in common, until `register` breaks.
     fn refine(
         &mut self,
-        sides: Option<&[Below; 2]>,
+        below: Option<&Below>,
+        is_receiver: &impl Fn(u32) -> bool,
         mut register: impl FnMut(&[u32], &[u32]) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let tree = self.tree;
@@ -273,9 +273,11 @@ impl<'a> Search<'a> {
                     self.counts.registered += 1;
                     register(&[receiver], &[occluder])?;
                 }
-                _ if let Some((receivers, occluders)) = self.block(sides, receiver, occluder) => {
+                _ if let Some(below) = below.filter(|below| self.is_block(below, receiver, occluder)) => {
+                    let receivers = below.objects(receiver).iter().copied().filter(|&object| is_receiver(object));
+                    let (receivers, occluders) = (receivers.collect::<Vec<_>>(), below.objects(occluder));
                     self.counts.registered += receivers.len() as u64 * occluders.len() as u64;
-                    register(receivers, occluders)?;
+                    register(&receivers, occluders)?;
                 }
                 (None, None) if is_smaller(tree, receiver, occluder) => self.split_occluder(receiver, occluder),
                 (None, _) => self.split_receiver(receiver, occluder),
@@ -285,20 +287,13 @@ impl<'a> Search<'a> {
         ControlFlow::Continue(())
     }
 
-    /// The objects on either side of a pair if each of these pairs has influence for certain.
-    fn block<'s>(
-        &self,
-        sides: Option<&'s [Below; 2]>,
-        receiver: NodeId,
-        occluder: NodeId,
-    ) -> Option<(&'s [u32], &'s [u32])> {
-        let [receivers, occluders] = sides?;
-        let [to, from] = [receivers.common(receiver), occluders.common(occluder)];
-        let is_whole = !to.is_empty()
+    /// Whether each object below the one node influences each below the other for certain.
+    fn is_block(&self, below: &Below, receiver: NodeId, occluder: NodeId) -> bool {
+        let [to, from] = [receiver, occluder].map(|node| below.common(node));
+        !to.is_empty()
             && !from.is_empty()
             && !cannot_shadow(from, to, self.light)
-            && Shaft::new(to, self.light).may_meet(from);
-        is_whole.then(|| (receivers.objects(receiver), occluders.objects(occluder)))
+            && Shaft::new(to, self.light).may_meet(from)
     }
 
     fn split_occluder(&mut self, receiver: NodeId, occluder: NodeId) {

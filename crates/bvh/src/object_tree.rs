@@ -81,7 +81,7 @@ pub struct ObjectTree {
     objects: usize,
 }
 
-/// Some of a tree's objects by the nodes that they lie below.
+/// A tree's objects by the nodes that they lie below.
 #[derive(Debug)]
 pub(crate) struct Below {
     nodes: Vec<OfNode>,
@@ -100,12 +100,12 @@ struct OfNode {
 }
 
 impl Below {
-    /// What the boxes of all those below a node have in common.
+    /// What the boxes of all objects below a node have in common.
     pub(crate) fn common(&self, node: NodeId) -> &Aabb {
         &self.nodes[ObjectTree::index(node)].common
     }
 
-    /// Those below a node.
+    /// The objects below a node.
     pub(crate) fn objects(&self, node: NodeId) -> &[u32] {
         let OfNode { first, count, .. } = self.nodes[ObjectTree::index(node)];
         &self.objects[first as usize..][..count as usize]
@@ -241,13 +241,12 @@ impl ObjectTree {
         marks
     }
 
-    /// Those of some objects that lie below each node.
-    pub(crate) fn below(&self, is_among: impl Fn(u32) -> bool) -> Below {
+    /// The objects that lie below each node.
+    pub(crate) fn below(&self) -> Below {
         let mut below = Below { nodes: Vec::with_capacity(self.nodes.len()), objects: Vec::new() };
         for node in &self.nodes {
             let of_node = match node.content {
-                Content::Object(object) if is_among(object) => OfNode { count: 1, common: node.bounds, first: 0 },
-                Content::Object(_) => OfNode::NONE,
+                Content::Object(_) => OfNode { count: 1, common: node.bounds, first: 0 },
                 Content::Nodes { first, end } => self.children[first as usize..end as usize]
                     .iter()
                     .fold(OfNode::NONE, |sum, &child| sum.joined(&below.nodes[Self::index(child)])),
@@ -257,10 +256,9 @@ impl ObjectTree {
         // Parents come after their children, so this way round the place of each is known before those of its children.
         below.objects.resize(self.root.map_or(0, |root| below.nodes[Self::index(root)].count as usize), 0);
         for (index, node) in self.nodes.iter().enumerate().rev() {
-            let OfNode { mut first, count, .. } = below.nodes[index];
+            let mut first = below.nodes[index].first;
             match node.content {
-                Content::Object(object) if count > 0 => below.objects[first as usize] = object,
-                Content::Object(_) => {}
+                Content::Object(object) => below.objects[first as usize] = object,
                 Content::Nodes { first: from, end } => {
                     for &child in &self.children[from as usize..end as usize] {
                         let child = &mut below.nodes[Self::index(child)];

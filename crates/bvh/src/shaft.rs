@@ -26,7 +26,8 @@
 //! changes nothing. In the accepted range of coordinates no step overflows or underflows.
 //!
 //! Every step is monotone in the occluder's box, so a larger box never gets a no where a smaller one inside it gets a
-//! yes: a tree of boxes answers exactly as a loop over its boxes.
+//! yes: a tree of boxes answers exactly as a loop over its boxes. So is it in the receiver's: differences, reciprocals of one sign and products are
+//! monotone as rounded, and where a difference from a lamp changes its sign, its bound goes from an upper one over none (NaN, −infinity) to a lower one.
 
 mod columns;
 

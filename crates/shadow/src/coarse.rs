@@ -286,7 +286,7 @@ impl Influences<'_> {
         self.kept = pairs.map(|pairs| umbriel_bvh::Influences::of_pairs(pairs, places, self.counts));
     }
 
-    /// Counts the pairs of first objects, and gives the places of some receivers and of what may shadow each of them to `take` until that breaks.
+    /// Counts the pairs of first objects, and gives the places of some receivers and of what may shadow each of them to `take` until that breaks; those that broke it are counted, too.
     fn count(&mut self, mut take: impl FnMut(&[u32], &[u32]) -> ControlFlow<()>) {
         let (Coarse { tree, alike, faces, .. }, asked) = (self.coarse, &self.asked);
         let (mut registered, mut face_pairs, mut is_whole) = (0, 0u64, true);

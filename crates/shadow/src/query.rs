@@ -155,6 +155,17 @@ impl<'a> Queries<'a> {
         }
     }
 
+    /// Why the point (u, v) of a face is refused, if it is.
+    fn surface_refusal(&self, object: usize, face: usize, [u, v]: [f64; 2]) -> Option<QueryDefect> {
+        if let Err(defect) = self.check_square(object, face, [u, v]) {
+            return Some(defect);
+        }
+        match self.bodies.get(object) {
+            Body::Analytic(body) if patch_probe(body, face, u, v).is_none() => Some(QueryDefect::OutsideFace),
+            _ => None,
+        }
+    }
+
     /// The polyhedra that a curved body lies between, where it has such.
     pub(crate) fn polyhedra(&self, object: u32) -> Option<&Polyhedra> {
         let Body::Analytic(placed) = self.bodies.get(object as usize) else { return None };
@@ -182,7 +193,7 @@ impl<'a> Queries<'a> {
     }
 
     /// Whether there is such a face, and (u, v) lies in its square, or in its triangle.
-    pub(crate) fn check_square(&self, object: usize, face: usize, [u, v]: [f64; 2]) -> Result<(), QueryDefect> {
+    fn check_square(&self, object: usize, face: usize, [u, v]: [f64; 2]) -> Result<(), QueryDefect> {
         let body = self.bodies.scene.objects.get(object).ok_or(QueryDefect::NoObject)?;
         if face >= body.face_count() {
             return Err(QueryDefect::NoFace);

@@ -59,6 +59,9 @@ const DENSITY: u64 = 4;
 /// How many times what is over a cell is looked up in the time in which a body in the way of each of 16 points is.
 const LOOKED_UP_FOR_POINTS: u64 = 3;
 
+/// Bodies that floats ask of a point in the time in which a facet is held against a cell.
+const ASKED_A_FACET: u64 = 4;
+
 /// How often a cell is divided before it is asked whether that tells anything.
 const LEVELS_BEFORE_LOOKING: u8 = 4;
 
@@ -305,10 +308,14 @@ impl Patch<'_> {
     /// Whether floats say that nothing is in a point's way. The body that was in the last one's way is asked first: it is likely to be in the next one's, too.
     fn is_probably_clear(&self, point: &Receiver<1>, question: &Question, last: &mut Option<u32>) -> bool {
         let hides = |object: &u32| self.occluders.probably_blocks(*object, point);
-        *last = last.filter(hides).or_else(|| match &question.bodies {
-            BodiesOver::Few(bodies) => bodies.iter().copied().find(hides),
-            BodiesOver::Many(above) => self.occluders.probably_hides(above, point),
-        });
+        *last = match &question.bodies {
+            BodiesOver::Few(bodies) => last.filter(hides).or_else(|| bodies.iter().copied().find(hides)),
+            BodiesOver::Many(above) => {
+                // How many were asked in vain goes by no order; it is spent where the next cell is divided.
+                let hiding = self.occluders.probably_hides(above, point, *last);
+                hiding.map_err(|asked| (self.spend)(asked / ASKED_A_FACET)).ok()
+            }
+        };
         last.is_none() && !self.is_probably_behind(&question.facets, point)
     }
 

@@ -8,7 +8,7 @@ use umbriel_geometry::{Facets, LightSource, Sign, simd::dispatch};
 
 use crate::{
     bodies::Body,
-    exact::{flat_face_is_lit, patch_probe},
+    exact::flat_face_is_lit,
     light_space::greater,
     loose::{
         filter::{Doubtful, Filter},
@@ -31,6 +31,8 @@ pub struct FacePoint {
     /// Second parameter.
     pub v: f64,
 }
+
+const _: () = assert!(size_of::<FacePoint>() == 24);
 
 impl FacePoint {
     /// From the numbers of object and face that other types have. What 32 bits do not hold, which no scene has, becomes the greatest number.
@@ -331,16 +333,5 @@ impl Queries<'_> {
     /// Why a point of a face is refused, if it is.
     pub(crate) fn surface_defect(&self, point: FacePoint) -> Option<QueryDefect> {
         self.refusal(&point.place())
-    }
-
-    /// Why the point (u, v) of a face is refused, if it is.
-    pub(crate) fn surface_refusal(&self, object: usize, face: usize, [u, v]: [f64; 2]) -> Option<QueryDefect> {
-        if let Err(defect) = self.check_square(object, face, [u, v]) {
-            return Some(defect);
-        }
-        match self.bodies.get(object) {
-            Body::Analytic(body) if patch_probe(body, face, u, v).is_none() => Some(QueryDefect::OutsideFace),
-            _ => None,
-        }
     }
 }

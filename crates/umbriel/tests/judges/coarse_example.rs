@@ -2,12 +2,12 @@
 //! of the National University of Defense Technology 23(3), 2001): ten bodies in three levels of families, eight pairs
 //! registered level by level, six printed pairs of bodies among those that they are refined to.
 
-use std::path::PathBuf;
+use std::{ops::ControlFlow, path::PathBuf};
 
 use glam::DVec3;
 use umbriel_bvh::{
-    Exclusion, Families, Member, NodeId, ObjectTree, cannot_shadow, influences, influences_with, level_pairs,
-    may_shadow,
+    Exclusion, Families, Member, NodeId, ObjectTree, cannot_shadow, for_each_influence, influences, influences_with,
+    level_pairs, may_shadow,
 };
 use umbriel_io::{LoadOptions, load};
 use umbriel_scene::{FamilyTree, Object, Scene};
@@ -181,7 +181,8 @@ fn families_change_the_way_and_not_the_result() {
 #[test]
 fn a_bake_takes_the_families_of_the_file() {
     let scene = ten_bodies();
-    let counts = influences(&tree_of(&scene), &scene.lights[0].source, |_| true).counts();
+    let go_on = |_: &[u32], _: &[u32]| ControlFlow::Continue(());
+    let counts = for_each_influence(&tree_of(&scene), &scene.lights[0].source, |_| true, go_on);
     let request = Request::everything(&scene, Detail::Depth { interior: 2, boundary: 2 });
     let work = bake(&scene, &request, &Silent).expect("nobody cancels").work;
     assert_eq!((work.pairs_tested, work.pairs_excluded), (counts.tested, counts.excluded));

@@ -28,7 +28,7 @@ const LOOKED_AT: usize = 16;
 const LOOKED_UP: u64 = 32;
 const OVER_A_FACET: usize = 32;
 
-/// No more are counted.
+/// Bodies over a patch are counted up to so many: under more, telling the best of them or the first one in the way takes no longer.
 const COUNTED: usize = 512;
 
 /// The curved bodies of a scene that may shadow anything, as one light sees them.
@@ -60,7 +60,7 @@ pub(crate) struct Above<'a> {
     shaft: Shaft,
     /// The receiver, or the object that it is like.
     own: u32,
-    /// How many are over all of the patch that is looked at; 0 before that is known.
+    /// How many are over the patch that is looked at, up to [`COUNTED`]; 0 before that is known.
     count: usize,
 }
 
@@ -127,14 +127,11 @@ impl Occluders<'_> {
     ) -> ControlFlow<()> {
         let cells = self.cells_over(points);
         let (seen, ties) = cells.split_at(cells.partition_point(|(view, _)| *view < self.frames.len()));
-        let is_over = |object: u32, (view, cell): &(usize, Aabb)| {
-            self.view_of_body(object, *view).is_some_and(|body| body.meets(cell))
-        };
         seen.iter().try_for_each(|(view, cell)| {
             let meets = |bounds: &Aabb| bounds.meets(cell);
             above.swarm.trees[*view].for_each_where(meets, |item| {
                 let body = &above.swarm.members[item as usize];
-                let is_visited = above.holds(body) && ties.iter().all(|tie| is_over(body.object, tie));
+                let is_visited = above.holds(body) && ties.iter().all(|tie| self.has_body_over(tie, body.object));
                 if is_visited { visit(body) } else { ControlFlow::Continue(()) }
             })
         })
@@ -142,11 +139,7 @@ impl Occluders<'_> {
 
     /// Whether this is true of a body over the hull of `points`.
     pub(crate) fn any_above(&self, above: &Above, points: &[Point], is_it: impl Fn(u32) -> bool) -> bool {
-        self.is_any_above(above, points, |body| is_it(body.object))
-    }
-
-    fn is_any_above(&self, above: &Above, points: &[Point], is_it: impl Fn(&Member) -> bool) -> bool {
-        let visit = |body: &Member| if is_it(body) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        let visit = |body: &Member| if is_it(body.object) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         self.for_each_above(above, points, visit).is_break()
     }
 
@@ -163,7 +156,7 @@ impl Occluders<'_> {
         (found.len() <= MANY).then_some(found)
     }
 
-    /// With how many of them are over the hull of `points`, a part of the receiver; those that several frames of a lamp see count several times.
+    /// With how many of them are over the hull of `points`, a part of the receiver, up to [`COUNTED`]; those that several frames of a lamp see count several times.
     pub(in crate::fine) fn counted<'s>(&self, above: &Above<'s>, points: &[Point]) -> Above<'s> {
         let mut count = 0;
         let _ = self.for_each_above(above, points, |_| {
@@ -184,10 +177,20 @@ impl Occluders<'_> {
         best.chunk_by(|a, b| a.0 == b.0).map(|group| group.iter().filter_map(covers).collect()).collect()
     }
 
-    /// A body of which floats say that it hides a point.
-    pub(in crate::fine) fn probably_hides(&self, above: &Above, point: &Receiver<1>) -> Option<u32> {
-        let mut found = None;
+    /// A body of which floats say that it hides a point: this one, if it does; or how many are over the point where none hides it.
+    pub(in crate::fine) fn probably_hides(
+        &self,
+        above: &Above,
+        point: &Receiver<1>,
+        first: Option<u32>,
+    ) -> Result<u32, u64> {
+        let is_over = |object: &u32| self.is_body_over(*object, &point.points);
+        if let Some(first) = first.filter(|&first| self.probably_blocks(first, point)).filter(is_over) {
+            return Ok(first);
+        }
+        let (mut found, mut count) = (None, 0);
         let _ = self.for_each_above(above, &point.points, |body| {
+            count += 1;
             let hides = match &body.glance {
                 Some(glance) => glance.blocks(point.points[0].position),
                 None => self.probably_blocks(body.object, point),
@@ -195,7 +198,19 @@ impl Occluders<'_> {
             found = hides.then_some(body.object);
             if hides { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        found
+        found.ok_or(count)
+    }
+
+    /// Whether a body is over the hull of `points` by its boxes, so that which body was asked before does not matter.
+    fn is_body_over(&self, object: u32, points: &[Point]) -> bool {
+        let cells = self.cells_over(points);
+        let (seen, ties) = cells.split_at(cells.partition_point(|(view, _)| *view < self.frames.len()));
+        let meets = |cell: &(usize, Aabb)| self.has_body_over(cell, object);
+        seen.iter().any(meets) && ties.iter().all(meets)
+    }
+
+    fn has_body_over(&self, (view, cell): &(usize, Aabb), object: u32) -> bool {
+        self.view_of_body(object, *view).is_some_and(|body| body.meets(cell))
     }
 
     /// [`LOOKED_AT`] bodies or few more that promise by their boxes most to cover the hull of `points`, with how much, negative: the best first.

@@ -36,7 +36,7 @@ fn what_is_above_is_what_going_through_all_finds() {
     let lights = [LightSource::sun([0.5, -1.0, 0.25]), LightSource::sun([1.0; 3]), LightSource::point([0.5, 2.0, 0.5])];
     let scene = scene();
     let bodies = Bodies::new(&scene);
-    let (mut few, mut kept_out) = (0, [0; 2]);
+    let (mut few, mut kept_out, mut hidden) = (0, [0; 2], 0);
     for light in lights.map(|light| light.expect("a light")) {
         let occluders = Occluders::new(&bodies, &light);
         let swarm = Swarm::new(&occluders, 0..400).expect("many");
@@ -69,7 +69,21 @@ fn what_is_above_is_what_going_through_all_finds() {
             few += usize::from(all.len() <= MANY);
             let expected = (all.len() <= MANY).then(|| all.clone());
             assert_eq!(occluders.few_above(&above, &points), expected, "{receiver} under {light:?}");
-            assert!(occluders.counted(&above, &points).count >= all.len());
+            let counted = occluders.counted(&above, &points).count;
+            assert!((all.len().min(COUNTED)..=COUNTED).contains(&counted));
+
+            let point = Receiver { points: [points[0]], light: &light, facing: None, plane: None };
+            let over_point = |object: &u32| may_shadow(*object) && occluders.is_body_over(*object, &point.points);
+            let over_point: Vec<u32> =
+                (0..400).filter(|&object| object != receiver as u32).filter(over_point).collect();
+            let hiding = over_point.iter().filter(|&&object| occluders.probably_blocks(object, &point)).count();
+            hidden += usize::from(hiding > 0);
+            for first in over_point.first().copied().map(Some).into_iter().chain([None]) {
+                match occluders.probably_hides(&above, &point, first) {
+                    Ok(body) => assert!(over_point.contains(&body) && occluders.probably_blocks(body, &point)),
+                    Err(asked) => assert!(hiding == 0 && asked >= over_point.len() as u64),
+                }
+            }
 
             let cells = occluders.views_of(&points);
             let promise = |object: u32| Some((-occluders.least_promise(object, &cells)?, object));
@@ -86,6 +100,7 @@ fn what_is_above_is_what_going_through_all_finds() {
             assert_eq!(best, promising, "{receiver} under {light:?}");
         }
     }
+    assert!((50..290).contains(&hidden), "{hidden} hidden");
     assert!((50..250).contains(&few) && kept_out.iter().all(|&count| count > 10), "{few} few, {kept_out:?} kept out");
 }
 
