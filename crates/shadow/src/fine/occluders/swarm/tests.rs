@@ -30,6 +30,25 @@ fn scene() -> Scene {
     Scene { objects: (0..400).map(ball).collect(), ..Scene::default() }
 }
 
+/// Whether a body of the 400 that may shadow the receiver hides a point of it: the same whichever is asked first.
+fn is_hidden_as_by_all(
+    occluders: &Occluders,
+    above: &Above,
+    point: &Receiver<1>,
+    may_shadow: impl Fn(u32) -> bool,
+) -> bool {
+    let is_over = |object: &u32| may_shadow(*object) && occluders.is_body_over(*object, &point.points);
+    let over: Vec<u32> = (0..400).filter(|&object| object != above.own).filter(is_over).collect();
+    let is_hidden = over.iter().any(|&object| occluders.probably_blocks(object, point));
+    for first in [over.first().copied(), over.last().copied(), None] {
+        match occluders.probably_hides(above, point, first) {
+            Ok(body) => assert!(over.contains(&body) && occluders.probably_blocks(body, point)),
+            Err(asked) => assert!(!is_hidden && asked >= over.len() as u64),
+        }
+    }
+    is_hidden
+}
+
 /// Under a sun, one that comes equally along all axes, and a lamp of which several frames see some hulls.
 #[test]
 fn what_is_above_is_what_going_through_all_finds() {
@@ -71,19 +90,8 @@ fn what_is_above_is_what_going_through_all_finds() {
             assert_eq!(occluders.few_above(&above, &points), expected, "{receiver} under {light:?}");
             let counted = occluders.counted(&above, &points).count;
             assert!((all.len().min(COUNTED)..=COUNTED).contains(&counted));
-
             let point = Receiver { points: [points[0]], light: &light, facing: None, plane: None };
-            let over_point = |object: &u32| may_shadow(*object) && occluders.is_body_over(*object, &point.points);
-            let over_point: Vec<u32> =
-                (0..400).filter(|&object| object != receiver as u32).filter(over_point).collect();
-            let hiding = over_point.iter().filter(|&&object| occluders.probably_blocks(object, &point)).count();
-            hidden += usize::from(hiding > 0);
-            for first in over_point.first().copied().map(Some).into_iter().chain([None]) {
-                match occluders.probably_hides(&above, &point, first) {
-                    Ok(body) => assert!(over_point.contains(&body) && occluders.probably_blocks(body, &point)),
-                    Err(asked) => assert!(hiding == 0 && asked >= over_point.len() as u64),
-                }
-            }
+            hidden += usize::from(is_hidden_as_by_all(&occluders, &above, &point, may_shadow));
 
             let cells = occluders.views_of(&points);
             let promise = |object: u32| Some((-occluders.least_promise(object, &cells)?, object));
