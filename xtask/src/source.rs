@@ -11,6 +11,7 @@ use std::{
 
 use anyhow::{Context, Result};
 use serde_json::Value;
+use umbriel_shadow::tradeoff::Setting;
 
 use crate::{
     tradeoff::polygon_scenes,
@@ -51,6 +52,9 @@ pub(crate) struct Options {
 #[derive(Clone, Debug)]
 struct Row {
     name: String,
+    /// What is made beforehand, for this way and for all rivals.
+    ready: f64,
+    polygons: f64,
     milliseconds: f64,
     wrong: u64,
     undecided: u64,
@@ -61,20 +65,26 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     fs::create_dir_all(&folder).with_context(|| format!("{}", folder.display()))?;
     let mut text = String::from(
         "# The source's claims about shadow volumes\n\nWritten by `cargo xtask source`: the points that the pixels of one picture see, each way asked about them on the \
-         same machine. Milliseconds after loading, the best of some runs; wrong and undecided pixels by exact answers.\n\n\
+         same machine. Milliseconds after loading, the best of some runs; wrong and undecided pixels by exact answers. What is the same for all lights and pictures is made \
+         beforehand and not counted: the polygons that shadow volumes work on, with their edges, and which meshes bound solids, where that is known.\n\n\
          | scene | way | ms | wrong | undecided | part of the shadow volume's time |\n|---|---|---|---|---|---|\n",
     );
     for scene in polygon_scenes()?.into_iter().filter(|scene| scene.file.exists()) {
         let ways = ["--method", "points", "--method", "volume", "--method", "bake"];
         let rows = best(options, &scene.file, &[scene.more, &ways, &["--size", &options.size]].concat(), None)?;
-        for Row { name, milliseconds, wrong, undecided } in &rows {
+        for Row { name, milliseconds, wrong, undecided, .. } in &rows {
             let part = milliseconds / time_of(&rows, "shadow volume");
             // Writing to a string cannot fail.
             let _ =
                 writeln!(text, "| {} | {name} | {milliseconds:.1} | {wrong} | {undecided} | {part:.2} |", scene.name);
         }
     }
-    models(options, &mut text)?;
+    text.push_str(
+        "\n## Models alone\n\nExact points as a part of the shadow volume's time, on one thread and on all.\n",
+    );
+    models(options, &Setting::Points.name(), &mut text)?;
+    text.push_str("\nThe same where it is known which meshes bound solids, so that half of their faces are looked at; found once in so long, while the rivals' polygons take the other.\n");
+    models(options, &Setting::PointsOfSolids.name(), &mut text)?;
     text.push_str("\n## The smallest cell\n\nThe boxes of the first scene, cells no larger than these edges in metres:\n\n| cell | ms | wrong | undecided |\n|---|---|---|---|\n");
     for scene in polygon_scenes()?.iter().take(1) {
         for edge in CELLS {
@@ -94,12 +104,15 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Exact points of models alone as parts of the shadow volume's time, on one thread and on all.
-fn models(options: &Options, text: &mut String) -> Result<()> {
-    text.push_str("\n## Models alone\n\nExact points as a part of the shadow volume's time, on one thread and on all.\n\n| model | sun |");
+/// Exact points of models alone as parts of the shadow volume's time, on one thread and on all; and what is made beforehand.
+fn models(options: &Options, way: &str, text: &mut String) -> Result<()> {
     let columns = SIZES.map(|size| [format!(" {size}, one |"), format!(" {size}, all |")].concat()).concat();
     // Writing to a string cannot fail.
-    let _ = write!(text, "{columns}\n|---|---|{}\n", "---|".repeat(2 * SIZES.len()));
+    let _ = write!(
+        text,
+        "\n| model | sun |{columns} solids ms | polygons ms |\n|---|---|{}---|---|\n",
+        "---|".repeat(2 * SIZES.len())
+    );
     for (name, file) in MODELS {
         let file = root().join("../shared/data").join(file);
         if !file.exists() {
@@ -108,14 +121,18 @@ fn models(options: &Options, text: &mut String) -> Result<()> {
         }
         for sun in SUNS {
             let _ = write!(text, "| {name} | {sun} |");
+            let mut ready = [f64::INFINITY; 2];
             for size in SIZES {
                 for threads in [&["--threads", "1"] as &[&str], &[]] {
                     let ways = ["--method", "points", "--method", "volume", "--sun", sun, "--size", size];
                     let rows = best(options, &file, &[&ways, threads].concat(), None)?;
-                    let _ = write!(text, " {:.2} |", time_of(&rows, "points") / time_of(&rows, "shadow volume"));
+                    let _ = write!(text, " {:.2} |", time_of(&rows, way) / time_of(&rows, "shadow volume"));
+                    for row in rows.iter().filter(|row| row.name == way) {
+                        ready = [ready[0].min(row.ready), ready[1].min(row.polygons)];
+                    }
                 }
             }
-            text.push('\n');
+            let _ = writeln!(text, " {:.1} | {:.1} |", ready[0], ready[1]);
         }
     }
     Ok(())
@@ -132,7 +149,10 @@ fn best(options: &Options, scene: &Path, more: &[&str], picture: Option<&Path>) 
     for _ in 0..options.runs.max(1) {
         for row in once(options, scene, more, picture)? {
             match best.iter_mut().find(|known| known.name == row.name) {
-                Some(known) => known.milliseconds = known.milliseconds.min(row.milliseconds),
+                Some(known) => {
+                    known.milliseconds = known.milliseconds.min(row.milliseconds);
+                    (known.ready, known.polygons) = (known.ready.min(row.ready), known.polygons.min(row.polygons));
+                }
                 None => best.push(row),
             }
         }
@@ -148,11 +168,14 @@ fn once(options: &Options, scene: &Path, more: &[&str], picture: Option<&Path>) 
     }
     let document: Value = serde_json::from_str(&output_of(&mut command)?).context("the comparison is no JSON")?;
     let methods = document["methods"].as_array().context("the comparison has no methods")?;
+    let polygons = 1e3 * document["polygons_seconds"].as_f64().context("a time is missing")?;
     let row = |method: &Value| {
         let seconds = |key: &str| method[key].as_f64().context("a time is missing");
         let count = |key: &str| method[key].as_u64().context("a count is missing");
         Ok(Row {
             name: method["name"].as_str().context("a name is missing")?.to_owned(),
+            ready: 1e3 * seconds("ready_seconds")?,
+            polygons,
             milliseconds: 1e3 * (seconds("first_seconds")? + seconds("second_seconds")?),
             wrong: count("wrong")?,
             undecided: count("undecided")?,

@@ -7,9 +7,11 @@
 //! on a stack of fixed size. What breaks it: nothing in range; boxes that all overlap make it a slow list.
 
 mod build;
+mod meetings;
 #[cfg(test)]
 mod tests;
 
+pub use meetings::NodePair;
 use std::ops::ControlFlow;
 
 use umbriel_geometry::Aabb;

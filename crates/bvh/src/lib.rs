@@ -24,7 +24,7 @@ mod ray;
 mod shaft;
 mod triangle_bvh;
 
-pub use box_tree::{BoxTree, TreeDefect};
+pub use box_tree::{BoxTree, NodePair, TreeDefect};
 pub use coarse::{
     Exclusion, Influences, LevelPair, PairCounts, for_each_influence, influences, influences_with, level_pairs,
     occluders_of,

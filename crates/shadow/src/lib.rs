@@ -17,6 +17,7 @@ mod cell_octree;
 mod coarse;
 pub mod doctor;
 mod effort;
+mod embedded;
 mod exact;
 mod fine;
 mod flat_receiver;

@@ -117,7 +117,7 @@ pub(crate) fn convex_solids(facets: &Facets, is_wanted: impl Fn(Range<usize>) ->
 }
 
 /// The triangles of a mesh that may have solids.
-fn triangles_of(facets: &Facets) -> Option<&[[u32; 3]]> {
+pub(crate) fn triangles_of(facets: &Facets) -> Option<&[[u32; 3]]> {
     facets.triangles().filter(|_| facets.are_floats() && !facets.has_holes())
 }
 

@@ -33,6 +33,25 @@ proptest! {
     }
 
     #[test]
+    fn pairs_that_meet_are_those_of_two_loops(boxes in boxes(), least in 0..40usize) {
+        let tree = BoxTree::build(&boxes);
+        let mut found = Vec::new();
+        for part in tree.meeting_parts(least) {
+            let end = tree.for_each_meeting_pair(part, |a, b| {
+                found.push([a.min(b), a.max(b)]);
+                ControlFlow::Continue(())
+            });
+            prop_assert_eq!(end, ControlFlow::Continue(()));
+        }
+        found.sort_unstable();
+        let count = boxes.len();
+        let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
+        let meet = |&[a, b]: &[usize; 2]| !boxes[a].is_empty() && boxes[a].meets(&boxes[b]);
+        let expected: Vec<[u32; 2]> = pairs.filter(meet).map(|pair| pair.map(|item| item as u32)).collect();
+        prop_assert_eq!(found, expected);
+    }
+
+    #[test]
     fn segments_find_what_a_loop_finds(boxes in boxes(), origin in point(), light in light()) {
         let segment = Segment::new(origin, light);
         let mut found = Vec::new();

@@ -48,6 +48,10 @@ impl Queries<'_> {
                 !blocks(&Probe::at(position), Own::Nothing)
             }
             Place::Surface { object, face, u, v } => match self.bodies.get(object) {
+                // What it touches may be left out.
+                Body::Flat(_) if pieces.turned(object).is_some_and(|turned| turned.is_entered) => {
+                    self.ask(place, light)
+                }
                 Body::Flat(facets) => {
                     !blocks(&flat_probe(&flat_corners(facets, face, 0), u, v), Own::Face { object, face })
                 }

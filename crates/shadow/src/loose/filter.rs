@@ -11,6 +11,7 @@ use umbriel_geometry::{
 use crate::loose::{
     grid::{Grids, TilePlace},
     group::{Said, TilePoint, TilePoints},
+    on_faces::LEFT_OUT,
     seen::{BLOCK, Block, Off, Row},
     sorted::{BATCH, Buckets, Seen},
     tile::{Cell, Entry, PLACE_LIMIT, Tile, cell_along},
@@ -28,7 +29,7 @@ pub(super) struct Filter<'a, 'b, T> {
     pub(super) grids: &'a Grids<'b>,
     /// Rows that begin with x, y, z.
     pub(super) rows: &'a [T],
-    /// Each point's own face, by its first piece, which does not hide it; empty where points have none.
+    /// Each point's own face, by its first piece, which does not hide it, or [`LEFT_OUT`]; empty where points have none.
     pub(super) own: &'a [i32],
     /// What any coordinate of a slack box differs from the point's by at most.
     pub(super) slack: f64,
@@ -155,8 +156,14 @@ impl Over<'_> {
         let (Cell { covered, surface, .. }, entries) = self.tile.list_of(cell);
         let mut open = known & !(points.nearness + points.height).lt(Lanes::<N>::splat(simd, covered)).bits();
         let front = points.nearness - points.height;
-        let surface = if batch.own.is_some() { surface } else { f32::INFINITY };
-        let on_surface = Lanes::<N>::splat(simd, surface).le(front).bits();
+        let on_surface = match batch.own {
+            // A face that is left out is not of the sheet.
+            Some(own) => {
+                Lanes::<N>::splat(simd, surface).le(front).bits()
+                    & !own.eq(Lanes::<N>::splat_int(simd, LEFT_OUT)).bits()
+            }
+            None => 0,
+        };
         let mut doubts = 0;
         for entry in entries {
             let concerned = open & !on_surface & !front.gt(Lanes::<N>::splat(simd, entry.nearest)).bits();

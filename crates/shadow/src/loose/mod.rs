@@ -34,6 +34,7 @@ mod seen;
 mod sorted;
 mod surface;
 mod tile;
+mod turned;
 
 #[cfg(test)]
 mod tests;
@@ -139,6 +140,9 @@ impl Queries<'_> {
     ) -> Result<(), PointsError> {
         // More pieces or cells than can be numbered: asked one by one.
         let Some(mut pieces) = Pieces::of(&self.bodies) else { return self.ask_all(points, light, lit, progress) };
+        if points.are_themselves() {
+            pieces.leave_out(self, light, matches!(points, Points::OnFaces(_)));
+        }
         if let Points::OnFaces(points) = points {
             let at = LitScene { queries: self, pieces: &pieces, light };
             if at.are_few(points) && at.tell_few(points, lit, progress)? {

@@ -53,7 +53,7 @@ impl FacePoint {
 pub(super) struct OnFaces {
     /// Where the points of faces that are turned to the light are; behind these there may be room for others.
     rows: Vec<[f64; 3]>,
-    /// The faces that they lie on.
+    /// The faces that they lie on, or [`LEFT_OUT`].
     own: Vec<i32>,
     /// Which of the job's points each is.
     indices: Vec<u32>,
@@ -88,6 +88,9 @@ struct Met {
     corner: DVec3,
     edges: [DVec3; 2],
 }
+
+/// Stands for a face that is not looked at.
+pub(super) const LEFT_OUT: i32 = -1;
 
 /// A face that was not met yet: zero, as fresh memory is, so that of a table for a large scene only what is looked at is touched.
 const UNKNOWN: u8 = 0;
@@ -167,6 +170,7 @@ impl OnFaces {
     ) -> Result<usize, usize> {
         let halves = u32::from(is_halved);
         let kinds = &mut faces.kinds[piece as usize..][..facets.len()];
+        let are_left_out = here.at.pieces.turned(here.object).is_some_and(|turned| turned.is_entered);
         // Points with u, v from 0 on that reach no farther than this surely lie on their faces.
         let limit = if is_halved { 1.0 } else { 1.0 - f64::EPSILON };
         // Copied, so that the loop has them in registers.
@@ -198,7 +202,8 @@ impl OnFaces {
                 *met = Met::of(facets, face, own);
             }
             self.rows[open] = (met.corner + u * met.edges[0] + v * met.edges[1]).to_array();
-            (self.own[open], self.indices[open]) = (own as i32, index as u32);
+            self.own[open] = if are_left_out { LEFT_OUT } else { own as i32 };
+            self.indices[open] = index as u32;
             size = greater(size, met.size);
             open += 1;
         }
@@ -307,6 +312,10 @@ impl<'a> Here<'a> {
     #[cold]
     fn find_kinds(&self, facets: &Facets, face: usize, kinds: &mut [u8]) -> u8 {
         let mut next = face - face % NEIGHBOURS;
+        if let Some(turned) = self.at.pieces.turned(self.object) {
+            kinds[face] = self.kind(face, Some(turned.turn(face)));
+            return kinds[face];
+        }
         facets.for_each_turn::<NEIGHBOURS>(next..kinds.len().min(next + NEIGHBOURS), self.at.light, |turn| {
             kinds[next] = self.kind(next, Some(turn));
             next += 1;

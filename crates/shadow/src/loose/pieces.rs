@@ -4,9 +4,13 @@ use std::ops::Range;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use umbriel_geometry::{Aabb, Facet, Facets, cut_out::Opacity};
+use umbriel_geometry::{Aabb, Facet, Facets, LightSource, cut_out::Opacity};
 
-use crate::bodies::{Bodies, Body};
+use crate::{
+    bodies::{Bodies, Body},
+    loose::turned::Turned,
+    query::Queries,
+};
 
 /// Pieces of a run at most.
 const RUN: u32 = 2048;
@@ -37,6 +41,33 @@ struct Numbered<'a> {
     /// Two pieces a face.
     is_halved: bool,
     bounds: Aabb,
+    /// Which of its faces are looked at, where not all of them are; each is one piece then.
+    turned: Option<Turned<'a>>,
+}
+
+/// Triangles of one object that follow each other.
+pub(super) struct Triangles<'a> {
+    /// Number of the first, as a piece and as a face.
+    pub(super) first: u32,
+    face: usize,
+    pub(super) positions: &'a [DVec3],
+    pub(super) all: &'a [[u32; 3]],
+    turned: Option<&'a Turned<'a>>,
+}
+
+impl Triangles<'_> {
+    /// Whether all are looked at.
+    #[inline(always)]
+    pub(super) fn are_all_kept(&self) -> bool {
+        self.turned.is_none()
+    }
+
+    /// Those that are looked at, with their numbers as pieces.
+    #[inline(always)]
+    pub(super) fn kept(&self) -> impl Iterator<Item = (u32, &[u32; 3])> {
+        let is_kept = |at: usize| self.turned.is_none_or(|turned| turned.is_kept(self.face + at));
+        (self.first..).zip(self.all).enumerate().filter(move |(at, _)| is_kept(*at)).map(|(_, piece)| piece)
+    }
 }
 
 /// One piece.
@@ -70,7 +101,7 @@ impl<'a> Pieces<'a> {
             let count = u32::try_from(faces << u32::from(is_halved)).ok()?;
             if count > 0 {
                 pieces.places[object] = pieces.objects.len() as u32;
-                pieces.objects.push(Numbered { first: pieces.count, object, body, is_halved, bounds });
+                pieces.objects.push(Numbered { first: pieces.count, object, body, is_halved, bounds, turned: None });
                 pieces.count = pieces.count.checked_add(count)?;
                 pieces.bounds = pieces.bounds.union(bounds);
                 if matches!(body, Body::Flat(facets) if !facets.are_floats()) {
@@ -80,6 +111,15 @@ impl<'a> Pieces<'a> {
             }
         }
         Some(pieces)
+    }
+
+    /// Leaves out what need not be looked at of solids ([`turned`](super::turned)), for points that lie on faces, or anywhere.
+    pub(super) fn leave_out(&mut self, queries: &'a Queries, light: &LightSource, on_faces: bool) {
+        for numbered in &mut self.objects {
+            if let Body::Flat(facets) = numbered.body {
+                numbered.turned = Turned::of(queries, (numbered.object, facets), light, on_faces);
+            }
+        }
     }
 
     /// Asks which pieces are of closed surfaces: of each object all threads find that, before tiles are made that would wait for it.
@@ -119,11 +159,12 @@ impl<'a> Pieces<'a> {
 
     /// The triangles of a run and the points that they are of; `None` where the object's faces are something else.
     #[inline(always)]
-    pub(super) fn triangles(&self, run: &Range<u32>) -> Option<(&[DVec3], &[[u32; 3]])> {
+    pub(super) fn triangles(&self, run: &Range<u32>) -> Option<Triangles<'_>> {
         let numbered = &self.objects[self.place_of(run.start)];
         let Body::Flat(facets) = numbered.body else { return None };
         let [from, to] = [run.start, run.end].map(|piece| (piece - numbered.first) as usize);
-        facets.triangles().map(|triangles| (facets.positions(), &triangles[from..to]))
+        let (first, all) = (run.start, &facets.triangles()?[from..to]);
+        Some(Triangles { first, face: from, positions: facets.positions(), all, turned: numbered.turned.as_ref() })
     }
 
     pub(super) fn len(&self) -> u32 {
@@ -133,6 +174,11 @@ impl<'a> Pieces<'a> {
     /// The first piece of an object, and whether each of its faces has two; `None` where it has no pieces.
     pub(super) fn of_object(&self, object: usize) -> Option<(u32, bool)> {
         self.objects.get(self.places[object] as usize).map(|numbered| (numbered.first, numbered.is_halved))
+    }
+
+    /// How the faces of an object are turned, if that was asked for.
+    pub(super) fn turned(&self, object: usize) -> Option<&Turned<'a>> {
+        self.objects.get(self.places[object] as usize)?.turned.as_ref()
     }
 
     /// Object and face of a piece.
@@ -161,8 +207,11 @@ impl<'a> Pieces<'a> {
                 let first = numbered.first + (index >> halves << halves) as u32;
                 match facets.opacity(index >> halves) {
                     Opacity::Opaque => {
-                        let is_closed = self.with_surfaces && facets.are_floats() && facets.is_closed(index >> halves);
-                        (Piece::Triangle { corners, is_closed }, first)
+                        let is_closed = || match &numbered.turned {
+                            Some(turned) => turned.is_closed(index),
+                            None => facets.are_floats() && facets.is_closed(index >> halves),
+                        };
+                        (Piece::Triangle { corners, is_closed: self.with_surfaces && is_closed() }, first)
                     }
                     Opacity::Mixed | Opacity::Clear => (Piece::CutOut(corners), first),
                 }

@@ -14,7 +14,10 @@ use umbriel_geometry::{
 
 use crate::{
     light_space::{View, greater, lesser},
-    loose::{occupancy::Occupancy, pieces::Pieces},
+    loose::{
+        occupancy::Occupancy,
+        pieces::{Pieces, Triangles},
+    },
 };
 
 /// Pieces are seen and listed in so many parts at most, by as many threads: each part has a number for each tile.
@@ -75,8 +78,8 @@ impl Kernel for See<'_> {
         let mut seen: Vec<Vec<Placed>> = self.views.iter().map(|_| Vec::with_capacity(most)).collect();
         for run in self.runs {
             match self.pieces.triangles(run) {
-                Some(triangles) if is_sun => self.see_triangles::<true>(run.start, triangles, &mut seen),
-                Some(triangles) => self.see_triangles::<false>(run.start, triangles, &mut seen),
+                Some(triangles) if is_sun => self.see_triangles::<true>(&triangles, &mut seen),
+                Some(triangles) => self.see_triangles::<false>(&triangles, &mut seen),
                 None => self.pieces.for_each(run.clone(), |piece, corners| self.see_piece(piece, corners, &mut seen)),
             }
         }
@@ -98,34 +101,52 @@ impl See<'_> {
     }
 
     #[inline(always)]
-    fn see_triangles<const IS_SUN: bool>(
-        &self,
-        first: u32,
-        (positions, triangles): (&[DVec3], &[[u32; 3]]),
-        seen: &mut [Vec<Placed>],
-    ) {
+    fn see_triangles<const IS_SUN: bool>(&self, triangles: &Triangles, seen: &mut [Vec<Placed>]) {
         let mut corners = Gathered::<3, 8>::default();
-        for (first, triangles) in (first..).step_by(8).zip(triangles.chunks(8)) {
-            corners.gather(triangles, positions, 0);
-            for (number, (&view, seen)) in self.views.iter().zip(&mut *seen).enumerate() {
-                let mut is_beyond = [false; 8];
-                if !IS_SUN {
-                    for (lane, is_beyond) in is_beyond.iter_mut().enumerate() {
-                        *is_beyond = view.is_beyond(&corners.triangle(lane), self.error);
-                    }
-                    if is_beyond == [true; 8] {
-                        continue;
-                    }
+        if triangles.are_all_kept() {
+            for (first, triangles_here) in (triangles.first..).step_by(8).zip(triangles.all.chunks(8)) {
+                corners.gather(triangles_here, triangles.positions, 0);
+                let pieces = [0, 1, 2, 3, 4, 5, 6, 7].map(|lane| first + lane);
+                self.see_eight::<IS_SUN>(&pieces[..triangles_here.len()], &corners, seen);
+            }
+            return;
+        }
+        let (mut pieces, mut count) = ([0; 8], 0);
+        for (piece, triangle) in triangles.kept() {
+            (0..3).for_each(|k| corners.set(k, count, triangles.positions[triangle[k] as usize]));
+            pieces[count] = piece;
+            count += 1;
+            if count == pieces.len() {
+                self.see_eight::<IS_SUN>(&pieces, &corners, seen);
+                count = 0;
+            }
+        }
+        if count > 0 {
+            self.see_eight::<IS_SUN>(&pieces[..count], &corners, seen);
+        }
+    }
+
+    /// Eight triangles or fewer.
+    #[inline(always)]
+    fn see_eight<const IS_SUN: bool>(&self, pieces: &[u32], corners: &Gathered<3, 8>, seen: &mut [Vec<Placed>]) {
+        for (number, (&view, seen)) in self.views.iter().zip(seen).enumerate() {
+            let mut is_beyond = [false; 8];
+            if !IS_SUN {
+                for (lane, is_beyond) in is_beyond.iter_mut().enumerate() {
+                    *is_beyond = view.is_beyond(&corners.triangle(lane), self.error);
                 }
-                let eight = Eight::of::<IS_SUN>(&view, &corners, self.error);
-                let is_met = match self.occupancies {
-                    Some(of_views) => of_views[number].may_meet_eight(&eight.bounds, &eight.nearest),
-                    None => [true; 8],
-                };
-                for (lane, piece) in (0..triangles.len()).zip(first..) {
-                    if is_met[lane] & !is_beyond[lane] {
-                        seen.push(eight.placed(lane, piece));
-                    }
+                if is_beyond == [true; 8] {
+                    continue;
+                }
+            }
+            let eight = Eight::of::<IS_SUN>(&view, corners, self.error);
+            let is_met = match self.occupancies {
+                Some(of_views) => of_views[number].may_meet_eight(&eight.bounds, &eight.nearest),
+                None => [true; 8],
+            };
+            for (lane, &piece) in pieces.iter().enumerate() {
+                if is_met[lane] & !is_beyond[lane] {
+                    seen.push(eight.placed(lane, piece));
                 }
             }
         }

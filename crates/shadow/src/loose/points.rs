@@ -66,6 +66,11 @@ impl Points<'_> {
         }
     }
 
+    /// Whether each stands for itself alone, not for others near it whose surface is looked for.
+    pub(super) fn are_themselves(&self) -> bool {
+        !matches!(self, Self::OrientedSingle(_) | Self::OrientedDouble(_))
+    }
+
     pub(super) fn part(&self, from: usize, to: usize) -> Self {
         match self {
             Self::FreeSingle(rows) => Self::FreeSingle(&rows[from..to]),

@@ -38,6 +38,8 @@ pub enum Setting {
     RaySamples(u64),
     /// Exact answers at the judged points themselves, by face and parameters: for every scene.
     Points,
+    /// The same where it is known which meshes bound solids ([`Queries::find_solids`]).
+    PointsOfSolids,
     /// A rival that is asked at the judged points themselves.
     Rival(Box<dyn Rival>),
 }
@@ -72,6 +74,8 @@ pub struct Measurement {
     pub name: String,
     /// What it is one of.
     pub family: Family,
+    /// Wall seconds for what is made beforehand because it is the same for all lights, where that is made for this setting alone.
+    pub ready_seconds: f64,
     /// Wall seconds for what comes first: the coarse step, a tree, a map, shadow volumes.
     pub first_seconds: f64,
     /// Wall seconds for the rest: the fine step, the points.
@@ -87,7 +91,7 @@ pub struct Measurement {
 }
 
 impl Measurement {
-    /// All wall seconds after loading.
+    /// All wall seconds after loading, but for what is made beforehand.
     pub fn seconds(&self) -> f64 {
         self.first_seconds + self.second_seconds
     }
@@ -113,7 +117,7 @@ impl Setting {
         match self {
             Self::Bake(Detail::MaxUndecided { .. } | Detail::Time { .. } | Detail::Memory { .. }) => Family::Limit,
             Self::Bake(_) => Family::Bake,
-            Self::Points => Family::Points,
+            Self::Points | Self::PointsOfSolids => Family::Points,
             Self::Samples(_) => Family::Samples,
             Self::RaySamples(_) => Family::RaySamples,
             Self::Rival(rival) => match rival.name().as_str() {
@@ -135,6 +139,7 @@ impl Setting {
             Self::Bake(Detail::Memory { bytes }) => format!("bake, {:.1} MB", *bytes as f64 / 1e6),
             Self::Bake(_) => "bake".into(),
             Self::Points => "points".into(),
+            Self::PointsOfSolids => "points, solids known".into(),
             Self::Samples(count) => format!("{count} samples"),
             Self::RaySamples(count) => format!("{count} rays"),
             Self::Rival(rival) => rival.name(),
@@ -179,12 +184,21 @@ pub fn measure_and_state(
     progress: &dyn Progress,
 ) -> Result<(Measurement, Vec<Verdict>), MeasureDefect> {
     // All begin among the threads: none pays for the way there.
-    let Measured { first, second, rays, pieces, bytes, stated } =
+    let Measured { ready, first, second, rays, pieces, bytes, stated } =
         rayon::scope(|_| measure_unjudged(course, setting, progress))?;
     let (name, family) = (setting.name(), setting.family());
     let score = course.judge.score(|point| stated[point]);
-    let measurement =
-        Measurement { name, family, first_seconds: first, second_seconds: second, rays, pieces, bytes, score };
+    let measurement = Measurement {
+        name,
+        family,
+        ready_seconds: ready,
+        first_seconds: first,
+        second_seconds: second,
+        rays,
+        pieces,
+        bytes,
+        score,
+    };
     Ok((measurement, stated))
 }
 
@@ -193,12 +207,21 @@ fn measure_unjudged(course: &Course, setting: &Setting, progress: &dyn Progress)
         Setting::Bake(detail) => measure_bake(course, *detail, progress)?,
         Setting::Samples(count) => measure_samples(course, *count, progress)?,
         Setting::RaySamples(count) => measure_rays(course, *count)?,
-        Setting::Points => measure_points(course, progress)?,
+        Setting::Points => measure_points(course, false, progress)?,
+        Setting::PointsOfSolids => measure_points(course, true, progress)?,
         Setting::Rival(rival) => {
             let answer = rival.answer(course.polygons, course.source(), course.judge.points())?;
             let stated = answer.lit.iter().map(|&is_lit| verdict(is_lit)).collect();
             let (first, second) = (answer.build_seconds, answer.points_seconds);
-            Measured { first, second, rays: answer.rays, pieces: answer.pieces, bytes: answer.bytes, stated }
+            Measured {
+                ready: 0.0,
+                first,
+                second,
+                rays: answer.rays,
+                pieces: answer.pieces,
+                bytes: answer.bytes,
+                stated,
+            }
         }
     })
 }
@@ -226,7 +249,8 @@ pub fn run(
         Setting::Bake(detail) => drop(bake(course.scene, &course.cells_request(*detail), progress)?),
         Setting::Samples(count) => drop(bake(course.scene, &course.samples_request(*count), progress)?),
         Setting::RaySamples(_) => drop(PointRays.answer(course.polygons, course.source(), &points)?),
-        Setting::Points => drop(measure_points(course, progress)?),
+        Setting::Points => drop(measure_points(course, false, progress)?),
+        Setting::PointsOfSolids => drop(measure_points(course, true, progress)?),
         Setting::Rival(rival) => drop(rival.answer(course.polygons, course.source(), course.judge.points())?),
     }
     Ok(())
@@ -234,6 +258,7 @@ pub fn run(
 
 /// What a run gave, before it is judged.
 struct Measured {
+    ready: f64,
     first: f64,
     second: f64,
     rays: u64,
@@ -298,7 +323,7 @@ fn measure_samples(course: &Course, count: u64, progress: &dyn Progress) -> Resu
 fn measured(report: &Report, seconds: f64, bytes: usize, stated: Vec<Verdict>) -> Measured {
     let first = report.time.coarse;
     let (rays, pieces) = (report.work.rays, report.work.cells);
-    Measured { first, second: (seconds - first).max(0.0), rays, pieces, bytes: bytes as u64, stated }
+    Measured { ready: 0.0, first, second: (seconds - first).max(0.0), rays, pieces, bytes: bytes as u64, stated }
 }
 
 fn measure_rays(course: &Course, count: u64) -> Result<Measured, MeasureDefect> {
@@ -310,7 +335,7 @@ fn measure_rays(course: &Course, count: u64) -> Result<Measured, MeasureDefect> 
     let stated = course.judge.samples().par_iter().map(stated).collect();
     let bytes = answer.bytes + answer.lit.len().div_ceil(8) as u64;
     let (first, second) = (answer.build_seconds, answer.points_seconds);
-    Ok(Measured { first, second, rays: answer.rays, pieces: answer.pieces, bytes, stated })
+    Ok(Measured { ready: 0.0, first, second, rays: answer.rays, pieces: answer.pieces, bytes, stated })
 }
 
 /// The samples of a request as a rival takes them, and where each object's begin.
@@ -331,20 +356,25 @@ fn ray_points(course: &Course, request: &Request) -> (Vec<RivalPoint>, Vec<usize
 }
 
 /// Points of faces asked together look into light space, the soonest way for them. Places of points and faces are known beforehand, as rivals' are.
-fn measure_points(course: &Course, progress: &dyn Progress) -> Result<Measured, Cancelled> {
+fn measure_points(course: &Course, knows_solids: bool, progress: &dyn Progress) -> Result<Measured, Cancelled> {
     let (samples, light) = (course.judge.samples(), course.source());
     let point = |sample: &SamplePoint| FacePoint::new(sample.object, sample.face, sample.u, sample.v);
     // A place that a picture found may lie, by rounding, just outside its face: it is dark, as the judge has it.
-    let queries = Queries::new(course.scene);
+    let mut queries = Queries::new(course.scene);
     let places: Vec<bool> = samples.iter().map(|sample| queries.surface_defect(point(sample)).is_none()).collect();
     let accepted = samples.iter().zip(&places).filter(|(_, is_accepted)| **is_accepted);
     let points: Vec<FacePoint> = accepted.map(|(sample, _)| point(sample)).collect();
+    let begun = Instant::now();
+    if knows_solids {
+        queries.find_solids();
+    }
+    let ready = begun.elapsed().as_secs_f64();
     let begun = Instant::now();
     let mut lit = queries.lit_many(Points::OnFaces(&points), light, progress).map_err(|_| Cancelled)?.into_iter();
     let second = begun.elapsed().as_secs_f64();
     let stated = places.into_iter().map(|is_accepted| verdict(is_accepted && lit.next().unwrap_or_default())).collect();
     let (rays, bytes) = (samples.len() as u64, samples.len().div_ceil(8) as u64);
-    Ok(Measured { first: 0.0, second, rays, pieces: 0, bytes, stated })
+    Ok(Measured { ready, first: 0.0, second, rays, pieces: 0, bytes, stated })
 }
 
 fn sample_lookup(course: &Course, request: &Request) -> Option<SampleLookup> {

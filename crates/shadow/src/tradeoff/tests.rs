@@ -40,6 +40,7 @@ fn settings_are_judged_by_the_truth() {
     }
     assert!(bakes[2].score.error() < 0.3 * bakes[0].score.error());
     assert_eq!(run(Setting::Points).score.error(), 0.0, "exact");
+    assert_eq!(run(Setting::PointsOfSolids).score.error(), 0.0, "exact");
     let limits = [Detail::MaxUndecided { share: 0.01 }, Detail::Memory { bytes: 100_000 }, Detail::Cell { edge: 0.2 }];
     for limit in limits.map(|detail| run(Setting::Bake(detail))) {
         assert!(limit.score.wrong == 0 && limit.score.error() < 0.05, "{limit:?}");
@@ -63,6 +64,7 @@ fn the_front_and_what_is_recommended() {
     let one = |name: &str, family, seconds, wrong| Measurement {
         name: name.into(),
         family,
+        ready_seconds: 0.0,
         first_seconds: 0.0,
         second_seconds: seconds,
         rays: 0,

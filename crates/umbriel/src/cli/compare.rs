@@ -2,7 +2,7 @@
 //!
 //! Each way is asked about the points that the middles of the pixels see; shadow volumes look at them from the camera, as their stencil buffers do.
 
-use std::{io::Write, path::Path};
+use std::{io::Write, path::Path, time::Instant};
 
 use umbriel_io::write::{Staged, write_png};
 use umbriel_scene::Scene;
@@ -63,6 +63,7 @@ fn settings(args: &CompareArgs, detail: Detail, view: &View) -> Vec<(Way, Settin
     let mut settings = vec![
         (Way::Bake, Setting::Bake(detail)),
         (Way::Points, Setting::Points),
+        (Way::Points, Setting::PointsOfSolids),
         rival(Way::Rays, Box::new(PointRays)),
         rival(Way::Volume, Box::new(ShadowVolume { eye })),
     ];
@@ -81,7 +82,9 @@ fn compare(
     settings: &[Setting],
     bar: &Bar,
 ) -> Result<Comparison, Failure> {
+    let begun = Instant::now();
     let polygons = Polygons::new(scene, args.divisions);
+    let polygons_seconds = begun.elapsed().as_secs_f64();
     let (mut pixels, mut samples, mut shades) = (Vec::new(), Vec::new(), Vec::new());
     for (pixel, hit) in caster.picture(view).into_iter().enumerate() {
         let Some(hit) = hit else { continue };
@@ -112,7 +115,7 @@ fn compare(
         }
     }
     let (light, truth) = (scene.lights[light].name.clone(), judge.lit().to_vec());
-    Ok(Comparison { light, size: args.size, pixels, truth, shades, ways, refused })
+    Ok(Comparison { light, size: args.size, pixels, truth, shades, polygons_seconds, ways, refused })
 }
 
 fn write(comparison: &Comparison, files: &[Target], interrupt: &Interrupt) -> Result<(), Failure> {

@@ -23,6 +23,8 @@ pub(crate) struct Comparison {
     pub(crate) truth: Vec<bool>,
     /// How bright each point's surface is by its tilt, 0 to 1.
     pub(crate) shades: Vec<f64>,
+    /// Wall seconds for the polygons that all rivals work on, made beforehand.
+    pub(crate) polygons_seconds: f64,
     pub(crate) ways: Vec<(Measurement, Vec<Verdict>)>,
     pub(crate) refused: Vec<(String, String)>,
 }
@@ -34,12 +36,14 @@ struct Document<'a> {
     light: &'a str,
     picture: [u32; 2],
     points: usize,
+    polygons_seconds: f64,
     methods: Vec<Entry<'a>>,
 }
 
 #[derive(Serialize)]
 struct Entry<'a> {
     name: &'a str,
+    ready_seconds: f64,
     first_seconds: f64,
     second_seconds: f64,
     stored_bytes: u64,
@@ -52,6 +56,7 @@ impl Comparison {
     pub(crate) fn to_json<'a>(&'a self) -> String {
         let entry = |(one, _): &'a (Measurement, Vec<Verdict>)| Entry {
             name: &one.name,
+            ready_seconds: one.ready_seconds,
             first_seconds: one.first_seconds,
             second_seconds: one.second_seconds,
             stored_bytes: one.bytes,
@@ -66,6 +71,7 @@ impl Comparison {
             light: &self.light,
             picture: self.size,
             points: self.truth.len(),
+            polygons_seconds: self.polygons_seconds,
             methods,
         };
         // Plain numbers and strings: there is nothing to refuse.
@@ -75,11 +81,14 @@ impl Comparison {
     pub(crate) fn to_text(&self) -> String {
         let [width, height] = self.size;
         let mut text = format!(
-            "light {}; picture {width} x {height}, {} points of surface; truth by exact queries\n\n\
-             {:<22}{:>10}{:>11}{:>11}{:>12}{:>11}{:>9}\n",
+            "light {}; picture {width} x {height}, {} points of surface; truth by exact queries\n\
+             ready: made beforehand, the same for all lights; polygons for the rivals {:.2} ms\n\n\
+             {:<22}{:>10}{:>10}{:>11}{:>11}{:>12}{:>11}{:>9}\n",
             self.light,
             self.truth.len(),
+            1e3 * self.polygons_seconds,
             "method",
+            "ready ms",
             "first ms",
             "second ms",
             "stored MB",
@@ -91,8 +100,9 @@ impl Comparison {
             // Writing to a string cannot fail.
             let _ = writeln!(
                 text,
-                "{:<22}{:>10.2}{:>11.2}{:>11.3}{:>12}{:>11}{:>9}",
+                "{:<22}{:>10.2}{:>10.2}{:>11.2}{:>11.3}{:>12}{:>11}{:>9}",
                 one.name,
+                1e3 * one.ready_seconds,
                 1e3 * one.first_seconds,
                 1e3 * one.second_seconds,
                 one.bytes as f64 / 1e6,

@@ -324,6 +324,7 @@ mod tests {
         let measured = Measurement {
             name: name.into(),
             family,
+            ready_seconds: 0.0,
             first_seconds: 0.0,
             second_seconds: seconds,
             rays: 0,
