@@ -54,12 +54,14 @@ fn is_within(after: &Report, before: &Report) -> bool {
 #[test]
 fn a_time_is_kept() {
     let scene = street(40);
-    for milliseconds in [60, 250, 1000] {
+    // Cells that are kept have to be joined in the end.
+    for (milliseconds, keep_cells) in [(60, false), (250, false), (1000, false), (1000, true)] {
         let limit = Duration::from_millis(milliseconds);
         // The best of some runs: a busy machine may let any single one wait.
         let off = (0..5).map(|_| {
             let begun = Instant::now();
-            let report = run(&scene, Detail::Time { limit });
+            let request = Request { keep_cells, ..Request::everything(&scene, Detail::Time { limit }) };
+            let report = bake(&scene, &request, &Silent).expect("nobody cancels");
             let taken = begun.elapsed();
             println!("asked {limit:?}, took {taken:?}, undecided {:.4} m²", undecided(&report));
             taken.abs_diff(limit)

@@ -20,7 +20,7 @@ mod unlisted;
 
 use std::{
     collections::{BTreeMap, BinaryHeap},
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use rayon::prelude::*;
@@ -45,12 +45,15 @@ const CELLS_A_STEP: u64 = 1 << 12;
 /// Later steps take this part of all that was spent before: threads wait for each other at the end of each step.
 const SPENT_A_STEP: u64 = 8;
 
+/// What it takes to join the cells of a receiver's faces, a cell: mostly for fresh memory.
+const JOINING: Duration = Duration::from_nanos(15);
+
 /// Where to stop; what is not given does not stop.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Limit {
     /// Enough is decided when at most this share of the area is not.
     pub(crate) share: f64,
-    /// No look is begun after this moment, and none goes on.
+    /// The answers are due at this moment: no look is begun later, and none goes on.
     pub(crate) deadline: Option<Instant>,
     /// Bytes that the examined cells may take if they are stored.
     pub(crate) bytes: Option<u64>,
@@ -72,11 +75,11 @@ pub(crate) fn refine(
         receivers.detail = Detail::Depth { interior: MAX_DEPTH, boundary: MAX_DEPTH };
     }
     let mut refined = Refined::new(receivers, limit, progress)?;
-    let until = Until { progress, deadline: limit.deadline };
     // The first looks are taken whatever the clock says; of all others those that it caught are given up.
     limit.deadline.iter().for_each(|&deadline| refined.looks.all.occluders.stop_at(deadline));
     while !refined.is_enough(limit.share) && !refined.is_full(limit) {
         refined.take_back();
+        let until = Until { progress, deadline: limit.deadline.map(|deadline| refined.last_moment(deadline)) };
         let unlisted = refined.waiting.next_step(refined.open.peek().map(|open| open.worth));
         let goes_on = if unlisted.is_empty() {
             let step = refined.next_step();
@@ -110,6 +113,8 @@ struct Refined<'a> {
     totals: Vec<FaceSums>,
     /// The cells of each receiver's faces, if they are kept.
     cells: Vec<BTreeMap<u32, Vec<Cell>>>,
+    /// How many of these will have to be joined.
+    to_join: u32,
     /// Over all receivers.
     areas: AreaSums,
     /// Cells kept or examined for what is known.
@@ -141,6 +146,7 @@ impl<'a> Refined<'a> {
             is_clocked: limit.deadline.is_some() || limit.work.is_some(),
             totals: (0..count).map(|_| FaceSums::default()).collect(),
             cells: vec![BTreeMap::new(); count],
+            to_join: 0,
             areas: AreaSums::default(),
             stored: 0,
             closed: ExactSum::default(),
@@ -203,6 +209,11 @@ impl<'a> Refined<'a> {
     fn decided(&self) -> u64 {
         let undecided = self.areas.upper.nearest() - self.areas.lower.nearest();
         (1000.0 * (1.0 - undecided / self.areas.area.nearest())) as u64
+    }
+
+    /// When the last look has to end for answers that are due then.
+    fn last_moment(&self, deadline: Instant) -> Instant {
+        deadline.checked_sub(JOINING * self.to_join).unwrap_or(deadline)
     }
 
     /// What the looks of a step may cost where a clock runs: no more than all before it.
@@ -307,7 +318,11 @@ impl<'a> Refined<'a> {
         total.divided |= found.examined > 1;
         total.is_crowded |= found.is_crowded;
         if self.looks.all.request.keep_cells {
-            self.cells[id.receiver as usize].insert(id.face, found.cells);
+            let (faces, count) = (&mut self.cells[id.receiver as usize], found.cells.len() as u32);
+            let before = faces.insert(id.face, found.cells).map_or(0, |cells| cells.len() as u32);
+            if faces.len() > 1 {
+                self.to_join = self.to_join.saturating_add(count).saturating_sub(before);
+            }
         }
         let is_at_end = cost.level >= self.looks.deepest(id);
         if is_at_end && area.lit.upper.is_finite() {
@@ -321,9 +336,19 @@ impl<'a> Refined<'a> {
     }
 
     fn finish(self) -> Vec<FaceSums> {
-        let cells = self.cells.into_iter().map(|faces| faces.into_values().flatten().collect());
+        let cells: Vec<Vec<Cell>> = self.cells.into_par_iter().map(joined).collect();
         self.totals.into_iter().zip(cells).map(|(total, cells)| FaceSums { cells, ..total }).collect()
     }
+}
+
+/// The cells of all faces of a receiver, in the order of the faces.
+fn joined(faces: BTreeMap<u32, Vec<Cell>>) -> Vec<Cell> {
+    let count: usize = faces.values().map(Vec::len).sum();
+    let mut faces = faces.into_values();
+    let mut all = faces.next().unwrap_or_default();
+    all.reserve_exact(count - all.len());
+    faces.for_each(|cells| all.extend(cells));
+    all
 }
 
 /// What is found for each of some things, told its place. They are begun one after the other, so that what is done when the time is over is the beginning but for what

@@ -1,10 +1,10 @@
 //! With half of the faces the answers are those of single queries, which look at all: on solids of cubes, as they are and with their corners moved.
 
-use std::cell::Cell;
+use std::{cell::Cell, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 use proptest::{prelude::*, test_runner::TestRunner};
-use umbriel_geometry::{LightSource, Mesh, Placement};
+use umbriel_geometry::{Convex, LightSource, Mesh, Placement};
 use umbriel_scene::{Object, Scene, Shape, Sides};
 
 use crate::{
@@ -176,4 +176,37 @@ fn with_half_of_the_faces_points_have_the_answers_of_all() {
         .expect("the same answers");
     let (entered, left) = (entered.get(), left.get());
     assert!(entered > 50 && left > 50, "{entered} entered, {left} left");
+}
+
+#[test]
+fn instances_and_hulls_are_solids_each_for_itself() {
+    let mesh = Arc::new(solid(0b1_0111, [0.0; 3], &[0.25, -0.125, 0.0], false).expect("a solid"));
+    let at = |x: f64| Placement::new(DAffine3::from_translation(DVec3::new(x, 0.5, 0.0))).expect("a placement");
+    let object =
+        |name: &str, shape: Shape, x: f64| Object::new(name.into(), shape, at(x), Sides::Auto).expect("an object");
+    let hull = Convex::new((0..8).map(|k| [0, 1, 2].map(|axis| f64::from(k >> axis & 1))).collect()).expect("a hull");
+    let instance = || Shape::Mesh(Arc::clone(&mesh));
+    let objects = vec![
+        object("one", instance(), 0.0),
+        object("two", instance(), 7.0),
+        object("hull", Shape::Convex(hull.into()), -7.0),
+        object("touching", instance(), 9.5),
+    ];
+    let scene = Scene { objects: objects.into(), ..Scene::default() };
+    let mut queries = Queries::new(&scene);
+    queries.find_solids();
+    let points = on_faces(&scene, 30);
+    for light in [LightSource::sun([3.0, -1.0, 0.25]), LightSource::point([8.0, 2.0, 1.5])] {
+        let light = light.expect("a light");
+        let mut pieces = Pieces::of(&queries.bodies).expect("few pieces");
+        pieces.leave_out(&queries, &light, true);
+        let entered: Vec<Option<bool>> =
+            (0..4).map(|object| pieces.turned(object).map(|turned| turned.is_entered)).collect();
+        assert_eq!([entered[0], entered[2]], [Some(true); 2]);
+        assert_ne!(entered[1], Some(true), "another box meets its own");
+        let lit = queries.lit_many(Points::OnFaces(&points), &light, &Silent).expect("points");
+        for (point, lit) in points.iter().zip(lit) {
+            assert_eq!(lit, queries.lit(&point.place(), &light).expect("a point").lit, "{point:?} under {light:?}");
+        }
+    }
 }
