@@ -35,8 +35,9 @@ pub(super) struct Container<'a> {
 pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, LoadProblem> {
     let refused = |message: &str| LoadProblem::element("GLB container", message);
     if !bytes.starts_with(b"glTF") {
-        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        return Ok(Container { text, ..Container::default() });
+        let without_mark = bytes.strip_prefix(b"\xef\xbb\xbf");
+        let broken = without_mark.map(|_| "a byte order mark before its text").into_iter().collect();
+        return Ok(Container { text: without_mark.unwrap_or(bytes), broken, ..Container::default() });
     }
     let word = |at: usize| bytes.get(at..at + 4).map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]]) as usize);
     let (Some(version), Some(length)) = (word(4), word(8)) else { return Err(refused("its header is cut off")) };
@@ -232,7 +233,11 @@ impl<'a> Buffers<'a> {
                 _ => Err(LoadProblem::element(place, "it has no uri, and there is no binary chunk for it")),
             };
         };
-        self.resource(uri, &place, declared.byte_length).map(Bytes::Own)
+        let bytes = self.resource(uri, &place, declared.byte_length)?;
+        if data_of(uri).is_some() && bytes.len() > declared.byte_length {
+            self.broken.borrow_mut().insert(format!("{place}: its data URI holds more bytes than its byteLength says"));
+        }
+        Ok(Bytes::Own(bytes))
     }
 
     /// The bytes behind a URI, a data URI or a file in the scene's folder: all of them, or `needed` at least.

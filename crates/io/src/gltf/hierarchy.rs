@@ -48,6 +48,8 @@ pub(super) struct Hierarchy {
     turns: Vec<DMat3>,
     /// The map of every node of the document, in the scene or not.
     pub(super) maps: Vec<DAffine3>,
+    /// Whether a node of the document is in the scene.
+    pub(super) is_in_scene: Vec<bool>,
     /// The nodes whose maps had numbers below 2^-200.
     pub(super) tiny: Vec<usize>,
 }
@@ -91,7 +93,9 @@ impl Hierarchy {
             let is_visible = above.is_none_or(|above| above.is_visible) && !declared.is_hidden();
             walked.push(Walked { node, parent, turn, is_visible });
         }
-        Ok(Self { walked, turns, maps, tiny })
+        let mut is_in_scene = vec![false; document.nodes.len()];
+        walked.iter().for_each(|walked| is_in_scene[walked.node] = true);
+        Ok(Self { walked, turns, maps, is_in_scene, tiny })
     }
 
     /// How many nodes the scene has.

@@ -135,7 +135,7 @@ pub(crate) fn read(bytes: &[u8], folder: &Folder, reading: &Reading) -> Result<M
         model.findings.add(FindingKind::BrokenRule, subject, text::halves(container.text));
     }
     for rule in container.broken {
-        model.tell("GLB container", rule);
+        model.tell("file", rule);
     }
     for name in document.extensions_used.iter().filter(|name| !is_known(name) && !is_likely_without_effect(name)) {
         model.findings.add(FindingKind::UnknownExtension, name, 1);
@@ -149,6 +149,10 @@ fn parse(text: &[u8]) -> Result<(Document, Cow<'_, [u8]>), LoadProblem> {
     check_encoding(text)?;
     if let Ok(document) = serde_json::from_slice(text) {
         return Ok((document, text.into()));
+    }
+    if text.trim_ascii_start().first() != Some(&b'{') {
+        let message = "it begins neither with the { of JSON nor with the glTF of a GLB container".to_owned();
+        return Err(LoadProblem::Text { line: 1, column: Some(1), message });
     }
     let plain = text::plain(text);
     let document = serde_json::from_slice(&plain).map_err(|fault| LoadProblem::Text {
@@ -172,7 +176,22 @@ fn check_encoding(text: &[u8]) -> Result<(), LoadProblem> {
 fn without_place(fault: &serde_json::Error) -> String {
     let message = fault.to_string();
     let text = message.rsplit_once(" at line ").map_or(&*message, |(text, _)| text);
-    text.replace("usize", "a whole number, 0 or more")
+    let words = text.split(' ').collect::<Vec<_>>();
+    let mut told = Vec::with_capacity(words.len());
+    let mut rest = &words[..];
+    while let Some((&word, behind)) = rest.split_first() {
+        let (word, behind) = match (word, behind) {
+            // Types are written as in Rust: `struct Eye with 3 elements`, `u32`.
+            ("struct", [_, "with", _, "element" | "elements", behind @ ..]) => ("an object", behind),
+            ("struct", [_, behind @ ..]) => ("an object", behind),
+            ("usize" | "u32" | "u8", _) => ("a whole number, 0 or more", behind),
+            ("f64", _) => ("a number", behind),
+            _ => (word, behind),
+        };
+        told.push(word);
+        rest = behind;
+    }
+    told.join(" ")
 }
 
 fn check_version(document: &Document) -> Result<(), LoadProblem> {

@@ -47,6 +47,8 @@ impl<'a> Skins<'a> {
         for &joint in &skin.joints {
             element(&self.document.nodes, joint, "joint node").map_err(refused)?;
         }
+        let outside = skin.joints.iter().filter(|&&joint| !self.hierarchy.is_in_scene[joint]).count();
+        self.findings.add(FindingKind::BrokenRule, &format!("{place}: joints that are not in the scene"), outside);
         let Some(&first) = skin.joints.first() else { return Err(refused("it has no joints".to_owned())) };
         let inverse = self.inverse(skin, &place)?;
         let (map, tiny) = without_tiny(self.hierarchy.maps[first] * inverse);

@@ -281,6 +281,28 @@ fn all_primitives_are_one_mesh() {
 }
 
 #[test]
+fn what_is_no_gltf_is_told_in_words_of_the_format() {
+    let read = |text: &[u8]| read(text, &Folder::of_scene(Path::new("scene.gltf"), Outside::Refused), &reading());
+    let refused = |text: &str| read(text.as_bytes()).expect_err("refused").to_string();
+    for text in ["", "glTX", "\u{feff}glTF"] {
+        assert!(refused(text).contains("neither with the { of JSON nor with the glTF"), "{text}");
+    }
+    let with = |rest: &str| format!("{{\"asset\":{{\"version\":\"2.0\"}},{rest}}}");
+    for (rest, words) in [
+        (r#""cameras":[7]"#, "expected an object"),
+        (r#""meshes":[7]"#, "expected an object"),
+        (r#""accessors":[{"componentType":"5126","type":"VEC3","count":1}]"#, "expected a whole number, 0 or more"),
+        (r#""materials":[{"alphaCutoff":"half"}]"#, "expected a number"),
+    ] {
+        let told = refused(&with(rest));
+        assert!(told.ends_with(words) && !told.contains("struct"), "{told}");
+    }
+    let marked = read(format!("\u{feff}{}", with(r#""scenes":[]"#)).as_bytes()).expect("loads");
+    let told = (FindingKind::BrokenRule, "file: a byte order mark before its text".to_owned(), 1);
+    assert!(found(marked).contains(&told));
+}
+
+#[test]
 fn bad_meshes_are_refused() {
     let message =
         |primitive: Value| refused(changed(|document, _| document["meshes"][0]["primitives"] = json!([primitive])));

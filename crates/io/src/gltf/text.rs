@@ -72,13 +72,16 @@ fn halves_of(string: &[u8]) -> Vec<usize> {
     halves
 }
 
-/// The integer that a float stands for, if it is one by its digits: `3.0`, `1e1`; not what is only rounded to one.
+/// The integer that a float stands for, if it is one by its digits: `3.0`, `1e1`, `0.1e1`; not what is only rounded to one.
 fn whole_number(token: &[u8]) -> Option<i64> {
-    let text = str::from_utf8(token).ok()?;
+    let text = str::from_utf8(token).ok().filter(|text| text.contains(['.', 'e', 'E']))?;
     let (digits, power) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
-    let (_, fraction) = digits.split_once('.').unwrap_or((digits, ""));
-    let is_whole = fraction.bytes().all(|digit| digit == b'0') && !power.starts_with('-');
-    if !is_whole || !text.contains(['.', 'e', 'E']) {
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let zeros_from_end = fraction.bytes().rev().chain(whole.bytes().rev()).take_while(|&digit| digit == b'0').count();
+    let power: i64 = power.parse().ok()?;
+    let is_zero = zeros_from_end == fraction.len() + whole.trim_start_matches('-').len();
+    // The last digit that is no zero must stay before the point.
+    if !is_zero && power.saturating_add(zeros_from_end as i64) < fraction.len() as i64 {
         return None;
     }
     // JSON wants a digit after the point.
@@ -110,7 +113,7 @@ mod tests {
         assert_eq!(plain(r#"{"3.0":[3.0,2.5,1e1,-0.0]}"#), r#"{"3.0":[3  ,2.5,10 ,0   ]}"#);
         assert_eq!(
             plain("[1.,1e-400,3.00000000000000000001,40e-1,-2.00e0]"),
-            "[1.,1e-400,3.00000000000000000001,40e-1,-2     ]"
+            "[1.,1e-400,3.00000000000000000001,4    ,-2     ]"
         );
         assert_eq!(plain(r#""\ud83c\udfe0\\ud800""#), r#""\ud83c\udfe0\\ud800""#);
         assert_eq!(plain(r#""a\ud800b\udc00\ud801\ud802\udc02""#), r#""a\ufffdb\ufffd\ufffd\ud802\udc02""#);

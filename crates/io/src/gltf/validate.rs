@@ -98,10 +98,18 @@ impl Check<'_> {
     }
 
     fn accessor(&mut self, accessor: &Accessor, place: &str) -> Result<(), LoadProblem> {
-        let refused = |message: String| LoadProblem::element(place, message);
-        let component = Component::of(accessor.component_type).map_err(refused)?;
-        let size = element_size(&accessor.kind, component)
-            .ok_or_else(|| refused(format!("its type {} is none of glTF's", crate::error::excerpt(&accessor.kind))))?;
+        let sparse = accessor.sparse.iter().flat_map(|sparse| [sparse.indices.buffer_view, sparse.values.buffer_view]);
+        for view in sparse.chain(accessor.buffer_view) {
+            named(&self.document.buffer_views, view, "buffer view", place)?;
+        }
+        let (size, component) = match element(accessor) {
+            Ok(element) => element,
+            // One whose elements are read was refused before.
+            Err(fault) => {
+                self.tell(place, &fault);
+                return Ok(());
+            }
+        };
         if let Some(view) = accessor.buffer_view {
             self.elements(view, accessor.byte_offset(), (size, component.size()), accessor.count, place)?;
         }
@@ -164,9 +172,12 @@ impl Check<'_> {
             0 => Some(offset),
             _ => (count - 1).checked_mul(stride).and_then(|last| last.checked_add(size)?.checked_add(offset)),
         };
-        if stride < size || end.is_none_or(|end| end > declared.byte_length) {
-            let message = format!("{count} elements of {size} bytes do not fit into it");
-            return Err(LoadProblem::element(format!("{place}, buffer view {view}"), message));
+        let refused = |message: String| Err(LoadProblem::element(format!("{place}, buffer view {view}"), message));
+        if stride < size {
+            return refused(format!("its stride of {stride} bytes is less than an element's {size}"));
+        }
+        if end.is_none_or(|end| end > declared.byte_length) {
+            return refused(format!("{count} elements of {size} bytes do not fit into it"));
         }
         let start = declared.byte_offset.wrapping_add(offset);
         if !offset.is_multiple_of(unit) || !start.is_multiple_of(unit) || !stride.is_multiple_of(unit) {
@@ -208,6 +219,8 @@ impl Check<'_> {
         }
         if primitive.attributes.is_empty() {
             self.tell(place, "it has no attributes");
+        } else if !primitive.attributes.contains_key("POSITION") {
+            self.tell(place, "it has no POSITION");
         }
         if primitive.targets.iter().any(|target| target.is_empty()) {
             self.tell(place, "a morph target of it has no attributes");
@@ -316,6 +329,14 @@ impl Check<'_> {
         self.shading();
         Ok(())
     }
+}
+
+/// The bytes of an accessor's element, and what it is made of.
+fn element(accessor: &Accessor) -> Result<(usize, Component), String> {
+    let component = Component::of(accessor.component_type)?;
+    let size = element_size(&accessor.kind, component);
+    let unknown = || format!("its type {} is none of glTF's", crate::error::excerpt(&accessor.kind));
+    Ok((size.ok_or_else(unknown)?, component))
 }
 
 /// The components of an element.

@@ -32,7 +32,7 @@ fn meaning(kind: FindingKind) -> &'static str {
         FindingKind::UnreadShape => {
             "shapes without a body here (endless planes, capsules of two radii, hulls of meshes)"
         }
-        FindingKind::BrokenRule => "rules of the file's format that are broken, without harm",
+        FindingKind::BrokenRule => "rules of the file's format that are broken; it is read all the same",
         FindingKind::UnevenRows => {
             "rows that are not a line each: what follows a number that lacks or is too many is not where it belongs"
         }

@@ -39,6 +39,8 @@ fn skins_are_taken_at_their_bind_pose() {
     assert_eq!(plain.objects[0].map.translation, DVec3::new(0.0, 7.0, 0.0));
     let outside = model(skinned(|document, _| document["scenes"] = json!([{ "nodes": [0] }])));
     assert_eq!(outside.objects[0].map.translation, DVec3::new(0.0, 3.0, 0.0), "its joints need not be in the scene");
+    let told = (FindingKind::BrokenRule, "skin 0: joints that are not in the scene".to_owned(), 2);
+    assert!(found(outside).contains(&told));
 }
 
 #[test]

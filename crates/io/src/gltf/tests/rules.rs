@@ -21,8 +21,6 @@ fn faults_of_unused_elements_are_refused() {
         ("count", json!(usize::MAX), "do not fit"),
         ("byteOffset", json!(usize::MAX), "do not fit"),
         ("bufferView", json!(7), "accessor 1, buffer view 7: there is none"),
-        ("componentType", json!(5124), "5124"),
-        ("type", json!("VEC5"), "VEC5"),
         (
             "sparse",
             json!({ "count": 10, "indices": { "bufferView": 0, "componentType": 5123 },
@@ -67,6 +65,50 @@ fn faults_of_unused_elements_are_refused() {
         .contains("node 1: it names mesh 4")
     );
     assert!(refused(|document, _| document["textures"] = json!([{ "source": 2 }])).contains("texture 0, image 2"));
+}
+
+#[test]
+fn kinds_of_elements_that_gltf_does_not_have_are_told() {
+    let unknown = json!({ "componentType": 1, "type": "VEC5", "count": 1, "sparse": { "count": 1,
+        "indices": { "bufferView": 9, "componentType": 5123 }, "values": { "bufferView": 0 } } });
+    let message = unused(|_, data| data.accessors.push(unknown)).expect_err("refused").to_string();
+    assert!(message.contains("accessor 1, buffer view 9"), "{message}");
+    for (told, fault) in [
+        (
+            told(|_, data| data.accessors.push(json!({ "componentType": 5124, "type": "VEC3", "count": 1 }))),
+            "accessor 1: its component type 5124 is none of glTF's",
+        ),
+        (
+            told(|_, data| data.accessors.push(json!({ "componentType": 5126, "type": "VEC5", "count": 1 }))),
+            "accessor 1: its type VEC5 is none of glTF's",
+        ),
+    ] {
+        assert_eq!(told, fault);
+    }
+}
+
+#[test]
+fn vertices_without_a_place_or_out_of_line_are_told() {
+    for (told, fault) in [
+        (
+            told(|document, data| {
+                let colors = data.add(&[0; 16], 5121, "VEC4", 3, true);
+                data.accessors[colors]["byteOffset"] = json!(2);
+                document["meshes"][0]["primitives"][0]["attributes"]["COLOR_0"] = json!(colors);
+            }),
+            "accessor 1: its vertices do not begin at multiples of four",
+        ),
+        (
+            told(|document, data| {
+                let normals = data.floats(&[[0.0, 0.0, 1.0]; 3]);
+                let other = json!({ "primitives": [{ "attributes": { "NORMAL": normals } }] });
+                document["meshes"].as_array_mut().expect("meshes").push(other);
+            }),
+            "mesh 1, primitive 0: it has no POSITION",
+        ),
+    ] {
+        assert!(told.contains(fault), "{told}");
+    }
 }
 
 #[test]

@@ -44,7 +44,7 @@ impl Check<'_> {
         }
         for &index in attributes_of(primitive) {
             self.purpose(index, VERTICES, "its buffer view is not for vertices");
-            if self.is_packed(index) {
+            if self.is_misaligned(index) {
                 self.tell(&format!("accessor {index}"), "its vertices do not begin at multiples of four bytes");
             }
         }
@@ -105,12 +105,14 @@ impl Check<'_> {
         }
     }
 
-    fn is_packed(&self, index: usize) -> bool {
+    /// Whether vertices begin elsewhere than at multiples of four bytes.
+    fn is_misaligned(&self, index: usize) -> bool {
         let accessor: &Accessor = &self.document.accessors[index];
         let size = Component::of(accessor.component_type).ok();
         let size = size.and_then(|component| element_size(&accessor.kind, component));
         let has_no_stride = self.view_of(index).is_some_and(|view| view.byte_stride.is_none());
-        has_no_stride && size.is_some_and(|size| !size.is_multiple_of(4))
+        let is_packed = has_no_stride && size.is_some_and(|size| !size.is_multiple_of(4));
+        is_packed || !accessor.byte_offset().is_multiple_of(4)
     }
 }
 
