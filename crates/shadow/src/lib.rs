@@ -43,6 +43,8 @@ mod soft;
 mod solids;
 mod spacing;
 mod sums;
+#[cfg(test)]
+mod test_bodies;
 mod throng;
 mod tickets;
 pub mod tradeoff;

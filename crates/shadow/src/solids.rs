@@ -329,26 +329,7 @@ mod tests {
     use umbriel_geometry::{Mesh, Placement};
 
     use super::*;
-
-    const BOX: [[u32; 3]; 12] = [
-        [0, 2, 1],
-        [1, 2, 3],
-        [4, 5, 6],
-        [5, 7, 6],
-        [0, 1, 4],
-        [1, 5, 4],
-        [2, 6, 3],
-        [3, 6, 7],
-        [0, 4, 2],
-        [2, 4, 6],
-        [1, 3, 5],
-        [3, 7, 5],
-    ];
-
-    /// The corners of a box, x fastest.
-    fn corners(low: [f64; 3], size: f64) -> Vec<[f64; 3]> {
-        (0..8).map(|k| [0, 1, 2].map(|axis| low[axis] + size * f64::from(k >> axis & 1))).collect()
-    }
+    use crate::test_bodies::{BOX, bipyramid, box_corners};
 
     fn found(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Vec<Option<(u32, bool, bool)>> {
         let facets = Facets::of_mesh(Mesh::new(positions, triangles).expect("a mesh"), &Placement::IDENTITY);
@@ -361,28 +342,16 @@ mod tests {
         triangles.iter().map(|&[a, b, c]| [a, c, b]).collect()
     }
 
-    /// Two pyramids over a star with `corners` corners that goes round `turns` times.
-    fn bipyramid(count: u32, turns: u32, dent: f64) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
-        let mut positions = vec![[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
-        positions.extend((0..count).map(|k| {
-            let angle = std::f64::consts::TAU * f64::from(k * turns) / f64::from(count);
-            let radius = if k % 2 == 0 { 1.0 } else { dent };
-            [radius * angle.cos(), radius * angle.sin(), 0.0]
-        }));
-        let sides = (0..count).map(|k| [2 + k, 2 + (k + 1) % count]);
-        (positions, sides.flat_map(|[a, b]| [[a, b, 0], [b, a, 1]]).collect())
-    }
-
     #[test]
     fn boxes_are_convex_whichever_way_they_are_turned() {
-        assert_eq!(found(corners([0.0; 3], 2.0), BOX.to_vec()), [Some((0, false, true)); 12]);
-        assert_eq!(found(corners([0.1, 7.3, -0.2], 0.7), turned(&BOX)), [Some((0, true, true)); 12]);
+        assert_eq!(found(box_corners([0.0; 3], 2.0), BOX.to_vec()), [Some((0, false, true)); 12]);
+        assert_eq!(found(box_corners([0.1, 7.3, -0.2], 0.7), turned(&BOX)), [Some((0, true, true)); 12]);
     }
 
     #[test]
     fn parts_of_one_mesh_are_told_apart() {
-        let mut positions = corners([0.0; 3], 1.0);
-        positions.extend(corners([0.5; 3], 1.0));
+        let mut positions = box_corners([0.0; 3], 1.0);
+        positions.extend(box_corners([0.5; 3], 1.0));
         let mut triangles = BOX.to_vec();
         triangles.extend(BOX.map(|triangle| triangle.map(|corner| corner + 8)));
         let both = found(positions.clone(), triangles.clone());
@@ -411,7 +380,7 @@ mod tests {
         let (positions, mut triangles) = bipyramid(8, 1, 1.0);
         triangles[3] = [triangles[3][1], triangles[3][0], triangles[3][2]];
         assert_eq!(solids((positions, triangles)), None, "a triangle is turned");
-        let mut dented = corners([0.0; 3], 1.0);
+        let mut dented = box_corners([0.0; 3], 1.0);
         dented[7] = [0.1, 0.1, 0.1];
         assert_eq!(solids((dented, BOX.to_vec())), None, "no one point sees it all");
     }

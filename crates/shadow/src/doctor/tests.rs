@@ -7,38 +7,19 @@ use proptest::prelude::*;
 use umbriel_geometry::{Analytic, Cuboid, LightSource, Mesh, Placement, Rectangle, Sign};
 use umbriel_scene::{Light, Object, Scene, Shape, Sides};
 
-use crate::progress::Silent;
+use crate::{
+    progress::Silent,
+    test_bodies::{BOX, box_corners},
+};
 
 use super::*;
-
-const BOX_TRIANGLES: [[u32; 3]; 12] = [
-    [0, 2, 1],
-    [1, 2, 3],
-    [4, 5, 6],
-    [5, 7, 6],
-    [0, 1, 4],
-    [1, 5, 4],
-    [2, 6, 3],
-    [3, 6, 7],
-    [0, 4, 2],
-    [2, 4, 6],
-    [1, 3, 5],
-    [3, 7, 5],
-];
-
-/// The corners of a box from 0 to 1, shifted; corner k has its bits as x, y, z.
-fn box_corners(shift: DVec3) -> Vec<[f64; 3]> {
-    (0..8)
-        .map(|k| (DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2 & 1)) + shift).to_array())
-        .collect()
-}
 
 fn mesh(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Shape {
     Shape::Mesh(Arc::new(Mesh::new(positions, triangles).expect("a mesh")))
 }
 
 fn unit_box() -> Shape {
-    mesh(box_corners(DVec3::ZERO), BOX_TRIANGLES.to_vec())
+    mesh(box_corners([0.0; 3], 1.0), BOX.to_vec())
 }
 
 fn placed(name: &str, shape: Shape, map: DAffine3) -> Object {
@@ -80,10 +61,10 @@ fn a_sound_scene_has_no_findings() {
 
 #[test]
 fn an_open_box_and_one_with_a_turned_face() {
-    let open = mesh(box_corners(DVec3::ZERO), BOX_TRIANGLES[1..].to_vec());
-    let mut turned = BOX_TRIANGLES.to_vec();
+    let open = mesh(box_corners([0.0; 3], 1.0), BOX[1..].to_vec());
+    let mut turned = BOX.to_vec();
     turned[0].swap(0, 1);
-    let turned = mesh(box_corners(DVec3::ZERO), turned);
+    let turned = mesh(box_corners([0.0; 3], 1.0), turned);
     let objects = vec![object("open", open), placed("turned", turned, at(5.0, 0.0, 0.0))];
     let expected = [
         (DefectKind::OpenEdges, 0, 3, 5.5),
@@ -95,17 +76,17 @@ fn an_open_box_and_one_with_a_turned_face() {
 
 #[test]
 fn two_boxes_on_one_edge_are_not_manifold_there() {
-    let mut corners = box_corners(DVec3::ZERO);
-    corners.extend(box_corners(DVec3::new(1.0, 1.0, 0.0)));
-    let mut triangles = BOX_TRIANGLES.to_vec();
-    triangles.extend(BOX_TRIANGLES.map(|corners| corners.map(|corner| corner + 8)));
+    let mut corners = box_corners([0.0; 3], 1.0);
+    corners.extend(box_corners([1.0, 1.0, 0.0], 1.0));
+    let mut triangles = BOX.to_vec();
+    triangles.extend(BOX.map(|corners| corners.map(|corner| corner + 8)));
     // The edge has a side of two triangles on each of four squares, one triangle of each at the edge.
     assert_eq!(found(vec![object("both", mesh(corners, triangles))], &[]), [(DefectKind::NonManifoldEdges, 0, 1, 2.0)]);
 }
 
 #[test]
 fn an_inverted_box_is_a_cavity_however_it_is_placed() {
-    let inverted = || mesh(box_corners(DVec3::ZERO), BOX_TRIANGLES.map(|[a, b, c]| [a, c, b]).to_vec());
+    let inverted = || mesh(box_corners([0.0; 3], 1.0), BOX.map(|[a, b, c]| [a, c, b]).to_vec());
     let mirror = DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
     let objects = vec![
         object("inverted", inverted()),
@@ -209,12 +190,12 @@ fn a_grid_overlaps_nothing_but_its_copy() {
 #[test]
 fn of_copies_the_same_is_found_as_of_bodies_whose_triangles_are_listed_otherwise() {
     // A box, one of its sides twice, once more turned round; a sliver that lies in another side, and a half box on top.
-    let mut triangles = BOX_TRIANGLES.to_vec();
+    let mut triangles = BOX.to_vec();
     triangles.extend([[0, 2, 1], [1, 2, 0], [0, 1, 1]]);
     let turned = |turns: usize| {
         let mut triangles = triangles.clone();
         triangles.iter_mut().for_each(|corners| corners.rotate_left(turns));
-        mesh(box_corners(DVec3::ZERO), triangles)
+        mesh(box_corners([0.0; 3], 1.0), triangles)
     };
     let half = || Shape::Cuboid(Cuboid { size: [1.0, 1.0, 0.5] });
     let sheet = || mesh(vec![[0.0, 0.0, 0.2], [0.0, 0.0, 0.8], [0.0, 1.0, 0.5]], vec![[0, 1, 2]]);
@@ -314,10 +295,10 @@ fn lamps_an_ulp_beside_a_turned_face_are_on_the_side_where_they_are() {
 #[test]
 fn a_lamp_in_a_cavity_lights_its_walls() {
     // A shell: a box from −1 to 2 around a cavity from 0 to 1.
-    let mut corners = box_corners(DVec3::ZERO);
-    corners.extend(box_corners(DVec3::ZERO).iter().map(|corner| corner.map(|x| 3.0 * x - 1.0)));
-    let mut triangles = BOX_TRIANGLES.map(|[a, b, c]| [a, c, b]).to_vec();
-    triangles.extend(BOX_TRIANGLES.map(|corners| corners.map(|corner| corner + 8)));
+    let mut corners = box_corners([0.0; 3], 1.0);
+    corners.extend(box_corners([-1.0; 3], 3.0));
+    let mut triangles = BOX.map(|[a, b, c]| [a, c, b]).to_vec();
+    triangles.extend(BOX.map(|corners| corners.map(|corner| corner + 8)));
     let shell = || vec![object("shell", mesh(corners.clone(), triangles.clone()))];
     let lamp = |x| [LightSource::point([x, 0.4, 0.3]).expect("a lamp")];
     let cavity = (DefectKind::InsideOut, 0, 1, 6.0);
@@ -330,8 +311,8 @@ fn a_lamp_in_a_cavity_lights_its_walls() {
 fn coordinates_in_single_precision_far_from_the_origin() {
     let far = |x: f64| f64::from((x + 85_000.0) as f32);
     let corners: Vec<[f64; 3]> =
-        box_corners(DVec3::splat(0.3)).iter().map(|c| [far(c[0]), c[1] as f32 as f64, c[2] as f32 as f64]).collect();
-    let scene = Scene { objects: [object("box", mesh(corners, BOX_TRIANGLES.to_vec()))].into(), ..Scene::default() };
+        box_corners([0.3; 3], 1.0).iter().map(|c| [far(c[0]), c[1] as f32 as f64, c[2] as f32 as f64]).collect();
+    let scene = Scene { objects: [object("box", mesh(corners, BOX.to_vec()))].into(), ..Scene::default() };
     let diagnosis = examine(&scene, &[], Detail::default(), &Silent).expect("not cancelled");
     assert_eq!(diagnosis.defects.len(), 1, "{diagnosis:?}");
     assert_eq!((diagnosis.defects[0].kind, diagnosis.defects[0].count), (DefectKind::CoarseCoordinates, 12));

@@ -4,26 +4,7 @@ use proptest::{prelude::*, test_runner::TestRunner};
 use umbriel_geometry::{Mesh, Placement, Point, predicates::side};
 
 use super::*;
-
-const BOX: [[u32; 3]; 12] = [
-    [0, 2, 1],
-    [1, 2, 3],
-    [4, 5, 6],
-    [5, 7, 6],
-    [0, 1, 4],
-    [1, 5, 4],
-    [2, 6, 3],
-    [3, 6, 7],
-    [0, 4, 2],
-    [2, 4, 6],
-    [1, 3, 5],
-    [3, 7, 5],
-];
-
-/// The corners of a box, x fastest.
-fn corners(low: [f64; 3], size: f64) -> Vec<[f64; 3]> {
-    (0..8).map(|k| [0, 1, 2].map(|axis| low[axis] + size * f64::from(k >> axis & 1))).collect()
-}
+use crate::test_bodies::{BOX, bipyramid, box_corners};
 
 /// A ring of `round` sections with `across` corners each.
 fn ring(round: u32, across: u32) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
@@ -56,7 +37,7 @@ fn told(facets: &Facets) -> Option<(Vec<Sign>, bool)> {
 fn boxes_and_rings_bound_solids_whichever_way_they_are_turned() {
     let turned = |triangles: &[[u32; 3]]| triangles.iter().map(|&[a, b, c]| [a, c, b]).collect::<Vec<_>>();
     let (positions, triangles) = ring(12, 7);
-    for (positions, triangles) in [(corners([0.1, 7.3, -0.2], 0.7), BOX.to_vec()), (positions, triangles)] {
+    for (positions, triangles) in [(box_corners([0.1, 7.3, -0.2], 0.7), BOX.to_vec()), (positions, triangles)] {
         let count = triangles.len();
         let inward = told(&facets((positions.clone(), turned(&triangles))));
         assert_eq!(told(&facets((positions, triangles))), Some((vec![Sign::Positive; count], true)));
@@ -67,8 +48,8 @@ fn boxes_and_rings_bound_solids_whichever_way_they_are_turned() {
 #[test]
 fn components_count_each_for_itself() {
     let two = |low: [f64; 3], second: &[[u32; 3]]| {
-        let (mut positions, mut triangles) = (corners([0.0; 3], 1.0), BOX.to_vec());
-        positions.extend(corners(low, 1.0));
+        let (mut positions, mut triangles) = (box_corners([0.0; 3], 1.0), BOX.to_vec());
+        positions.extend(box_corners(low, 1.0));
         triangles.extend(second.iter().map(|triangle| triangle.map(|corner| corner + 8)));
         told(&facets((positions, triangles)))
     };
@@ -87,34 +68,20 @@ fn what_meets_itself_bounds_none() {
     let (mut positions, triangles) = ring(12, 7);
     positions[0] = positions[6 * 7].map(|x| 1.1 * x);
     assert_eq!(told(&facets((positions, triangles))), None, "a corner through the other side");
-    // Two pyramids over a star that goes round twice.
-    let mut positions = vec![[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
-    let angle = |k: u32| 2.0 * std::f64::consts::TAU * f64::from(k) / 5.0;
-    positions.extend((0..5).map(|k| [libm::cos(angle(k)), libm::sin(angle(k)), 0.0]));
-    let triangles = (0..5).flat_map(|k| [[2 + k, 2 + (k + 1) % 5, 0], [2 + (k + 1) % 5, 2 + k, 1]]).collect();
-    assert_eq!(told(&facets((positions, triangles))), None, "wound twice");
+    assert_eq!(told(&facets(bipyramid(5, 2, 1.0))), None, "wound twice");
     // Two boxes with a corner in common, and with an edge.
     for low in [[1.0; 3], [1.0, 1.0, 0.0]] {
-        let (mut positions, mut triangles) = (corners([0.0; 3], 1.0), BOX.to_vec());
-        positions.extend(corners(low, 1.0));
+        let (mut positions, mut triangles) = (box_corners([0.0; 3], 1.0), BOX.to_vec());
+        positions.extend(box_corners(low, 1.0));
         triangles.extend(BOX.map(|triangle| triangle.map(|corner| corner + 8)));
         assert_eq!(told(&facets((positions, triangles))), None);
     }
 }
 
-/// Two pyramids over a polygon.
-fn bipyramid(count: u32) -> Facets {
-    let mut positions = vec![[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
-    let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(count);
-    positions.extend((0..count).map(|k| [libm::cos(angle(k)), libm::sin(angle(k)), 0.0]));
-    let sides = (0..count).map(|k| [2 + k, 2 + (k + 1) % count]);
-    facets((positions, sides.flat_map(|[a, b]| [[a, b, 0], [b, a, 1]]).collect()))
-}
-
 #[test]
 fn too_many_round_one_corner_are_given_up() {
-    assert!(told(&bipyramid(100)).is_some());
-    assert_eq!(told(&bipyramid(1000)), None);
+    assert!(told(&facets(bipyramid(100, 1, 1.0))).is_some());
+    assert_eq!(told(&facets(bipyramid(1000, 1, 1.0))), None);
 }
 
 #[test]
