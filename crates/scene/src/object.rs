@@ -161,8 +161,15 @@ impl PartBox {
     }
 }
 
+/// A body by a formula, if its numbers are those of one; the same one, if there is nothing to trim.
+fn checked(body: Arc<Analytic>) -> Result<Arc<Analytic>, AnalyticDefect> {
+    body.check()?;
+    let trimmed = body.trimmed();
+    Ok(if trimmed == *body { body } else { Arc::new(trimmed) })
+}
+
 impl Object {
-    /// Checks and takes a body: sizes are positive, and what the placement makes of it is accepted.
+    /// Checks and takes a body: sizes are positive, and what the placement makes of it is accepted. A quadric is [trimmed](Analytic::trimmed).
     ///
     /// # Errors
     /// [`ObjectDefect`].
@@ -176,9 +183,10 @@ impl Object {
         if let Some(number) = sizes.iter().position(|&size| accept(size).is_err() || size <= 0.0) {
             return Err(ObjectDefect::Size { number });
         }
-        if let Shape::Analytic(body) = &shape {
-            body.check()?;
-        }
+        let shape = match shape {
+            Shape::Analytic(body) => Shape::Analytic(checked(body)?),
+            shape => shape,
+        };
         if let Shape::Convex(body) = &shape {
             body.placed(&placement)?;
         }

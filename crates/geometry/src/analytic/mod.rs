@@ -21,6 +21,7 @@ mod passage;
 mod placed;
 mod polynomial;
 mod ray;
+mod trimmed;
 
 #[cfg(test)]
 mod tests;
@@ -172,6 +173,16 @@ impl Analytic {
                 Err(AnalyticDefect::Waist)
             }
             _ => Ok(()),
+        }
+    }
+
+    /// The same body: a quadric whose box is much longer than what is in it, in a shorter one. The numbers are to be [checked](Self::check).
+    pub fn trimmed(&self) -> Self {
+        match self {
+            Self::Quadric { matrix, within } => {
+                Self::Quadric { matrix: *matrix, within: trimmed::trimmed(matrix, within) }
+            }
+            _ => *self,
         }
     }
 
