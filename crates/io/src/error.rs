@@ -84,7 +84,7 @@ pub enum LoadProblem {
     },
 }
 
-/// Text of a file for use in a message: not too much of it.
+/// Text of a file for use in a message: not too much of it, and [`printable`].
 pub(crate) fn excerpt(text: &str) -> Cow<'_, str> {
     const LONGEST: usize = 60;
     cut(text, LONGEST)
@@ -98,8 +98,8 @@ pub(crate) fn brief(text: &str) -> Cow<'_, str> {
 
 fn cut(text: &str, longest: usize) -> Cow<'_, str> {
     match text.char_indices().nth(longest) {
-        Some((end, _)) => format!("{}...", &text[..end]).into(),
-        None => text.into(),
+        Some((end, _)) => format!("{}...", printable(&text[..end])).into(),
+        None => printable(text),
     }
 }
 

@@ -8,11 +8,12 @@
 mod clock;
 
 use std::{
+    borrow::Cow,
     io::{self, Read},
     time::Duration,
 };
 
-use crate::error::excerpt;
+use crate::{error::excerpt, text};
 use clock::{Clock, StepDefect};
 
 /// Where a sun stands.
@@ -88,11 +89,10 @@ pub fn read_suns(mut input: impl Read, each: Option<Duration>) -> Result<Vec<Sun
         let before = bytes[..error.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count();
         SunsError::row(before + 1, "the text is not UTF-8")
     })?;
-    let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
-    let mut lines = lines.map(|(index, line)| (index + 1, line)).filter(|(_, line)| !line.trim().is_empty());
-    let (line, header) = lines.next().unwrap_or((1, ""));
-    let columns = Columns::of(&fields(line, header)?, line)?;
-    let mut rows = lines.map(|(line, text)| columns.row(line, &fields(line, text)?)).collect::<Result<Vec<_>, _>>()?;
+    let mut lines = records(text.trim_start_matches('\u{feff}'));
+    let (line, header) = lines.next().unwrap_or((1, "".into()));
+    let columns = Columns::of(&fields(line, &header)?, line)?;
+    let mut rows = lines.map(|(line, text)| columns.row(line, &fields(line, &text)?)).collect::<Result<Vec<_>, _>>()?;
     if rows.is_empty() {
         return Err(SunsError::Empty);
     }
@@ -103,8 +103,26 @@ pub fn read_suns(mut input: impl Read, each: Option<Duration>) -> Result<Vec<Sun
     Ok(rows)
 }
 
-/// The fields of one line.
+/// The rows of a text that are not blank, each with the number of its first line: fields in quotes may hold several.
+fn records(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+    let is_open = |row: &str| !row.bytes().filter(|&byte| byte == b'"').count().is_multiple_of(2);
+    let mut lines = text::lines(text).zip(1..).filter(|(line, _)| !line.trim().is_empty());
+    std::iter::from_fn(move || {
+        let (first, number) = lines.next()?;
+        let (mut row, mut goes_on) = (Cow::Borrowed(first), is_open(first));
+        while goes_on && let Some((line, _)) = lines.next() {
+            goes_on = !is_open(line);
+            row = row + "\n" + line;
+        }
+        Some((number, row))
+    })
+}
+
+/// The fields of one row.
 fn fields(line: usize, text: &str) -> Result<Vec<String>, SunsError> {
+    if !text.contains('"') && !text.is_empty() {
+        return Ok(text.split(',').map(|field| field.trim().to_owned()).collect());
+    }
     let mut options = csv::ReaderBuilder::new();
     let mut reader = options.has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(text.as_bytes());
     let record = reader.records().next().transpose().map_err(|error| SunsError::row(line, error.to_string()))?;

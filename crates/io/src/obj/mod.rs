@@ -57,13 +57,13 @@ fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     let mut lines = text::lines(text).enumerate();
     std::iter::from_fn(move || {
         let (number, first) = lines.next()?;
-        // A remark that ends in a backslash (a path, say) must not swallow the next line.
-        let Some(begun) = continued(first).filter(|begun| !begun.trim_start().starts_with('#')) else {
+        let Some(begun) = continued(first, false) else {
             return Some((number + 1, Cow::Borrowed(first)));
         };
         let mut statement = begun.to_owned();
+        let is_numeric = parser::is_numeric(parser::keyword(begun));
         for (_, line) in lines.by_ref() {
-            let begun = continued(line);
+            let begun = continued(line, is_numeric);
             statement.push(' ');
             statement.push_str(begun.unwrap_or(line));
             if begun.is_none() {
@@ -74,9 +74,13 @@ fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     })
 }
 
-/// What stands before the backslash that continues a line.
-fn continued(line: &str) -> Option<&str> {
-    line.trim_end().strip_suffix('\\')
+/// What stands before the backslash that continues a line. A remark that ends in one (a path, say) must not swallow the next line; names may
+/// hold the sign of remarks, so one that follows others is looked for among numbers only.
+fn continued(line: &str, is_numeric: bool) -> Option<&str> {
+    let begun = line.trim_end().strip_suffix('\\')?;
+    let keyword = parser::keyword(begun);
+    let is_remark = keyword.starts_with('#') || (is_numeric || parser::is_numeric(keyword)) && begun.contains('#');
+    (!is_remark).then_some(begun)
 }
 
 /// The second pass: triangles, object by object, and the families of the groups.

@@ -88,9 +88,9 @@ impl Parser {
         let trimmed = statement.trim_start();
         let (keyword, rest) = trimmed.split_once(char::is_whitespace).unwrap_or((trimmed, ""));
         // A remark may follow a number without a space; names may hold its sign.
-        let numeric = rest.split_once('#').map_or(rest, |(numeric, _)| numeric);
+        let numeric = without_remark(rest);
         let words = || numeric.split_whitespace();
-        if !statement.is_ascii() && matches!(keyword, "v" | "vt" | "vn" | "f" | "fo" | "p" | "l") {
+        if !statement.is_ascii() && is_numeric(keyword) {
             let written = statement.split_once('#').map_or(statement, |(written, _)| written).trim_end();
             let is_plain = !written.contains(|character: char| !character.is_ascii() && character.is_whitespace());
             self.require(is_plain, "white space that other readers do not take for such", line);
@@ -273,6 +273,27 @@ impl Parser {
         }
         Ok(())
     }
+}
+
+/// What a statement begins with.
+pub(super) fn keyword(statement: &str) -> &str {
+    statement.split_whitespace().next().unwrap_or_default()
+}
+
+/// Whether numbers follow a keyword, and no names.
+pub(super) fn is_numeric(keyword: &str) -> bool {
+    matches!(keyword, "v" | "vt" | "vn" | "f" | "fo" | "p" | "l")
+}
+
+/// What stands before a remark. Old runtimes of C write what is no number as `1.#INF`, `-1.#IND`, `1.#QNAN`.
+fn without_remark(numbers: &str) -> &str {
+    let is_number = |at: usize| {
+        let behind = &numbers[at + 1..];
+        let is_name = |name: &str| behind.get(..name.len()).is_some_and(|begin| begin.eq_ignore_ascii_case(name));
+        numbers[..at].ends_with('.') && ["INF", "IND", "QNAN", "SNAN"].into_iter().any(is_name)
+    };
+    let remark = numbers.match_indices('#').find(|&(at, _)| !is_number(at));
+    remark.map_or(numbers, |(at, _)| &numbers[..at])
 }
 
 /// An index counted from 0, from one counted from 1 or (if negative) back from the `count` elements so far.

@@ -129,6 +129,21 @@ fn line_ends_continuations_and_remarks() {
     let text = "\u{feff}# a path C:\\\r\nv 0 0 0\r\nv 1 0 \\\r\n 0\r\nv 0 1 0\r\n\r\n  f 1 \\\n 2 \\\n 3\r\n";
     assert_eq!(mesh(&model(text), 0).triangles(), [[0, 1, 2]]);
     assert_eq!(fault("v 0 0 0\nv 1 \\\n x 0\n").0, 2, "a continued statement is told by its first line");
+    for end in ["f 1 2 3 # C:\\", "f 1 2 \\\n 3 # C:\\", "f 1 2 3#C:\\"] {
+        let text = format!("{SQUARE}{end}\nf 1 3 4\n");
+        assert_eq!(mesh(&model(&text), 0).triangles(), [[0, 1, 2], [0, 2, 3]], "{end}");
+    }
+}
+
+#[test]
+fn numbers_that_are_none_are_no_remarks() {
+    for number in ["1.#INF", "-1.#IND", "1.#QNAN00", "1.#inf"] {
+        let (line, message) = fault(&format!("{SQUARE}v 0 0 {number}\n"));
+        assert!(line == 5 && message.contains(number) && message.ends_with("is not a number"), "{message}");
+    }
+    assert_eq!(fault("v 0 0#1\n").1, "3 numbers expected, found 2");
+    let normal = findings(model(&format!("{SQUARE}vn 0 0 1.#QNAN\nf 1 2 3\n")));
+    assert!(normal.contains(&(FindingKind::BrokenRule, "vn: not three numbers".to_owned(), 1)), "{normal:?}");
 }
 
 #[test]

@@ -154,6 +154,7 @@ fn detail_of(entry: &DetailEntry) -> Result<DetailSetting, &'static str> {
             "max_undecided must be a share between 0 and 1"
         }
         DetailSetting::Time { limit } if limit.is_zero() => "time must be a positive number of seconds",
+        DetailSetting::Memory { bytes: 0 } => "memory must be 1 byte at least",
         DetailSetting::Pixel { rows: 0 } => "pixel_rows must be 1 at least",
         _ => return Ok(setting),
     };

@@ -341,7 +341,9 @@ fn detail_is_one_setting() {
     assert_eq!(with("memory = 64_000_000"), Some(DetailSetting::Memory { bytes: 64_000_000 }));
     assert_eq!(with("pixel_rows = 480"), Some(DetailSetting::Pixel { rows: 480 }));
     assert_eq!(loaded(FLOOR).detail, None);
-    for wrong in ["time = 0", "time = nan", "memory = -1", "pixel_rows = 0", "cell = 1\ninterior_depth = 2"] {
+    for wrong in
+        ["time = 0", "time = nan", "memory = -1", "memory = 0", "pixel_rows = 0", "cell = 1\ninterior_depth = 2"]
+    {
         refused(&format!("{FLOOR}[detail]\n{wrong}\n"));
     }
     for wrong in ["", "cell = 0", "cell = 1\nmax_undecided = 0.1", "boundary_depth = 22", "max_undecided = 2"] {

@@ -29,15 +29,25 @@ impl Clock {
             return None;
         }
         // An offset begins at a sign; `Z` stands for none.
-        let clock = time.split(['+', '-']).next()?.trim_end_matches('Z').trim_end();
+        let (clock, offset) = match time.find(['+', '-']) {
+            Some(at) => (&time[..at], &time[at + 1..]),
+            None => (time.strip_suffix('Z').unwrap_or(time), "0:00"),
+        };
+        let whole = || if is_digits(offset, [4, 4]) { offset.split_at(2) } else { (offset, "00") };
+        let (hours, minutes) = offset.split_once(':').unwrap_or_else(whole);
+        if !is_digits(hours, [1, 2]) || !is_digits(minutes, [2, 2]) {
+            return None;
+        }
+        let clock = clock.trim_end();
         let parts: Vec<&str> = clock.split(':').collect();
         if !(2..=3).contains(&parts.len()) || !parts.iter().all(|part| is_digits(part, [1, 2])) {
             return None;
         }
         let number = |index: usize| parts.get(index).map_or(Some(0), |part| part.parse::<u32>().ok());
         let (hour, minute, second) = (number(0)?, number(1)?, number(2)?);
-        let is_time = hour <= 24 && minute < 60 && second < 60;
-        is_time.then(|| Self { date: date.to_owned(), second: hour * 3600 + minute * 60 + second })
+        let second_of_day = hour * 3600 + minute * 60 + second;
+        let is_time = second_of_day <= 24 * 3600 && minute < 60 && second < 60;
+        is_time.then(|| Self { date: date.to_owned(), second: second_of_day })
     }
 }
 

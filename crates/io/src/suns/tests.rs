@@ -33,6 +33,9 @@ fn rows_last_for_the_step_of_their_times() {
     assert_eq!(each(&["2026-06-21 09:00:00+02:00", "2026-06-21 09:15:00+02:00"]), 0.25);
     assert_eq!(each(&["2026-06-21T09:00Z"]), 1.0, "one time has no step");
     assert_eq!(each(&["2028-02-29T09:00"]), 1.0, "a leap year");
+    assert_eq!(each(&["23:30", "24:00"]), 0.5);
+    assert_eq!(each(&["9:00-0330", "9:20-0330"]), 1.0 / 3.0);
+    assert_eq!(each(&["24:59", "9:00+banana"]), 1.0, "neither is a time");
     assert_eq!(each(&["morning", "noon"]), 1.0, "labels");
     assert_eq!(hours("x,y,z\n0,-1,0\n0,-1,1\n"), [1.0, 1.0]);
     let said = read_suns(table(&["9:00", "9:10"]).as_bytes(), Some(Duration::from_secs(60))).expect("suns");
@@ -45,6 +48,18 @@ fn rows_last_for_the_step_of_their_times() {
 fn directions_are_taken_as_written() {
     let rows = read("x,y,z\n1e61,-1e-61,1.6e60\n").expect("suns");
     assert_eq!(rows[0].place, SunPlace::Direction([1e61, -1e-61, 1.6e60]));
+}
+
+#[test]
+fn rows_are_lines_but_for_those_in_quotes() {
+    let rows = read("azimuth,elevation,time\r90,10,\"a\nb\"\r\r\n\"91\", 11 ,c\n").expect("reads");
+    let told: Vec<_> = rows.iter().map(|row| (row.line, row.time.as_deref().expect("a time"))).collect();
+    assert_eq!(told, [(2, "a\nb"), (5, "c")]);
+    assert_eq!(rows[1].place, SunPlace::Angles { azimuth: 91.0, elevation: 11.0 });
+    let open = read("azimuth,elevation\n90,\"10\n91,11\n").expect_err("refused").to_string();
+    assert!(open.starts_with("line 2: "), "{open}");
+    let odd = read("azimuth,elevation\n1,\u{1b}[31m\n").expect_err("refused").to_string();
+    assert!(odd.contains("\"\\u{1b}[31m\""), "{odd}");
 }
 
 #[test]

@@ -69,6 +69,10 @@ fn take_full_files_as_failed_writes() {
 
 fn report(failure: &Failure) -> ExitCode {
     if let Some(message) = failure.message() {
+        // Names in files may hold what a terminal obeys.
+        let is_harmless = |c: char| !c.is_control() || c == '\n';
+        let written = |c: char| if is_harmless(c) { c.to_string() } else { c.escape_default().to_string() };
+        let message: String = message.chars().map(written).collect();
         let _ = writeln!(io::stderr(), "umbriel: {message}");
     }
     ExitCode::from(failure.exit_code())
