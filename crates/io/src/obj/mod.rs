@@ -9,13 +9,18 @@
 //! counts from below in this format, so it is turned). A statement may be continued
 //! by a `\` at the end of the line; negative indices count back from their own line, others may look ahead. Text is UTF-8 or
 //! UTF-16, with any line ends. Faults that change no surface (a normal that is no number, a face of two corners, corners of
-//! different forms in one face, a texture coordinate that is none) are findings, and so are exponents that Fortran writes with a D: they are read as what they mean,
+//! different forms in one face, a texture coordinate that is none) are findings, as are triangles that their material would have transparent, and so are exponents that Fortran writes with a D: they are read as what they mean,
 //! where other readers stop at the letter. Indices are refused out of range also in points and lines. Two passes (statements, then triangles), linear in the file but for
 //! triangulation.
 
+mod materials;
 mod parser;
 
-use std::{borrow::Cow, collections::HashMap, sync::Arc};
+use std::{
+    borrow::Cow,
+    collections::{BTreeSet, HashMap},
+    sync::Arc,
+};
 
 use glam::{DAffine3, DVec3};
 use umbriel_geometry::Mesh;
@@ -46,7 +51,7 @@ pub(crate) fn read(bytes: &[u8], stem: &str, folder: &Folder, reading: &Reading)
     parser.check_ranges()?;
     let mut model = build(&parser, stem)?;
     model.findings.absorb(std::mem::take(&mut parser.findings), str::to_owned);
-    tell_missing_libraries(&parser, folder, &mut model.findings);
+    tell_materials(&parser, folder, &mut model.findings);
     tell_non_planar(&parser, &mut model.findings);
     tell_z_up(&mut model, reading);
     Ok(model)
@@ -162,17 +167,29 @@ fn mesh_of(
     Ok((mesh, LightmapLayout::of(layout)))
 }
 
-fn tell_missing_libraries(parser: &Parser, folder: &Folder, findings: &mut Findings) {
+/// Tells the libraries that cannot be read, and the triangles whose materials are transparent by the others.
+fn tell_materials(parser: &Parser, folder: &Folder, findings: &mut Findings) {
     let mut known = HashMap::new();
+    let mut transparent = BTreeSet::new();
     for (library, &count) in &parser.libraries {
         let mut is_there = |name| {
-            let look = || folder.resolve(name, "mtllib").is_ok_and(|file| file.real.is_file());
+            let look = || {
+                let bytes = folder.resolve(name, "mtllib").and_then(|file| folder.ledger().read(&file));
+                let text = bytes.as_ref().ok().and_then(|bytes| text::decode(bytes).ok());
+                if let Some((text, _)) = text {
+                    transparent.extend(materials::transparent(&text).into_iter().map(str::to_owned));
+                }
+                bytes.is_ok()
+            };
             *known.entry(name).or_insert_with(look)
         };
         // One name with spaces in it, or several.
         if !is_there(library.as_str()) && !library.split_whitespace().all(is_there) {
             findings.add(FindingKind::MissingMaterials, &excerpt(library), count);
         }
+    }
+    for name in transparent {
+        findings.add(FindingKind::BlendAsOpaque, &excerpt(&name), parser.triangles_of(&name));
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Statements that say nothing about flat surfaces.
-const WITHOUT_EFFECT: &str = "s usemtl mg vp deg bmat step cstype parm trim hole scrv sp \
+const WITHOUT_EFFECT: &str = "s mg vp deg bmat step cstype parm trim hole scrv sp \
     end con bevel c_interp d_interp lod usemap maplib shadow_obj trace_obj ctech stech";
 
 /// What faces belong to.
@@ -57,6 +57,10 @@ pub(super) struct Parser {
     pub(super) groups: Vec<String>,
     /// Each with how many statements name it.
     pub(super) libraries: BTreeMap<String, usize>,
+    /// The triangles of each material, by its number.
+    triangles: Vec<usize>,
+    materials: HashMap<String, usize>,
+    material: Option<usize>,
     pub(super) findings: Findings,
     group_of_name: HashMap<String, (usize, Option<usize>)>,
     /// The owner of faces before any name.
@@ -119,6 +123,12 @@ impl Parser {
             }
             "o" => self.begin_object(rest.trim()),
             "g" => self.begin_group(&rest.split_whitespace().collect::<Vec<_>>().join(" ")),
+            "usemtl" => {
+                let next = self.triangles.len();
+                let material = *self.materials.entry(rest.trim().to_owned()).or_insert(next);
+                self.triangles.resize(self.triangles.len().max(material + 1), 0);
+                self.material = Some(material);
+            }
             "mtllib" if rest.trim().is_empty() => self.require(false, "mtllib: no file", line),
             "mtllib" => *self.libraries.entry(rest.trim().to_owned()).or_default() += 1,
             "p" | "l" => {
@@ -133,6 +143,11 @@ impl Parser {
             _ => self.findings.add_at(FindingKind::UnknownExtension, &excerpt(keyword), format_args!("line {line}")),
         }
         Ok(())
+    }
+
+    /// How many triangles have a material.
+    pub(super) fn triangles_of(&self, material: &str) -> usize {
+        self.materials.get(material).map_or(0, |&material| self.triangles[material])
     }
 
     /// A rule of the format that no surface hangs on: where it is broken, that is told.
@@ -214,6 +229,9 @@ impl Parser {
             self.corners.truncate(first);
             self.texture_corners.truncate(first);
             return Ok(());
+        }
+        if let Some(material) = self.material {
+            self.triangles[material] += len - 2;
         }
         let owner = self.current_owner();
         self.polygons.push(Polygon { first, len, line, owner, group: self.group });

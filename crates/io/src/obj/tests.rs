@@ -292,6 +292,20 @@ fn every_material_library_has_to_be_there() {
 }
 
 #[test]
+fn triangles_of_transparent_materials_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("a.mtl"), "newmtl glass\nd 0.5\nnewmtl wall\nd 1\nnewmtl unused\nTr 1\n")
+        .expect("written");
+    let scene = Folder::of_scene(&folder.path().join("scene.obj"), Outside::Refused);
+    let text = format!(
+        "{SQUARE}f 1 2 3\nusemtl glass\nf 1 2 3 4\nusemtl wall\nf 1 3 4\nusemtl glass\nf 1 2 4\nmtllib a.mtl\n"
+    );
+    let found = findings(read(text.as_bytes(), "scene", &scene, &Reading::default()).expect("loads"));
+    assert!(found.contains(&(FindingKind::BlendAsOpaque, "glass".to_owned(), 3)), "{found:?}");
+    assert!(!found.iter().any(|(_, subject, _)| subject == "wall" || subject == "unused"));
+}
+
+#[test]
 fn a_material_library_is_looked_for_once() {
     let mut parser = Parser::new(false);
     for line in 1..=3 {

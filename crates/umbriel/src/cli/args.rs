@@ -426,8 +426,8 @@ fn positive(text: &str) -> Result<f64, String> {
 
 /// A positive number with one of these units behind it, in the first one's terms.
 fn with_unit(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
-    let unit = text.trim().trim_start_matches(|digit: char| digit.is_ascii_digit() || ".+-".contains(digit));
-    let number = text.trim().strip_suffix(unit).unwrap_or(text);
+    let end = text.rfind(|last: char| last.is_ascii_digit() || last == '.').map_or(0, |last| last + 1);
+    let (number, unit) = text.split_at(end);
     let known = || units.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
     let (_, scale) =
         units.iter().find(|(name, _)| *name == unit.trim()).ok_or_else(|| format!("no unit among {}", known()))?;
@@ -513,6 +513,16 @@ mod tests {
         let Command::Bake(bake) = Args::try_parse_from(args).expect("parsed").command else { panic!("not a bake") };
         assert_eq!((bake.lights.sun, bake.lights.point), (vec![[-90.0, 30.0]], vec![[-1.0, -2.5, 30.0]]));
         assert_eq!(bake.scene.north, Some(-12.0));
+    }
+
+    #[test]
+    fn units_stand_behind_numbers() {
+        assert_eq!(
+            ["1e-3s", " 2.5 min", ".5h"].map(time),
+            [1, 150_000, 1_800_000].map(|ms| Ok(Duration::from_millis(ms)))
+        );
+        assert_eq!(bytes("1.5KiB"), Ok(1536));
+        assert_eq!(["5", "s", "1e400s", "1 s s"].map(|text| time(text).is_err()), [true; 4]);
     }
 
     #[test]

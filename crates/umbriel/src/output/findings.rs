@@ -22,7 +22,9 @@ fn meaning(kind: FindingKind) -> &'static str {
         }
         FindingKind::EmptyScene => "the scene holds no triangle and no body: nothing casts or receives a shadow",
         FindingKind::MaskAsOpaque => "triangles of a MASK material, taken as opaque",
-        FindingKind::BlendAsOpaque => "triangles of a BLEND material, taken as opaque",
+        FindingKind::BlendAsOpaque => {
+            "triangles of a material that light passes through (BLEND, d, Tr, map_d), taken as opaque"
+        }
         FindingKind::BlendIgnored => "triangles of a BLEND material, which block nothing",
         FindingKind::SpotAsPoint => "spot lights, taken as point lights",
         FindingKind::AreaLightAsPoint => "lights with an extent, taken as their centres",

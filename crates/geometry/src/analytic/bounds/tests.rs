@@ -120,3 +120,20 @@ fn a_point_is_found_and_nothing_is_empty() {
     assert!(of(&sphere(0.25f64.next_up()), &Placement::IDENTITY).is_empty(), "an ulp beyond");
     assert!(!of(&sphere(0.25f64.next_down()), &Placement::IDENTITY).is_empty());
 }
+
+#[test]
+fn guesses_change_nothing() {
+    for (inner, outer, last) in [(-3.0, 5.0, 1.2345), (5.0, -3.0, 1.2345), (0.0, 1.0, 1.0), (0.0, 1.0, 0.0)] {
+        let asked = std::cell::Cell::new(0);
+        let is_reached = |x: f64| {
+            asked.set(asked.get() + 1);
+            if inner < outer { x <= last } else { x >= last }
+        };
+        let plain = halved([inner, outer], HALVINGS, is_reached)[1];
+        for guess in [last, last + 1e-14, last - 0.1, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            asked.set(0);
+            assert_eq!(farthest([inner, outer], guess, is_reached), plain, "{guess}");
+            assert!(asked.get() <= 2 + if guess == last { HALVINGS - TRUSTED } else { HALVINGS });
+        }
+    }
+}
