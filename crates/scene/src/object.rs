@@ -74,6 +74,8 @@ pub struct Placed {
     pub placement: Placement,
     /// The world box. That of a curved body is found when it is first asked for: a quadric's takes milliseconds.
     bounds: OnceLock<Aabb>,
+    /// How many faces the hull of a convex body has, found when first asked for: each point of a query asks.
+    hull_faces: OnceLock<usize>,
 }
 
 impl Deref for Object {
@@ -190,7 +192,7 @@ impl Object {
         if let Shape::Convex(body) = &shape {
             body.placed(&placement)?;
         }
-        let placed = Placed { shape, placement, bounds: OnceLock::new() };
+        let placed = Placed { shape, placement, bounds: OnceLock::new(), hull_faces: OnceLock::new() };
         let object = Self { name, placed, sides, boxes: Vec::new() };
         for (vertex, local) in object.defining_points().into_iter().enumerate() {
             let place = |(axis, defect)| ObjectDefect::Placed { vertex, axis, defect };
@@ -301,10 +303,42 @@ impl Object {
     pub fn face_count(&self) -> usize {
         match &self.shape {
             Shape::Mesh(mesh) => mesh.triangles().len(),
-            Shape::Convex(_) => self.facets().map_or(0, |facets| facets.len()),
+            Shape::Convex(_) => *self.placed.hull_faces.get_or_init(|| self.facets().map_or(0, |facets| facets.len())),
             Shape::Rectangle(_) => 1,
             Shape::Cuboid(_) => 6,
             Shape::Analytic(body) => body.face_count(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quadric_is_kept_in_a_box_of_its_own_size() {
+        let matrix = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, -1.0]];
+        let kept = |within: [[f64; 3]; 2]| {
+            let shape = Arc::new(Analytic::Quadric { matrix, within });
+            let object =
+                Object::new("ball".into(), Shape::Analytic(Arc::clone(&shape)), Placement::IDENTITY, Sides::Auto);
+            let Shape::Analytic(kept) = object.expect("an object").shape.clone() else { panic!("another shape") };
+            (kept.bounds(&Placement::IDENTITY), Arc::ptr_eq(&kept, &shape), kept.half_extent())
+        };
+        let (bounds, is_same, extent) = kept([[-1e60, -2.0, -2.0], [2.0, 2.0, 1e9]]);
+        assert!(!is_same && extent.iter().all(|&half| half <= 8.0), "{extent:?}");
+        assert!(bounds.size().max_element() < 2.0 + 1e-9 && bounds.size().min_element() >= 2.0);
+        assert!(kept([[-1.0; 3], [1.0; 3]]).1, "nothing to trim");
+    }
+
+    #[test]
+    fn a_hull_has_the_faces_of_its_points() {
+        let corner = |k: u32| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
+        let points = (0..8).map(corner).chain([DVec3::splat(0.5)]).collect::<Vec<_>>();
+        let shape = Shape::Convex(Arc::new(
+            Convex::new(points.iter().map(|point| point.to_array()).collect()).expect("a body"),
+        ));
+        let object = Object::new("box".into(), shape, Placement::IDENTITY, Sides::Auto).expect("an object");
+        assert_eq!([object.face_count(), object.face_count()], [12; 2]);
     }
 }
