@@ -86,8 +86,8 @@ pub fn read_suns(mut input: impl Read, each: Option<Duration>) -> Result<Vec<Sun
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;
     let text = str::from_utf8(&bytes).map_err(|error| {
-        let before = bytes[..error.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count();
-        SunsError::row(before + 1, "the text is not UTF-8")
+        let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
+        SunsError::row(text::lines(&before).count().max(1), "the text is not UTF-8")
     })?;
     let mut lines = records(text.trim_start_matches('\u{feff}'));
     let (line, header) = lines.next().unwrap_or((1, "".into()));
@@ -105,17 +105,31 @@ pub fn read_suns(mut input: impl Read, each: Option<Duration>) -> Result<Vec<Sun
 
 /// The rows of a text that are not blank, each with the number of its first line: fields in quotes may hold several.
 fn records(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
-    let is_open = |row: &str| !row.bytes().filter(|&byte| byte == b'"').count().is_multiple_of(2);
     let mut lines = text::lines(text).zip(1..).filter(|(line, _)| !line.trim().is_empty());
     std::iter::from_fn(move || {
         let (first, number) = lines.next()?;
-        let (mut row, mut goes_on) = (Cow::Borrowed(first), is_open(first));
-        while goes_on && let Some((line, _)) = lines.next() {
-            goes_on = !is_open(line);
+        let mut row = Cow::Borrowed(first);
+        let mut is_in_quotes = ends_in_quotes(first, false);
+        while is_in_quotes && let Some((line, _)) = lines.next() {
+            is_in_quotes = ends_in_quotes(line, true);
             row = row + "\n" + line;
         }
         Some((number, row))
     })
+}
+
+/// Whether a line ends within a field in quotes: one that begins with a quote, up to the next one that is not doubled.
+fn ends_in_quotes(line: &str, mut is_in_quotes: bool) -> bool {
+    let (mut begins_field, mut rest) = (true, line.bytes().peekable());
+    while let Some(byte) = rest.next() {
+        if is_in_quotes {
+            is_in_quotes = byte != b'"' || rest.next_if_eq(&b'"').is_some();
+        } else {
+            is_in_quotes = begins_field && byte == b'"';
+        }
+        begins_field = byte == b',' && !is_in_quotes;
+    }
+    is_in_quotes
 }
 
 /// The fields of one row.
@@ -125,6 +139,10 @@ fn fields(line: usize, text: &str) -> Result<Vec<String>, SunsError> {
     }
     let mut options = csv::ReaderBuilder::new();
     let mut reader = options.has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(text.as_bytes());
+    // A quote that nothing closes would take the rest of the file.
+    if text.lines().fold(false, |is_in_quotes, line| ends_in_quotes(line, is_in_quotes)) {
+        return Err(SunsError::row(line, "a quote is not closed"));
+    }
     let record = reader.records().next().transpose().map_err(|error| SunsError::row(line, error.to_string()))?;
     Ok(record.unwrap_or_default().iter().map(str::to_owned).collect())
 }

@@ -72,7 +72,7 @@ pub struct Placed {
     pub shape: Shape,
     /// Where it stands: local to world.
     pub placement: Placement,
-    /// The world box. That of a curved body is found when it is first asked for: a quadric's takes milliseconds.
+    /// The world box. That of a curved body is found when it is first asked for: a quadric's takes a millisecond.
     bounds: OnceLock<Aabb>,
     /// How many faces the hull of a convex body has, found when first asked for: each point of a query asks.
     hull_faces: OnceLock<usize>,
@@ -198,7 +198,7 @@ impl Object {
             let place = |(axis, defect)| ObjectDefect::Placed { vertex, axis, defect };
             object.placement.accepts(local).map_err(place)?;
         }
-        // Those of a quadric take milliseconds.
+        // Those of a quadric take a millisecond.
         if !matches!(object.shape.analytic(), Some(Analytic::Quadric { .. })) {
             object.bounds();
         }

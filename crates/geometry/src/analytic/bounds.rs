@@ -155,7 +155,7 @@ impl Plane {
     }
 }
 
-/// A quadric as an ellipsoid, in floats; numbers that are none where it is not one.
+/// A quadric as an ellipsoid, in floats; where it is not one, of no meaning.
 struct Ellipsoid {
     center: DVec3,
     /// n·x reaches from that of the center as far as √(n·spread·n).

@@ -119,7 +119,7 @@ pub enum Analytic {
     Quadric {
         /// Q by rows; only its symmetric part counts.
         matrix: [[f64; 4]; 4],
-        /// Least and greatest corner of the box.
+        /// Least and greatest corner of the box. An object has its body in the [trimmed](Analytic::trimmed) one, over whose sides its faces count u and v.
         within: [[f64; 3]; 2],
     },
 }

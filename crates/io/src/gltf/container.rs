@@ -233,11 +233,7 @@ impl<'a> Buffers<'a> {
                 _ => Err(LoadProblem::element(place, "it has no uri, and there is no binary chunk for it")),
             };
         };
-        let bytes = self.resource(uri, &place, declared.byte_length)?;
-        if data_of(uri).is_some() && bytes.len() > declared.byte_length {
-            self.broken.borrow_mut().insert(format!("{place}: its data URI holds more bytes than its byteLength says"));
-        }
-        Ok(Bytes::Own(bytes))
+        self.resource(uri, &place, declared.byte_length).map(Bytes::Own)
     }
 
     /// The bytes behind a URI, a data URI or a file in the scene's folder: all of them, or `needed` at least.

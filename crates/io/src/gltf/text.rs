@@ -86,8 +86,8 @@ fn whole_number(token: &[u8]) -> Option<i64> {
     }
     // JSON wants a digit after the point.
     let float: f64 = serde_json::from_str(text).ok()?;
-    // Floats hold all whole numbers up to 2^53.
-    (float.abs() <= 9_007_199_254_740_992.0).then_some(float as i64)
+    // Floats hold all whole numbers up to 2^53, and round the next one to it.
+    (float.abs() < 9_007_199_254_740_992.0).then_some(float as i64)
 }
 
 /// The length of the string that a text begins with, its quotes included.

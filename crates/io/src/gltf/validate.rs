@@ -156,7 +156,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Elements of `size` bytes in a view, made of components of `unit` bytes.
+    /// Elements of `size` bytes in a view that is there, made of components of `unit` bytes.
     fn elements(
         &mut self,
         view: usize,
@@ -165,7 +165,6 @@ impl Check<'_> {
         count: usize,
         place: &str,
     ) -> Result<(), LoadProblem> {
-        named(&self.document.buffer_views, view, "buffer view", place)?;
         let declared = &self.document.buffer_views[view];
         let stride = declared.stride(size);
         let end = match count {

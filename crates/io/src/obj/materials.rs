@@ -10,9 +10,10 @@ pub(super) fn transparent(library: &str) -> BTreeSet<&str> {
     let mut material = Material::default();
     for line in text::lines(library) {
         let line = line.trim();
+        let numbers = line.split_once('#').map_or(line, |(numbers, _)| numbers);
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         // An option may stand before the number.
-        let number = || rest.split_whitespace().next_back()?.parse::<f64>().ok();
+        let number = || numbers.split_whitespace().next_back()?.parse::<f64>().ok();
         match keyword {
             "newmtl" => {
                 names.extend(material.transparent_name());
@@ -49,7 +50,7 @@ mod tests {
 
     #[test]
     fn materials_that_are_not_opaque_are_found() {
-        let library = "d 0\nnewmtl wall\nd 1.0\nTr 1\nnewmtl glass pane\r\n  d -halo 0.3\rnewmtl leaf\nKd 1 1 1\nmap_d leaf.png\n\
+        let library = "d 0\nnewmtl wall\nd 1.0 # not 0.5\nTr 1\nnewmtl glass pane\r\n  d -halo 0.3 # was 1\rnewmtl leaf\nKd 1 1 1\nmap_d leaf.png\n\
             newmtl veil\nTr 0.5\nnewmtl solid\nTr 0\nnewmtl odd\nd x";
         assert_eq!(transparent(library).into_iter().collect::<Vec<_>>(), ["glass pane", "leaf", "veil"]);
     }

@@ -84,7 +84,8 @@ fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
 fn continued(line: &str, is_numeric: bool) -> Option<&str> {
     let begun = line.trim_end().strip_suffix('\\')?;
     let keyword = parser::keyword(begun);
-    let is_remark = keyword.starts_with('#') || (is_numeric || parser::is_numeric(keyword)) && begun.contains('#');
+    let is_remark = keyword.starts_with('#')
+        || (is_numeric || parser::is_numeric(keyword)) && parser::without_remark(begun) != begun;
     (!is_remark).then_some(begun)
 }
 

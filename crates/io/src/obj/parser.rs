@@ -95,7 +95,7 @@ impl Parser {
         let numeric = without_remark(rest);
         let words = || numeric.split_whitespace();
         if !statement.is_ascii() && is_numeric(keyword) {
-            let written = statement.split_once('#').map_or(statement, |(written, _)| written).trim_end();
+            let written = without_remark(statement).trim_end();
             let is_plain = !written.contains(|character: char| !character.is_ascii() && character.is_whitespace());
             self.require(is_plain, "white space that other readers do not take for such", line);
         }
@@ -304,11 +304,12 @@ pub(super) fn is_numeric(keyword: &str) -> bool {
 }
 
 /// What stands before a remark. Old runtimes of C write what is no number as `1.#INF`, `-1.#IND`, `1.#QNAN`.
-fn without_remark(numbers: &str) -> &str {
+pub(super) fn without_remark(numbers: &str) -> &str {
     let is_number = |at: usize| {
-        let behind = &numbers[at + 1..];
-        let is_name = |name: &str| behind.get(..name.len()).is_some_and(|begin| begin.eq_ignore_ascii_case(name));
-        numbers[..at].ends_with('.') && ["INF", "IND", "QNAN", "SNAN"].into_iter().any(is_name)
+        let name = numbers[at + 1..].split(char::is_whitespace).next().unwrap_or_default();
+        let name = name.trim_end_matches(|last: char| last.is_ascii_digit());
+        let names = ["INF", "IND", "QNAN", "SNAN"];
+        numbers[..at].ends_with('.') && names.into_iter().any(|known| known.eq_ignore_ascii_case(name))
     };
     let remark = numbers.match_indices('#').find(|&(at, _)| !is_number(at));
     remark.map_or(numbers, |(at, _)| &numbers[..at])

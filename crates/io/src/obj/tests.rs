@@ -142,6 +142,7 @@ fn numbers_that_are_none_are_no_remarks() {
         assert!(line == 5 && message.contains(number) && message.ends_with("is not a number"), "{message}");
     }
     assert_eq!(fault("v 0 0#1\n").1, "3 numbers expected, found 2");
+    assert_eq!(mesh(&model("v 0. 0. 0.#index 5\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), 0).positions().len(), 3);
     let normal = findings(model(&format!("{SQUARE}vn 0 0 1.#QNAN\nf 1 2 3\n")));
     assert!(normal.contains(&(FindingKind::BrokenRule, "vn: not three numbers".to_owned(), 1)), "{normal:?}");
 }

@@ -35,7 +35,9 @@ impl Clock {
         };
         let whole = || if is_digits(offset, [4, 4]) { offset.split_at(2) } else { (offset, "00") };
         let (hours, minutes) = offset.split_once(':').unwrap_or_else(whole);
-        if !is_digits(hours, [1, 2]) || !is_digits(minutes, [2, 2]) {
+        let is_below = |part: &str, limit: u32| part.parse().is_ok_and(|number: u32| number < limit);
+        let is_offset = is_digits(hours, [1, 2]) && is_digits(minutes, [2, 2]);
+        if !is_offset || !is_below(hours, 24) || !is_below(minutes, 60) {
             return None;
         }
         let clock = clock.trim_end();

@@ -35,7 +35,7 @@ fn rows_last_for_the_step_of_their_times() {
     assert_eq!(each(&["2028-02-29T09:00"]), 1.0, "a leap year");
     assert_eq!(each(&["23:30", "24:00"]), 0.5);
     assert_eq!(each(&["9:00-0330", "9:20-0330"]), 1.0 / 3.0);
-    assert_eq!(each(&["24:59", "9:00+banana"]), 1.0, "neither is a time");
+    assert_eq!(each(&["24:59", "9:00+banana", "9:00+99:99"]), 1.0, "neither is a time");
     assert_eq!(each(&["morning", "noon"]), 1.0, "labels");
     assert_eq!(hours("x,y,z\n0,-1,0\n0,-1,1\n"), [1.0, 1.0]);
     let said = read_suns(table(&["9:00", "9:10"]).as_bytes(), Some(Duration::from_secs(60))).expect("suns");
@@ -57,7 +57,11 @@ fn rows_are_lines_but_for_those_in_quotes() {
     assert_eq!(told, [(2, "a\nb"), (5, "c")]);
     assert_eq!(rows[1].place, SunPlace::Angles { azimuth: 91.0, elevation: 11.0 });
     let open = read("azimuth,elevation\n90,\"10\n91,11\n").expect_err("refused").to_string();
-    assert!(open.starts_with("line 2: "), "{open}");
+    assert_eq!(open, "line 2: a quote is not closed");
+    let marks = read("azimuth,elevation,time\n90,10,5\" mark\n91,11,noon\n92,12,6\" mark\n93,13,\"a \"\"b\"\"\"\n")
+        .expect("reads");
+    assert_eq!(marks.iter().map(|row| row.line).collect::<Vec<_>>(), [2, 3, 4, 5]);
+    assert_eq!(marks[3].time.as_deref(), Some("a \"b\""));
     let odd = read("azimuth,elevation\n1,\u{1b}[31m\n").expect_err("refused").to_string();
     assert!(odd.contains("\"\\u{1b}[31m\""), "{odd}");
 }

@@ -12,10 +12,7 @@ fn buffers_that_nothing_reads_are_looked_up() {
         })
     };
     assert_eq!(with(json!({ "uri": "data:application/octet-stream;base64,AAAA", "byteLength": 3 })), "");
-    assert_eq!(
-        with(json!({ "uri": "data:application/octet-stream;base64,AAAA", "byteLength": 2 })),
-        "buffer 1: its data URI holds more bytes than its byteLength says"
-    );
+    assert_eq!(with(json!({ "uri": "data:application/octet-stream;base64,AAAA", "byteLength": 2 })), "");
     let fallback = json!({ "EXT_meshopt_compression": { "fallback": true } });
     assert_eq!(with(json!({ "byteLength": 9, "extensions": fallback })), "");
     for (buffer, fault) in [
