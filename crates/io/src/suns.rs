@@ -87,7 +87,7 @@ pub fn read_suns(mut input: impl Read, each: Option<Duration>) -> Result<Vec<Sun
     input.read_to_end(&mut bytes)?;
     let text = str::from_utf8(&bytes).map_err(|error| {
         let before = String::from_utf8_lossy(&bytes[..error.valid_up_to()]);
-        SunsError::row(text::lines(&before).count().max(1), "the text is not UTF-8")
+        SunsError::row(text::last_line(&before), "the text is not UTF-8")
     })?;
     let mut lines = records(text.trim_start_matches('\u{feff}'));
     let (line, header) = lines.next().unwrap_or((1, "".into()));

@@ -82,7 +82,7 @@ pub(crate) fn cut_line(text: &str) -> (&str, Option<&str>) {
 }
 
 /// The number of the line in which `text` ends, counted from 1.
-fn last_line(text: &str) -> usize {
+pub(crate) fn last_line(text: &str) -> usize {
     lines(text).count()
 }
 
