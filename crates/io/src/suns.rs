@@ -90,9 +90,10 @@ pub fn read_suns(mut input: impl Read, each: Option<Duration>) -> Result<Vec<Sun
         SunsError::row(text::last_line(&before), "the text is not UTF-8")
     })?;
     let mut lines = records(text.trim_start_matches('\u{feff}'));
-    let (line, header) = lines.next().unwrap_or((1, "".into()));
+    let (line, header) = lines.next().transpose()?.unwrap_or((1, "".into()));
     let columns = Columns::of(&fields(line, &header)?, line)?;
-    let mut rows = lines.map(|(line, text)| columns.row(line, &fields(line, &text)?)).collect::<Result<Vec<_>, _>>()?;
+    let row = |(line, text): (usize, Cow<str>)| columns.row(line, &fields(line, &text)?);
+    let mut rows = lines.map(|record| record.and_then(row)).collect::<Result<Vec<_>, _>>()?;
     if rows.is_empty() {
         return Err(SunsError::Empty);
     }
@@ -103,8 +104,9 @@ pub fn read_suns(mut input: impl Read, each: Option<Duration>) -> Result<Vec<Sun
     Ok(rows)
 }
 
-/// The rows of a text that are not blank, each with the number of its first line: fields in quotes may hold several.
-fn records(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
+/// The rows of a text that are not blank, each with the number of its first line: fields in quotes may hold several. A quote that nothing closes would take
+/// the rest of the file, and is refused.
+fn records(text: &str) -> impl Iterator<Item = Result<(usize, Cow<'_, str>), SunsError>> {
     let mut lines = text::lines(text).zip(1..).filter(|(line, _)| !line.trim().is_empty());
     std::iter::from_fn(move || {
         let (first, number) = lines.next()?;
@@ -114,7 +116,7 @@ fn records(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
             is_in_quotes = ends_in_quotes(line, true);
             row = row + "\n" + line;
         }
-        Some((number, row))
+        Some(if is_in_quotes { Err(SunsError::row(number, "a quote is not closed")) } else { Ok((number, row)) })
     })
 }
 
@@ -139,10 +141,6 @@ fn fields(line: usize, text: &str) -> Result<Vec<String>, SunsError> {
     }
     let mut options = csv::ReaderBuilder::new();
     let mut reader = options.has_headers(false).flexible(true).trim(csv::Trim::All).from_reader(text.as_bytes());
-    // A quote that nothing closes would take the rest of the file.
-    if text.lines().fold(false, |is_in_quotes, line| ends_in_quotes(line, is_in_quotes)) {
-        return Err(SunsError::row(line, "a quote is not closed"));
-    }
     let record = reader.records().next().transpose().map_err(|error| SunsError::row(line, error.to_string()))?;
     Ok(record.unwrap_or_default().iter().map(str::to_owned).collect())
 }
