@@ -127,7 +127,7 @@ impl LoadError {
     fn describe(&self) -> String {
         let text = match &self.problem {
             LoadProblem::Unreadable { path, .. } if *path == self.file => self.problem.to_string(),
-            problem => format!("{}: {}", self.file.display(), brief(&printable(&problem.to_string()))),
+            problem => format!("{}: {}", self.file.display(), brief(&problem.to_string())),
         };
         printable(&text).into_owned()
     }

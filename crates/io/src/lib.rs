@@ -45,6 +45,7 @@ pub use findings::surface_findings;
 pub use lightmap::LightmapLayout;
 pub use load::{load, load_bytes};
 pub use memory::{MemoryPeak, peak_memory_bytes};
+pub use names::printable;
 pub use options::{Blend, Colliders, DetailSetting, LoadOptions, LoadedScene, Outside, OwnSettings, UpAxis};
 pub use sun::sun_from_angles;
 pub use suns::{SunPlace, SunRow, SunsError, duration_of_hours, read_suns};

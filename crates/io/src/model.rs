@@ -118,7 +118,7 @@ impl Findings {
     }
 
     pub(crate) fn into_list(self) -> Vec<Finding> {
-        let shown = |text: String| brief(&printable(&text)).into_owned();
+        let shown = |text: String| brief(&text).into_owned();
         let finding = |((kind, subject), Found { count, places })| {
             let places = places.into_iter().map(shown).collect();
             Finding { kind, subject: shown(subject), count, places }

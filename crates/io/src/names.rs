@@ -7,7 +7,7 @@ use std::{
 
 /// The text with its control characters written out (`\n`, `\u{1b}`): what is printed must not move a terminal's cursor, and a
 /// name is one line.
-pub(crate) fn printable(text: &str) -> Cow<'_, str> {
+pub fn printable(text: &str) -> Cow<'_, str> {
     if !text.contains(char::is_control) {
         return text.into();
     }

@@ -106,7 +106,7 @@ impl<'a> PatchArea<'a> {
     /// Prepares a patch.
     pub fn new(chart: &'a Chart, placement: &Placement) -> Self {
         let cofactors = cofactors(placement);
-        let good = if matches!(chart.kind, Kind::Graph(_)) { GOOD_IF_TRIMMED } else { GOOD };
+        let good = if chart.is_trimmed() { GOOD_IF_TRIMMED } else { GOOD };
         Self { chart, cofactors, stretch: common_stretch(&cofactors), good, quarterings: QUARTERINGS }
     }
 

@@ -77,8 +77,8 @@ fn support(body: &Analytic, n: DVec3) -> f64 {
     }
 }
 
-/// A quadric's form over its box as a unit cube.
-struct Cut {
+/// A quadric's form over a box as a unit cube.
+pub(super) struct Cut {
     frame: Frame<Dyadic>,
     unit: f64,
     exact: Problem<Dyadic>,
@@ -86,7 +86,7 @@ struct Cut {
 }
 
 impl Cut {
-    fn new(layout: &Layout, within: &[[f64; 3]; 2]) -> Self {
+    pub(super) fn new(layout: &Layout, within: &[[f64; 3]; 2]) -> Self {
         let zero = Dyadic::zero;
         let [low, high] = within.map(|corner| corner.map(|x| Dyadic::new(x / layout.unit)));
         let edges = std::array::from_fn(|axis| {
@@ -108,7 +108,7 @@ impl Cut {
 
     /// `bounds` moved inward to the quadric, which may be that ellipsoid.
     fn thinned(&self, bounds: Aabb, placement: &Placement, guess: &Ellipsoid) -> Aabb {
-        if !reaches_zero(&self.approx, || self.exact.clone()) {
+        if !self.holds_some() {
             return Aabb::EMPTY;
         }
         let mut thin = bounds;
@@ -124,8 +124,13 @@ impl Cut {
         thin
     }
 
+    /// Whether a point of the quadric lies in the box.
+    pub(super) fn holds_some(&self) -> bool {
+        reaches_zero(&self.approx, || self.exact.clone())
+    }
+
     /// Whether the quadric has a point on the plane or beyond it, upward if `sign` is 1, downward if it is −1.
-    fn reaches(&self, plane: &Plane, sign: f64) -> bool {
+    pub(super) fn reaches(&self, plane: &Plane, sign: f64) -> bool {
         let height = self.frame.linear(&plane.local_form(self.unit, sign));
         let approx = self.approx.form_above(height.each_ref().map(Dyadic::to_approx));
         reaches_zero(&approx, || self.exact.form_above(height))
@@ -140,10 +145,10 @@ impl<T: Decide> Problem<T> {
 }
 
 /// The plane across a world axis at a coordinate, by the row of the placement that gives this coordinate.
-struct Plane {
-    normal: DVec3,
-    offset: f64,
-    at: f64,
+pub(super) struct Plane {
+    pub(super) normal: DVec3,
+    pub(super) offset: f64,
+    pub(super) at: f64,
 }
 
 impl Plane {
@@ -156,14 +161,14 @@ impl Plane {
 }
 
 /// A quadric as an ellipsoid, in floats; where it is not one, of no meaning.
-struct Ellipsoid {
-    center: DVec3,
+pub(super) struct Ellipsoid {
+    pub(super) center: DVec3,
     /// n·x reaches from that of the center as far as √(n·spread·n).
     spread: DMat3,
 }
 
 impl Ellipsoid {
-    fn of(matrix: &[[f64; 4]; 4]) -> Self {
+    pub(super) fn of(matrix: &[[f64; 4]; 4]) -> Self {
         let entry = |i: usize, j: usize| 0.5 * matrix[i][j] + 0.5 * matrix[j][i];
         let column = |j: usize| DVec3::new(entry(0, j), entry(1, j), entry(2, j));
         let inverse = DMat3::from_cols(column(0), column(1), column(2)).inverse();
@@ -172,7 +177,7 @@ impl Ellipsoid {
     }
 
     /// The middle of n·x, and how far it reaches to both sides.
-    fn reach(&self, n: DVec3) -> [f64; 2] {
+    pub(super) fn reach(&self, n: DVec3) -> [f64; 2] {
         [n.dot(self.center), n.dot(self.spread * n).sqrt()]
     }
 }

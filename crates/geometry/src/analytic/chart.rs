@@ -124,7 +124,7 @@ impl Chart {
 
     /// Whether the point (u, v) of the square is surface. Exact.
     pub fn has_point(&self, u: f64, v: f64) -> bool {
-        if !matches!(self.kind, Kind::Graph(_)) {
+        if !self.is_trimmed() {
             return true;
         }
         let filtered = match self.occupied([u, v], 0.0) {
@@ -238,6 +238,11 @@ impl Chart {
             Kind::Graph(graph) => graph.occupied(at, edge),
             _ => Occupied::Whole,
         }
+    }
+
+    /// Whether it is a patch of a quadric in a box, the only ones that may hold surface in a part of their square.
+    pub fn is_trimmed(&self) -> bool {
+        matches!(self.kind, Kind::Graph(_))
     }
 
     /// Whether the patch is flat.

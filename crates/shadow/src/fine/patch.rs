@@ -54,6 +54,7 @@ pub(crate) struct Patch<'a> {
 
 /// What a curved cell costs beside what is over it, and the density of its area at a point, in facets held against a cell.
 const CELL: u64 = 24;
+const TRIMMED_CELL: u64 = 96;
 const DENSITY: u64 = 4;
 
 /// How many times what is over a cell is looked up in the time in which a body in the way of each of 16 points is.
@@ -200,11 +201,16 @@ impl Patch<'_> {
         let counted = || self.area_to_count(place, is_decided, occupied);
         if let Some(area) = if is_given_up { Some(whole()) } else { counted() } {
             self.count((place, occupied), verdict, &area, &left, tally);
-        } else if (self.spend)(PARTS * (CELL + left.facets.len() as u64)) {
+        } else if (self.spend)(PARTS * (self.cost_of_cell() + left.facets.len() as u64)) {
             for part in place.children() {
                 self.divide((part, occupied), is_decided.then_some(verdict), &left, tally);
             }
         }
+    }
+
+    /// What a cell costs beside what is over it.
+    fn cost_of_cell(&self) -> u64 {
+        if self.chart().is_trimmed() { TRIMMED_CELL } else { CELL }
     }
 
     fn area_of(&self, place: Quadrant) -> Approx {

@@ -27,6 +27,7 @@ use std::{
 };
 
 use clap::Parser;
+use umbriel_io::printable;
 
 pub(crate) use failure::Failure;
 
@@ -70,10 +71,8 @@ fn take_full_files_as_failed_writes() {
 fn report(failure: &Failure) -> ExitCode {
     if let Some(message) = failure.message() {
         // Names in files may hold what a terminal obeys.
-        let is_harmless = |c: char| !c.is_control() || c == '\n';
-        let written = |c: char| if is_harmless(c) { c.to_string() } else { c.escape_default().to_string() };
-        let message: String = message.chars().map(written).collect();
-        let _ = writeln!(io::stderr(), "umbriel: {message}");
+        let lines: Vec<_> = message.split('\n').map(printable).collect();
+        let _ = writeln!(io::stderr(), "umbriel: {}", lines.join("\n"));
     }
     ExitCode::from(failure.exit_code())
 }
