@@ -63,7 +63,7 @@ pub use light::{LightDefect, LightSource};
 pub use measures::Measures;
 pub use mesh::{Mesh, MeshDefect};
 pub use mesh_area::MeshArea;
-pub use number::{MAX_MAGNITUDE, MIN_MAGNITUDE, NumberDefect, accept, accept_point, power_of_two_below};
+pub use number::{AXES, MAX_MAGNITUDE, MIN_MAGNITUDE, NumberDefect, accept, accept_point, power_of_two_below};
 pub use pair::Pair;
 pub use placement::{Placement, PlacementDefect};
 pub use point::{Exact, ExactPoint, Image, Point};

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-use crate::number::{NumberDefect, accept_point};
+use crate::number::{AXES, NumberDefect, accept_point};
 
 /// Why a light is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LightDefect {
     /// A coordinate outside the accepted range; axis 0, 1 or 2.
-    #[error("coordinate {0} {1}")]
+    #[error("coordinate {axis} {1}", axis = AXES[*.0])]
     Coordinate(usize, NumberDefect),
     /// A sun without a direction.
     #[error("the direction has length zero")]

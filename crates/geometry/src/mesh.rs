@@ -8,7 +8,7 @@ use crate::{
     aabb::Aabb,
     cut_out::{CutOutDefect, CutOutPart, CutOuts, FaceCutOut, Opacity},
     joints::Joints,
-    number::{NumberDefect, accept_point},
+    number::{AXES, NumberDefect, accept_point},
     placement::rounded_image,
 };
 
@@ -17,7 +17,7 @@ use crate::{
 #[non_exhaustive]
 pub enum MeshDefect {
     /// A coordinate outside the accepted range.
-    #[error("vertex {vertex}: coordinate {axis} {defect}")]
+    #[error("vertex {vertex}: coordinate {} {defect}", AXES[*.axis])]
     Coordinate {
         /// Which vertex.
         vertex: usize,

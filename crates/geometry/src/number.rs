@@ -11,6 +11,9 @@ pub const MIN_MAGNITUDE: f64 = f64::from_bits((1023 - 200) << 52);
 /// Largest accepted magnitude, 2^200.
 pub const MAX_MAGNITUDE: f64 = f64::from_bits((1023 + 200) << 52);
 
+/// What the coordinates of a point are called, by axis.
+pub const AXES: [char; 3] = ['x', 'y', 'z'];
+
 /// Why a number is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]

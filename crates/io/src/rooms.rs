@@ -9,7 +9,7 @@
 use std::{collections::HashMap, sync::Arc};
 
 use glam::{DAffine3, DVec3};
-use umbriel_geometry::{Brep, HalfSpace, Mesh, Placement, accept_point};
+use umbriel_geometry::{AXES, Brep, HalfSpace, Mesh, Placement, accept_point};
 use umbriel_scene::{
     CellEntry, CellGraph, Finding, FindingKind, Object, Overlap, Portal, Region, SceneCell, convex_body,
 };
@@ -271,7 +271,8 @@ fn placed_points(points: &[DVec3], map: DAffine3, what: &str) -> Result<Vec<DVec
     let placement = Placement::new(map).map_err(|defect| defect.to_string())?;
     let place = |(number, point): (usize, &DVec3)| {
         let accepted = accept_point(point.to_array());
-        let local = accepted.map_err(|(axis, defect)| format!("{what} {number}: coordinate {axis} {defect}"))?;
+        let local =
+            accepted.map_err(|(axis, defect)| format!("{what} {number}: coordinate {} {defect}", AXES[axis]))?;
         Ok(placement.round(local))
     };
     points.iter().enumerate().map(place).collect()

@@ -1,6 +1,7 @@
 //! Words between white space, each with its line.
 
 /// The words of a text. O(bytes) for all of them.
+#[derive(Clone)]
 pub(crate) struct Tokens<'a> {
     rest: &'a str,
     line: usize,

@@ -7,8 +7,8 @@ use std::{
 
 use glam::{DAffine3, DMat3, DVec3};
 use umbriel_geometry::{
-    Aabb, Analytic, AnalyticDefect, Convex, Cuboid, Facets, HullDefect, Mesh, NumberDefect, PlacedAnalytic, Placement,
-    Rectangle, accept,
+    AXES, Aabb, Analytic, AnalyticDefect, Convex, Cuboid, Facets, HullDefect, Mesh, NumberDefect, PlacedAnalytic,
+    Placement, Rectangle, accept,
 };
 
 /// The local shape of an object.
@@ -112,7 +112,7 @@ pub enum ObjectDefect {
     #[error(transparent)]
     Hull(#[from] HullDefect),
     /// A vertex or corner that the placement moves out of the accepted range.
-    #[error("vertex {vertex}, once placed: coordinate {axis} {defect}")]
+    #[error("vertex {vertex}, once placed: coordinate {} {defect}", AXES[*.axis])]
     Placed {
         /// Which vertex or corner.
         vertex: usize,

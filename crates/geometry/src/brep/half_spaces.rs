@@ -17,7 +17,7 @@ use glam::DVec3;
 use super::{Brep, Cuboid, HullDefect};
 use crate::{
     dyadic::Dyadic,
-    number::{NumberDefect, accept, accept_point},
+    number::{AXES, NumberDefect, accept, accept_point},
     point::ExactPoint,
     ring::{Ring, Sign, determinant, dot},
 };
@@ -64,7 +64,7 @@ pub enum HalfSpaceDefect {
         toward: &'static str,
     },
     /// A corner outside the accepted range.
-    #[error("the corner of half-spaces {}, {} and {}: coordinate {axis} {defect}", .half_spaces[0], .half_spaces[1], .half_spaces[2])]
+    #[error("the corner of half-spaces {}, {} and {}: coordinate {} {defect}", .half_spaces[0], .half_spaces[1], .half_spaces[2], AXES[*.axis])]
     Corner {
         /// Three half-spaces that meet there.
         half_spaces: [usize; 3],

@@ -22,7 +22,7 @@ use glam::DVec3;
 
 use super::{Brep, Flatness, seed, surface::Surface, surface::points};
 use crate::{
-    number::{NumberDefect, accept_point},
+    number::{AXES, NumberDefect, accept_point},
     predicates::{Target, side_value},
     topology::unify,
 };
@@ -32,7 +32,7 @@ use crate::{
 #[non_exhaustive]
 pub enum HullDefect {
     /// A coordinate outside the accepted range.
-    #[error("point {point}: coordinate {axis} {defect}")]
+    #[error("point {point}: coordinate {} {defect}", AXES[*.axis])]
     Coordinate {
         /// Which point.
         point: usize,

@@ -13,7 +13,7 @@ use super::{
     surface::{canonical_loop, first_apart, twins},
 };
 use crate::{
-    number::{NumberDefect, accept_point},
+    number::{AXES, NumberDefect, accept_point},
     predicates::side,
     ring::Sign,
     topology::unify,
@@ -24,7 +24,7 @@ use crate::{
 #[non_exhaustive]
 pub enum BrepDefect {
     /// A coordinate outside the accepted range.
-    #[error("vertex {vertex}: coordinate {axis} {defect}")]
+    #[error("vertex {vertex}: coordinate {} {defect}", AXES[*.axis])]
     Coordinate {
         /// Which vertex.
         vertex: usize,

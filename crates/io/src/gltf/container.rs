@@ -160,9 +160,14 @@ impl<'a> Buffers<'a> {
         // One without bytes is for nothing, and may be left in.
         if let Some(binary) = self.binary.filter(|binary| !binary.is_empty()) {
             let needed = self.declared.first().filter(|buffer| buffer.uri.is_none()).map(|buffer| buffer.byte_length);
-            if needed.is_none_or(|needed| binary.len() > needed.saturating_add(3)) {
-                problems.push(LoadProblem::element("binary chunk", "it is longer than the buffer that it is for"));
-            }
+            let fault = match needed {
+                None => Some("no buffer is for it: the first one has a URI, or there is none"),
+                Some(needed) if binary.len() > needed.saturating_add(3) => {
+                    Some("it is longer than the buffer that it is for")
+                }
+                Some(_) => None,
+            };
+            problems.extend(fault.map(|fault| LoadProblem::element("binary chunk", fault)));
         }
         problems
     }

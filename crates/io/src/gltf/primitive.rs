@@ -10,7 +10,7 @@ use std::{
     rc::Rc,
 };
 
-use umbriel_geometry::accept_point;
+use umbriel_geometry::{AXES, accept_point};
 use umbriel_scene::FindingKind;
 
 use super::{
@@ -414,7 +414,7 @@ fn is_range_of(declared: &Accessor, indices: &[u32]) -> bool {
 fn accept_all(positions: &[[f64; 3]], place: &str) -> Result<(), LoadProblem> {
     for (vertex, &position) in positions.iter().enumerate() {
         accept_point(position).map_err(|(axis, defect)| {
-            LoadProblem::element(place, format!("position {vertex}: coordinate {axis} {defect}"))
+            LoadProblem::element(place, format!("position {vertex}: coordinate {} {defect}", AXES[axis]))
         })?;
     }
     Ok(())

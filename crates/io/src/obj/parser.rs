@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
-use umbriel_geometry::accept_point;
+use umbriel_geometry::{AXES, accept_point};
 use umbriel_scene::FindingKind;
 
 use crate::{
@@ -72,8 +72,8 @@ pub(super) struct Parser {
     ahead: [(usize, usize); 3],
 }
 
-/// What the three numbers of a corner count, in the order v/vt/vn.
-const KINDS: [&str; 3] = ["vertices", "texture coordinates", "normals"];
+/// Of some files that corners name normals of, those were left out.
+const NOT_THERE: &str = "f, l or p: corners that name texture coordinates or normals that are not there";
 
 impl Parser {
     /// Nothing read yet.
@@ -109,7 +109,7 @@ impl Parser {
                     numbers.filter(|numbers| numbers.len() == 3).ok_or(fault)
                 })?;
                 let position = accept_point([numbers[0], numbers[1], numbers[2]]);
-                self.positions.push(position.map_err(|(axis, defect)| format!("coordinate {axis} {defect}"))?);
+                self.positions.push(position.map_err(|(axis, defect)| format!("coordinate {} {defect}", AXES[axis]))?);
                 self.behind_position(words().skip(3), line);
             }
             "vt" => self.texture_coordinate(words(), line),
@@ -138,7 +138,7 @@ impl Parser {
                 }
                 self.tell_not_triangles(line);
             }
-            "curv" | "curv2" | "surf" => self.tell_not_triangles(line),
+            "curv" | "curv2" => self.tell_not_triangles(line),
             _ if WITHOUT_EFFECT.split_whitespace().any(|known| known == keyword) => {}
             _ => self.findings.add_at(FindingKind::UnknownExtension, &excerpt(keyword), format_args!("line {line}")),
         }
@@ -186,7 +186,7 @@ impl Parser {
     /// The texture coordinates of a polygon's corners, if they are kept and it has them.
     pub(super) fn texture(&self, polygon: &Polygon) -> Option<Vec<[f64; 2]>> {
         let corners = self.texture_corners.get(polygon.first..polygon.first + polygon.len)?;
-        corners.iter().map(|&corner| self.texture_coordinates[corner? as usize]).collect()
+        corners.iter().map(|&corner| *self.texture_coordinates.get(corner? as usize)?).collect()
     }
 
     fn begin_object(&mut self, name: &str) {
@@ -270,24 +270,34 @@ impl Parser {
             if part.is_empty() {
                 continue;
             }
-            let index = absolute(part, counts[kind], KINDS[kind])?;
-            if index >= counts[kind].max(self.ahead[kind].0) {
-                self.ahead[kind] = (index + 1, line);
+            let written: i64 = part.parse().map_err(|_| format!("\"{}\" is not an index", excerpt(part)))?;
+            match absolute(written, counts[kind]) {
+                Some(index) => {
+                    if index as usize >= counts[kind].max(self.ahead[kind].0) {
+                        self.ahead[kind] = (index as usize + 1, line);
+                    }
+                    indices[kind] = Some(index);
+                }
+                None if kind == 0 => {
+                    let so_far = format!("indices count from 1, and there are {} vertices so far", counts[0]);
+                    return Err(format!("index {written} is out of range: {so_far}"));
+                }
+                None => self.require(false, NOT_THERE, line),
             }
-            indices[kind] = Some(index as u32);
         }
         Ok(indices)
     }
 
-    /// Once everything is read: whether the indices that looked ahead found something.
-    pub(super) fn check_ranges(&self) -> Result<(), LoadProblem> {
-        let counts = [self.positions.len(), self.texture_count, self.normals];
-        for kind in 0..3 {
-            let (needed, line) = self.ahead[kind];
-            if needed > counts[kind] {
-                let message = format!("index {needed} is out of range: there are {} {}", counts[kind], KINDS[kind]);
-                return Err(LoadProblem::line(line, message));
-            }
+    /// Once everything is read: whether the indices that looked ahead found something. No surface hangs on texture coordinates and normals.
+    pub(super) fn check_ranges(&mut self) -> Result<(), LoadProblem> {
+        let [(needed, line), others @ ..] = self.ahead;
+        let vertices = self.positions.len();
+        if needed > vertices {
+            let message = format!("index {needed} is out of range: there are {vertices} vertices");
+            return Err(LoadProblem::line(line, message));
+        }
+        for ((needed, line), count) in others.into_iter().zip([self.texture_count, self.normals]) {
+            self.require(needed <= count, NOT_THERE, line);
         }
         Ok(())
     }
@@ -315,16 +325,10 @@ pub(super) fn without_remark(numbers: &str) -> &str {
     remark.map_or(numbers, |(at, _)| &numbers[..at])
 }
 
-/// An index counted from 0, from one counted from 1 or (if negative) back from the `count` elements so far.
-fn absolute(text: &str, count: usize, kind: &str) -> Result<usize, String> {
-    let index: i64 = text.parse().map_err(|_| format!("\"{}\" is not an index", excerpt(text)))?;
+/// An index counted from 0, from one counted from 1 or (if negative) back from the `count` elements so far; `None` where there can be none.
+fn absolute(index: i64, count: usize) -> Option<u32> {
     let from_zero = if index < 0 { index + count as i64 } else { index - 1 };
-    if index == 0 || from_zero < 0 || from_zero >= i64::from(u32::MAX) {
-        return Err(format!(
-            "index {index} is out of range: indices count from 1, and there are {count} {kind} so far"
-        ));
-    }
-    Ok(from_zero as usize)
+    u32::try_from(from_zero).ok().filter(|&from_zero| from_zero < u32::MAX)
 }
 
 /// Whether all the words are finite numbers, and as many as allowed.

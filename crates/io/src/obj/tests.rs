@@ -171,8 +171,11 @@ fn concave_and_non_planar_polygons() {
 
 #[test]
 fn what_is_not_read_is_told() {
-    let text = format!("mtllib there is.mtl\n{SQUARE}s off\nusemtl x\nf 1 2 3\np 1 2\nl 1 2 3\nl 2 3\nwobble 3\n");
+    let text = format!(
+        "mtllib there is.mtl\n{SQUARE}s off\nusemtl x\nf 1 2 3\np 1 2\nl 1 2 3\nl 2 3\nsurf 0 1 0 1 1 2 3 4\nwobble 3\n"
+    );
     let expected = [
+        (FindingKind::UnknownExtension, "surf".to_owned(), 1),
         (FindingKind::UnknownExtension, "wobble".to_owned(), 1),
         (FindingKind::NotTriangles, String::new(), 3),
         (FindingKind::MissingMaterials, "there is.mtl".to_owned(), 1),
@@ -221,15 +224,12 @@ fn faults_name_their_line() {
         ("f 1 2 9999999999999999999", "not an index"),
         ("f 1 2 x", "not an index"),
         ("f 1.5 2 3", "not an index"),
-        ("f 1/1 2/1 3/1", "out of range"),
-        ("f 1//1 2//1 3//1", "out of range"),
         ("f 1/ /2 3", "not a corner"),
         ("f 1/1/1/1 2 3", "not a corner"),
-        ("f 1 2 3//-1", "out of range"),
+        ("f 1 2 3//x", "not an index"),
         ("p 99", "index 99 is out of range: there are 4 vertices"),
         ("p 1 0", "out of range"),
         ("l 1 99", "index 99 is out of range: there are 4 vertices"),
-        ("l 1/1 2/2", "there are 0 texture coordinates"),
         ("l 1 x", "not an index"),
     ] {
         let (line, message) = fault(&format!("{SQUARE}{face}\n"));
@@ -254,6 +254,25 @@ fn faults_that_change_no_surface_are_told() {
     ];
     assert_eq!(words, expected);
     assert_eq!(mesh(&model(&text), 0).triangles().len(), 2);
+}
+
+#[test]
+fn corners_may_name_normals_that_are_not_there() {
+    for face in
+        ["f 1//1 2//2 3//3", "f 1/1 2/1 3/1", "f 1//-1 2//-1 3//-1", "f 1/0/0 2/0/0 3/0/0", "f 1 2 3\nl 1/1 2/2"]
+    {
+        for keeps_texture in [false, true] {
+            let folder = Folder::of_scene(std::path::Path::new("scene.obj"), Outside::Refused);
+            let reading = Reading { lightmap_set: keeps_texture.then_some(0), ..Reading::default() };
+            let model = read(format!("{SQUARE}{face}\n").as_bytes(), "scene", &folder, &reading).expect(face);
+            assert_eq!(mesh(&model, 0).triangles().len(), 1);
+            let found = findings(model);
+            let is_told = |found: &(FindingKind, String, usize)| {
+                found.0 == FindingKind::BrokenRule && found.1.contains("not there")
+            };
+            assert!(found.iter().any(is_told), "{face}: {found:?}");
+        }
+    }
 }
 
 #[test]

@@ -70,6 +70,9 @@ struct Surface {
 /// An index of a vertex as written: it may lie ahead, or nowhere.
 type Corner = i64;
 
+/// What ends a strip among indices of 32 bits without a sign: −1, as such files write it.
+const UNSIGNED_END: Corner = u32::MAX as Corner;
+
 /// A face or a strip.
 struct Polygon {
     kind: Kind,
@@ -169,7 +172,7 @@ impl Surface {
             start = polygon.end;
             match polygon.kind {
                 Kind::Face => self.add_face(polygon, corners, &mut triangles, (&mut triangulator, model))?,
-                Kind::Strip => self.add_strips(polygon, corners, &mut triangles)?,
+                Kind::Strip => self.add_strips(polygon, corners, &mut triangles, model)?,
             }
         }
         Mesh::new(self.positions, triangles).map_err(|defect| LoadProblem::element("vertices", defect))
@@ -206,9 +209,14 @@ impl Surface {
         polygon: &Polygon,
         corners: &[Corner],
         triangles: &mut Vec<[u32; 3]>,
+        model: &mut Model,
     ) -> Result<(), LoadProblem> {
-        for strip in corners.split(|&corner| corner == -1) {
+        for strip in corners.split(|&corner| corner == -1 || corner == UNSIGNED_END) {
             let strip = self.existing(polygon, strip)?;
+            if (1..3).contains(&strip.len()) {
+                let place = format_args!("{} {}", polygon.kind.name(), polygon.number);
+                model.findings.add_at(FindingKind::BrokenRule, "strips of fewer than three corners", place);
+            }
             for (place, three) in strip.windows(3).enumerate() {
                 let (a, b, c) = (three[0], three[1], three[2]);
                 if a != b && b != c && c != a {

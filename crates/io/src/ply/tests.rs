@@ -112,6 +112,17 @@ fn strips_and_elements_of_any_order() {
 }
 
 #[test]
+fn short_strips_are_told_and_ends_have_no_sign() {
+    let lines = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                 element tristrips 1\nproperty list uchar uint vertex_indices\n";
+    let data = "0 0 0\n0 0 1\n0 1 0\n0 1 1\n10 0 1 4294967295 4294967295 0 1 2 4294967295 3 4294967295\n";
+    let model = parse(&text(lines, data)).expect("loads");
+    assert_eq!(mesh(&model).triangles(), [[0, 1, 2]]);
+    let found = model.findings.into_list();
+    assert_eq!((found[0].subject.as_str(), found[0].count), ("strips of fewer than three corners", 2));
+}
+
+#[test]
 fn rows_without_properties_are_not_counted() {
     let lines = format!("{SQUARE}element edge {}\n", u64::MAX);
     let data = "0 0 0 1\n1 0 0 1\n1 1 0 1\n0 1 0 1\n0 3 0 1 2\n";
@@ -259,15 +270,15 @@ fn faults_name_their_place() {
         (text(SQUARE, &format!("{vertices}0 3 0 1 -1")), "face 0: it names vertex -1"),
         (
             text(SQUARE, &format!("{}0 3 0 1 2", vertices.replace("1 1 0", "1 nan 0"))),
-            "vertex 2: coordinate 1 is not finite",
+            "vertex 2: coordinate y is not finite",
         ),
         (
             text(SQUARE, &format!("{}0 3 0 1 2", vertices.replace("1 1 0", "1.6e60 -1e61 0"))),
-            "vertex 2: coordinate 1 is larger than 2^200",
+            "vertex 2: coordinate y is larger than 2^200",
         ),
         (
             text(SQUARE, &format!("{}0 3 0 1 2", vertices.replace("1 1 0", "6.3e-61 1 1e-61"))),
-            "vertex 2: coordinate 2 is smaller than 2^-200",
+            "vertex 2: coordinate z is smaller than 2^-200",
         ),
     ] {
         let message = parse(&bytes).expect_err(words).to_string();

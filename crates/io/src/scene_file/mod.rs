@@ -226,10 +226,16 @@ impl<'a> Places<'a> {
 
     /// What the TOML parser refuses.
     fn fault(&self, fault: &toml::de::Error) -> LoadProblem {
+        let words = [
+            ("\n", ", "),
+            (" as i128", ""),
+            ("expected u8", "expected a whole number from 0 to 21"),
+            ("expected f64", "expected a number"),
+            // Lists of tables are all that this format has of sequences at its top.
+            ("invalid type: map, expected a sequence", "write it with two brackets, [[...]]"),
+        ];
         let message =
-            fault.message().replace('\n', ", ").replace("expected u8", "expected a whole number from 0 to 21");
-        // Lists of tables are all that this format has of sequences at its top.
-        let message = message.replace("invalid type: map, expected a sequence", "write it with two brackets, [[...]]");
+            words.iter().fold(fault.message().to_owned(), |message, (told, word)| message.replace(told, word));
         match fault.span() {
             Some(span) => self.at(span, message),
             None => LoadProblem::element("scene file", message),

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use glam::DAffine3;
-use umbriel_geometry::{Mesh, MeshDefect};
+use umbriel_geometry::{AXES, Mesh, MeshDefect};
 use umbriel_scene::{FindingKind, Member, Shape};
 
 use crate::{
@@ -46,6 +46,11 @@ fn is_text(bytes: &[u8]) -> bool {
     begins && !is_binary && !without_end_marks(bytes).contains(&0)
 }
 
+/// Whether all bytes are such as text has.
+fn is_like_text(bytes: &[u8]) -> bool {
+    bytes.iter().all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace())
+}
+
 /// The file without the zero bytes and the Ctrl-Z that some programs end text with.
 fn without_end_marks(bytes: &[u8]) -> &[u8] {
     let is_mark = |byte: &u8| matches!(byte, 0 | 0x1a);
@@ -74,7 +79,11 @@ fn read_binary(model: &mut Model, bytes: &[u8], stem: &str) -> Result<(), LoadPr
         return Err(LoadProblem::element("header", message));
     };
     if found < expected {
-        let message = format!("the header tells of {expected} bytes, the file has {found}");
+        let message = if is_like_text(bytes) {
+            "neither text that begins with \"solid\", nor as long as a binary file is by its header".to_owned()
+        } else {
+            format!("the header tells of {expected} bytes, the file has {found}")
+        };
         return Err(LoadProblem::element("triangles", message));
     }
     if found > expected {
@@ -110,7 +119,7 @@ fn take_solid(model: &mut Model, name: &str, corners: Vec<[f64; 3]>) -> Result<(
     let triangles = (0..corners.len() as u32 / 3).map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner));
     let mesh = Mesh::new(corners, triangles.collect()).map_err(|defect| match defect {
         MeshDefect::Coordinate { vertex, axis, defect } => {
-            let message = format!("coordinate {axis} of corner {} {defect}", vertex % 3);
+            let message = format!("coordinate {} of corner {} {defect}", AXES[axis], vertex % 3);
             LoadProblem::element(format!("solid \"{name}\", triangle {}", vertex / 3), message)
         }
         defect => LoadProblem::element(format!("solid \"{name}\""), defect),
@@ -151,19 +160,38 @@ fn solid(model: &mut Model, tokens: &mut Tokens, name: &str) -> Result<Vec<[f64;
                 return Ok(corners);
             }
             Some(word) if word.eq_ignore_ascii_case("end") => {
+                tell_end(model, tokens);
                 expect(tokens, "solid")?;
+                skip_end(tokens, name);
+                return Ok(corners);
+            }
+            Some(word) if begins_with_end(word) => {
+                tell(model, tokens, "\"endsolid\" without a space before the name");
                 skip_end(tokens, name);
                 return Ok(corners);
             }
             Some(word) if word.eq_ignore_ascii_case("facet") => facet(model, tokens, &mut corners)?,
             None if !corners.is_empty() => {
-                let place = format_args!("line {}", tokens.line());
-                model.findings.add_at(FindingKind::BrokenRule, "no \"endsolid\" at the end of the file", place);
+                tell(model, tokens, "no \"endsolid\" at the end of the file");
                 return Ok(corners);
             }
             other => return Err(unexpected(tokens, other, "facet\" or \"endsolid")),
         }
     }
+}
+
+/// A rule that is broken in the line of the last word.
+fn tell(model: &mut Model, tokens: &Tokens, fault: &str) {
+    model.findings.add_at(FindingKind::BrokenRule, fault, format_args!("line {}", tokens.line()));
+}
+
+fn tell_end(model: &mut Model, tokens: &Tokens) {
+    tell(model, tokens, "\"endloop\", \"endfacet\" or \"endsolid\" in two words");
+}
+
+fn begins_with_end(word: &str) -> bool {
+    const END: &[u8] = b"endsolid";
+    word.as_bytes().get(..END.len()).is_some_and(|begin| begin.eq_ignore_ascii_case(END))
 }
 
 /// Passes the name behind an end. It is the rest of the line, unless another solid stands there.
@@ -187,19 +215,55 @@ fn begins_with(text: &str, words: &[&str]) -> bool {
 /// The rest of a facet, after its first word.
 fn facet(model: &mut Model, tokens: &mut Tokens, corners: &mut Vec<[f64; 3]>) -> Result<(), LoadProblem> {
     expect(tokens, "normal")?;
-    let mut is_sound = true;
-    for _ in 0..3 {
-        is_sound &= tokens.next().and_then(|word| word.parse::<f64>().ok()).is_some_and(f64::is_finite);
-    }
-    tell_normal(is_sound, &mut model.findings, format_args!("line {}", tokens.line()));
+    let line = tokens.line();
+    let is_sound = normal(tokens).iter().all(|number| number.is_some_and(f64::is_finite));
+    tell_normal(is_sound, &mut model.findings, format_args!("line {line}"));
     expect(tokens, "outer")?;
     expect(tokens, "loop")?;
     for _ in 0..3 {
         expect(tokens, "vertex")?;
-        corners.push([number(model, tokens)?, number(model, tokens)?, number(model, tokens)?]);
+        corners.push(vertex(model, tokens)?);
     }
-    expect(tokens, "endloop")?;
-    expect(tokens, "endfacet")
+    expect_end(model, tokens, "loop")?;
+    expect_end(model, tokens, "facet")
+}
+
+/// What stands where the numbers of a normal are due, up to the loop.
+fn normal(tokens: &mut Tokens) -> [Option<f64>; 3] {
+    [(); 3].map(|()| {
+        let before = tokens.clone();
+        match tokens.next() {
+            Some(word) if word.eq_ignore_ascii_case("outer") => {
+                *tokens = before;
+                None
+            }
+            word => word?.parse().ok(),
+        }
+    })
+}
+
+fn vertex(model: &mut Model, tokens: &mut Tokens) -> Result<[f64; 3], LoadProblem> {
+    let line = tokens.line();
+    let mut vertex = [0.0; 3];
+    for (found, coordinate) in vertex.iter_mut().enumerate() {
+        *coordinate = number(model, tokens).map_err(|fault| match tokens.line() {
+            same if same == line => fault,
+            _ => LoadProblem::line(line, format!("3 numbers expected, found {found}")),
+        })?;
+    }
+    Ok(vertex)
+}
+
+/// The end of a loop or a facet, in one word or in two.
+fn expect_end(model: &mut Model, tokens: &mut Tokens, of: &str) -> Result<(), LoadProblem> {
+    match tokens.next() {
+        Some(word) if word.eq_ignore_ascii_case("end") => {
+            tell_end(model, tokens);
+            expect(tokens, of)
+        }
+        Some(word) if word.eq_ignore_ascii_case(&format!("end{of}")) => Ok(()),
+        found => Err(unexpected(tokens, found, &format!("end{of}"))),
+    }
 }
 
 fn expect(tokens: &mut Tokens, word: &str) -> Result<(), LoadProblem> {
@@ -214,12 +278,7 @@ fn number(model: &mut Model, tokens: &mut Tokens) -> Result<f64, LoadProblem> {
     let number = word.and_then(|word| word.parse::<f64>().ok()).filter(|number| number.is_finite());
     let fortran = || {
         let number = word.and_then(fortran_number)?;
-        let place = format_args!("line {}", tokens.line());
-        model.findings.add_at(
-            FindingKind::BrokenRule,
-            "vertex: exponents written with a D, as Fortran has them",
-            place,
-        );
+        tell(model, tokens, "vertex: exponents written with a D, as Fortran has them");
         Some(number)
     };
     number.or_else(fortran).ok_or_else(|| match word {

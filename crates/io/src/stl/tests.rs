@@ -54,6 +54,10 @@ fn what_changes_no_surface_is_told() {
     let text = format!("solid\n{}endsolid\n", FACET.replace("normal 0", "normal -nan(ind)"));
     let found = parse(text.as_bytes()).expect("loads").findings.into_list();
     assert_eq!((found[0].kind, found[0].places[0].as_str()), (FindingKind::BrokenRule, "line 2"));
+    for short in ["normal", "normal 0 0", "normal x"] {
+        let found = parse(text.replace("normal -nan(ind) 0 1", short).as_bytes()).expect("loads").findings.into_list();
+        assert_eq!((found[0].kind, found[0].places[0].as_str()), (FindingKind::BrokenRule, "line 2"));
+    }
     let mut bytes = binary("", 1, &[CORNERS]);
     bytes.push(0);
     let found = parse(&bytes).expect("loads").findings.into_list();
@@ -127,10 +131,16 @@ fn exponents_of_fortran_are_read_and_told() {
 
 #[test]
 fn ends_are_written_in_many_ways() {
-    for (end, told) in [("endsolid", 0), ("end solid a", 0), ("ENDSOLID a b", 0), ("", 1)] {
+    for (end, told) in [("endsolid", 0), ("end solid a", 1), ("ENDSOLID a b", 0), ("EndSolidA b", 1), ("", 1)] {
         let model = parse(format!("\u{feff}solid a\n{FACET}{end}\n").as_bytes()).expect("loads");
         assert_eq!((model.objects.len(), model.findings.into_list().len()), (1, told), "{end}");
     }
+    let in_words = FACET.replace("endloop", "end loop").replace("endfacet", "end FACET");
+    let model =
+        parse(format!("solid a\n{in_words}{in_words}endsolida\nsolid b\n{FACET}endsolid").as_bytes()).expect("loads");
+    let found = model.findings.into_list();
+    assert_eq!(model.objects.len(), 2);
+    assert_eq!(found.iter().map(|finding| finding.count).sum::<usize>(), 5, "{found:?}");
 }
 
 #[test]
@@ -141,14 +151,16 @@ fn faults_name_their_place() {
     for (bytes, words) in [
         (binary("", u32::MAX, &[CORNERS]), "tells of 214748364834 bytes, the file has 134"),
         (binary("solid", 2, &[CORNERS]), "tells of 184 bytes, the file has 134"),
-        (binary("", 1, &[not_finite]), "solid \"part\", triangle 0: coordinate 1 of corner 1 is not finite"),
+        (binary("", 1, &[not_finite]), "solid \"part\", triangle 0: coordinate y of corner 1 is not finite"),
+        (format!("# made by\n{cut}endsolid").into_bytes(), "neither text that begins with \"solid\", nor as long as"),
+        (cut.replace("1 0 0", "1 0").into_bytes(), "line 5: 3 numbers expected, found 2"),
         (b"so".to_vec(), "84 bytes at the least"),
         (b"solid a\n".to_vec(), "line 2: the file ends where \"facet\" or \"endsolid\" is expected"),
         (format!("{cut}end").into_bytes(), "line 9: the file ends where \"solid\" is expected"),
         (format!("{cut}endsolid\nfacet").into_bytes(), "line 10: \"facet\" where \"solid\" is expected"),
         (cut.replace("1 9", "1 nan").into_bytes(), "line 6: \"nan\" is not a finite number"),
-        (cut.replace("1 9", "1 1e61").into_bytes(), "triangle 0: coordinate 2 of corner 2 is larger than 2^200"),
-        (cut.replace("1 9", "-1e-61 9").into_bytes(), "triangle 0: coordinate 1 of corner 2 is smaller than 2^-200"),
+        (cut.replace("1 9", "1 1e61").into_bytes(), "triangle 0: coordinate z of corner 2 is larger than 2^200"),
+        (cut.replace("1 9", "-1e-61 9").into_bytes(), "triangle 0: coordinate y of corner 2 is smaller than 2^-200"),
         (cut.replace("endloop", "vertex 0 0 0").into_bytes(), "line 7: \"vertex\" where \"endloop\" is expected"),
         (cut.replace("vertex 1 0 0\n", "").into_bytes(), "line 6: \"endloop\" where \"vertex\" is expected"),
     ] {

@@ -1,7 +1,7 @@
 //! Rays and segments, exact.
 
 use glam::DVec3;
-use umbriel_geometry::{NumberDefect, accept_point};
+use umbriel_geometry::{AXES, NumberDefect, accept_point};
 
 use crate::cube::difference;
 
@@ -10,7 +10,7 @@ use crate::cube::difference;
 #[non_exhaustive]
 pub enum RayDefect {
     /// A coordinate outside the accepted range; axis 0, 1 or 2.
-    #[error("coordinate {0} of a point of the ray {1}")]
+    #[error("coordinate {axis} of a point of the ray {1}", axis = AXES[*.0])]
     Point(usize, NumberDefect),
     /// A component of the direction outside the accepted range; axis 0, 1 or 2.
     #[error("component {0} of the direction {1}")]

@@ -21,7 +21,7 @@ mod rounded;
 mod tests;
 
 use glam::DVec3;
-use umbriel_geometry::{Aabb, Brep, NumberDefect, Point, Sign, predicates};
+use umbriel_geometry::{AXES, Aabb, Brep, NumberDefect, Point, Sign, predicates};
 
 use crate::Object;
 use assign::Index;
@@ -71,7 +71,7 @@ pub enum CellDefect {
     #[error("a portal joins two different cells of the scene")]
     Ends,
     /// A coordinate outside the accepted range.
-    #[error("corner {corner}: coordinate {axis} {defect}")]
+    #[error("corner {corner}: coordinate {} {defect}", AXES[*.axis])]
     Coordinate {
         /// Which corner.
         corner: usize,

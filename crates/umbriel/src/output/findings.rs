@@ -30,7 +30,9 @@ fn meaning(kind: FindingKind) -> &'static str {
         FindingKind::AreaLightAsPoint => "lights with an extent, taken as their centres",
         FindingKind::UnknownExtension => "extensions or unknown elements that are not read",
         FindingKind::NotTriangles => "points, lines or nodes without a size, which have no surface",
-        FindingKind::Deformation => "skins or morph targets, taken at their bind pose and default weights",
+        FindingKind::Deformation => {
+            "skins, taken at their bind pose where their first joint stands, or morph targets, at their default weights"
+        }
         FindingKind::UnreadShape => {
             "shapes without a body here (endless planes, capsules of two radii, hulls of meshes)"
         }
