@@ -8,7 +8,7 @@
 //! Guarantee: the body stays the same, as what is cut off is decided exactly; where it reaches into the outer quarters of the longest sides, nothing changes.
 //! Cost: a hundred points a quarter, and some forty microseconds for one that none of them shows to be needed.
 
-use std::cell::LazyCell;
+use std::{cell::LazyCell, ops::Deref};
 
 use glam::{DMat4, DVec3};
 
@@ -50,7 +50,7 @@ struct Quadric<'a> {
 }
 
 impl Quadric<'_> {
-    /// The box without those outer quarters of its longest sides that hold nothing; `None` if all hold something, or there is nothing in it.
+    /// The box without empty ends of its longest sides; `None` if none is empty, or all of it is.
     fn shortened(&self, within: &Corners) -> Option<Corners> {
         let length = |axis: usize| within[1][axis] - within[0][axis];
         let longest = (0..3).map(length).fold(0.0, f64::max);
@@ -58,23 +58,27 @@ impl Quadric<'_> {
         let mut left = *within;
         // Sides that are equally long are cut together: their order does not count.
         for axis in (0..3).filter(|&axis| length(axis) == longest) {
-            for (end, outward) in [(0, -1.0), (1, 1.0)] {
-                let is_empty_beyond = |at: f64| {
-                    let mut beyond = *within;
-                    beyond[1 - end][axis] = at;
-                    let is_part = within[0][axis] < at && at < within[1][axis] && accept(at).is_ok();
-                    let plane = Plane { normal: DVec3::AXES[axis], offset: 0.0, at };
-                    is_part && !self.is_seen_in(&beyond) && !cut.reaches(&plane, outward)
-                };
-                let quarter = 0.75 * within[end][axis] + 0.25 * within[1 - end][axis];
-                let [middle, reach] = self.guess.reach(DVec3::AXES[axis]);
-                let guess = Some(middle + outward * WIDER * reach).filter(|guess| (quarter - guess) * outward > 0.0);
-                if let Some(at) = guess.into_iter().chain([quarter]).find(|&at| is_empty_beyond(at)) {
-                    left[end][axis] = at;
-                }
+            for end in [0, 1] {
+                left[end][axis] = self.empty_beyond(within, &cut, axis, end).unwrap_or(within[end][axis]);
             }
         }
         (left != *within && cut.holds_some()).then_some(left)
+    }
+
+    /// Where the lower (0) or upper (1) end of a side of the box is to be cut off; `None` if its quarter holds something.
+    fn empty_beyond(&self, within: &Corners, cut: &impl Deref<Target = Cut>, axis: usize, end: usize) -> Option<f64> {
+        let outward = [-1.0, 1.0][end];
+        let is_empty_beyond = |at: f64| {
+            let mut beyond = *within;
+            beyond[1 - end][axis] = at;
+            let is_part = within[0][axis] < at && at < within[1][axis] && accept(at).is_ok();
+            let plane = Plane { normal: DVec3::AXES[axis], offset: 0.0, at };
+            is_part && !self.is_seen_in(&beyond) && !cut.reaches(&plane, outward)
+        };
+        let quarter = 0.75 * within[end][axis] + 0.25 * within[1 - end][axis];
+        let [middle, reach] = self.guess.reach(DVec3::AXES[axis]);
+        let guess = Some(middle + outward * WIDER * reach).filter(|guess| (quarter - guess) * outward > 0.0);
+        guess.into_iter().chain([quarter]).find(|&at| is_empty_beyond(at))
     }
 
     /// Whether the form is found negative at some point of a box: of a grid, or in its own centre.
