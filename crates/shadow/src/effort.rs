@@ -16,6 +16,12 @@ pub(crate) type Spend<'a> = &'a (dyn Fn(u64) -> bool + Sync);
 /// What holding a curved body against a cell costs, in facets.
 pub(crate) const BODY: u64 = 24;
 
+/// How many times that where numbers fall below the normal range of floats, in which processors take some hundred cycles for each.
+pub(crate) const UNDERFLOWING: u64 = 16;
+
+/// How many times what holding a body against a cell costs all points of a cell cost, where floats are asked whether it blocks them.
+pub(crate) const BODIES_AT_POINTS: u64 = 2;
+
 /// What holding a facet with holes against a cell costs, in facets without.
 pub(crate) const CUT_OUT: u64 = 4;
 

@@ -290,7 +290,8 @@ impl<'a> PatchArea<'a> {
 
     /// A rule along both parameters; K is one more than twice its number of nodes.
     fn gauss<const K: usize>(&self, rule: &Rule, part: &Part, points: &mut u64) -> Measured {
-        *points += (rule.nodes.len() * rule.nodes.len()) as u64;
+        // A series of K terms is multiplied in K²/2 steps.
+        *points += (rule.nodes.len() * rule.nodes.len() + K * K / 2) as u64;
         let at_node = |axis: usize, node: f64| {
             let offset = Approx { value: node, error: node.abs() * f64::EPSILON };
             let range = part.range(axis);

@@ -14,6 +14,7 @@ use crate::{
     decide::Decide,
     dyadic::Dyadic,
     light::LightSource,
+    number::MIN_MAGNITUDE,
     point::Point,
     ring::{Ring, Sign},
 };
@@ -248,7 +249,21 @@ where
     }
 }
 
+/// Entries that are this small beside the greatest one make terms below the normal range of floats.
+const TINY: f64 = MIN_MAGNITUDE * MIN_MAGNITUDE * MIN_MAGNITUDE;
+
 impl Forms<Approx> {
+    /// Whether terms of a quadric fall below the normal range of floats, where arithmetic takes many times as long: bodies of extreme proportions.
+    pub fn underflow(&self) -> bool {
+        let size = |entry: &Approx| entry.value.abs() + entry.error;
+        let underflows = |form: &QuadricForm<Approx>| {
+            let sizes = || form.squares.iter().chain(form.mixed.iter().map(|(_, _, entry)| entry)).map(size);
+            let greatest = sizes().fold(0.0, f64::max);
+            sizes().any(|size| size > 0.0 && size < TINY * greatest)
+        };
+        self.quadrics.iter().any(underflows)
+    }
+
     /// [`Forms::pull_back`] of a point with its bounds; what its position leaves out counts.
     pub fn pull_back_point(&self, x: &Point) -> LocalPoint<Approx> {
         let translation = self.translation.map(|coordinate| coordinate.value);

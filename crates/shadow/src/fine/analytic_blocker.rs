@@ -17,6 +17,8 @@ use umbriel_geometry::{
     analytic::{LocalPoint, Piece, linear_value},
 };
 
+use crate::effort::{BODY, UNDERFLOWING};
+
 use super::{field::Weights, light_values::LightValues, passing::passes, receiver::Receiver};
 
 type Pairs<const N: usize> = [[Approx; N]; N];
@@ -96,6 +98,11 @@ impl<'a, const N: usize> AnalyticBlocker<'a, N> {
         });
         let values = Values { quadrics: quadrics.collect(), planes: planes.collect() };
         Self { object, body, light, values }
+    }
+
+    /// What it costs to hold it against a cell.
+    pub(crate) fn cost(&self) -> u64 {
+        if self.body.forms().underflow() { BODY * UNDERFLOWING } else { BODY }
     }
 
     /// What is proved of the hull of `corners`.

@@ -122,12 +122,21 @@ impl<'a, const N: usize> Blockers<'a, N> {
     /// What it costs to hold these against a cell.
     pub(crate) fn work(&self, entries: &[Entry]) -> u64 {
         let of_entry = |&entry: &Entry| match entry.blocker() {
-            Blocker::Body(_) => effort::BODY,
+            Blocker::Body(index) => self.bodies[index].cost(),
             Blocker::Polygon(index) if self.polygons[index].holes.is_some() => effort::CUT_OUT,
             Blocker::Polygon(_) => 1,
         };
         let are_alike = self.bodies.is_empty() && self.holes.is_empty();
         if are_alike { entries.len() as u64 } else { entries.iter().map(of_entry).sum() }
+    }
+
+    /// What it costs to ask floats of these at the points of a cell ([`POINTS`](super::pattern::POINTS)) beside holding them against it: of facets hardly anything.
+    pub(crate) fn work_of_points(&self, entries: &[Entry]) -> u64 {
+        let of_entry = |&entry: &Entry| match entry.blocker() {
+            Blocker::Body(index) => effort::BODIES_AT_POINTS * self.bodies[index].cost(),
+            Blocker::Polygon(_) => 0,
+        };
+        if self.bodies.is_empty() { 0 } else { entries.iter().map(of_entry).sum() }
     }
 
     /// What an entry stands for: a body is its first facet.

@@ -54,7 +54,7 @@ pub(crate) struct Patch<'a> {
 
 /// What a curved cell costs beside what is over it, and the density of its area at a point, in facets held against a cell.
 const CELL: u64 = 24;
-const TRIMMED_CELL: u64 = 96;
+const TRIMMED_CELL: u64 = 48;
 const DENSITY: u64 = 4;
 
 /// How many times what is over a cell is looked up in the time in which a body in the way of each of 16 points is.
