@@ -43,7 +43,7 @@ const TOLD: u64 = 1 << 12;
 
 /// What a bake may take for each of so many lights where nobody said how fine the cells should be ([`Request::effort`](crate::Request::effort)): some seconds of a
 /// thread for all of them together, and a tenth of a millisecond more for each face and light; more than sixteen lights share what sixteen have. Ordinary scenes come nowhere near it at
-/// the typical depths; hundreds of bodies that all but coincide do, dozens of lights on dozens of curved bodies, and hundreds of lights on any.
+/// the typical depths; hundreds of bodies that all but coincide do, dozens of general quadrics, or of lights on dozens of curved bodies, and hundreds of lights on any.
 pub fn typical_effort(scene: &Scene, lights: usize) -> u64 {
     let faces: u64 = scene.objects.iter().map(|object| most_faces(object) as u64).sum();
     let lights = lights.max(1) as u64;

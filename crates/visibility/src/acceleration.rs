@@ -171,6 +171,29 @@ impl Choice {
     }
 }
 
+/// Triangles that octrees are built of in one picture, of a kibibyte or two each, where there is more than one octree.
+const IN_OCTREES: usize = 1 << 18;
+
+impl Choice {
+    /// The octrees that spare the most time for each triangle are built, others not: thousands of instances in one place each expect all rays of a picture.
+    pub(crate) fn limit_octrees(choices: &mut [Self]) {
+        let spared = |choice: &Self| {
+            let [bvh, others @ ..] = choice.expected;
+            (bvh - others.into_iter().fold(f64::INFINITY, f64::min)) / choice.triangles.max(1) as f64
+        };
+        let mut octrees: Vec<&mut Self> =
+            choices.iter_mut().filter(|choice| choice.chosen != Acceleration::Bvh).collect();
+        octrees.sort_by(|a, b| spared(b).total_cmp(&spared(a)).then(a.object.cmp(&b.object)));
+        let mut triangles = 0;
+        for (rank, choice) in octrees.into_iter().enumerate() {
+            triangles += choice.triangles;
+            if rank > 0 && triangles > IN_OCTREES {
+                choice.chosen = Acceleration::Bvh;
+            }
+        }
+    }
+}
+
 /// A mesh made ready for the rays of a view.
 #[derive(Debug)]
 pub(crate) struct Prepared {
@@ -230,6 +253,27 @@ mod tests {
     fn strip(triangles: usize) -> Mesh {
         let positions = (0..triangles + 2).map(|k| [(k / 2) as f64, (k % 2) as f64, 0.0]).collect();
         Mesh::new(positions, (0..triangles as u32).map(|k| [k, k + 1, k + 2]).collect()).expect("a strip")
+    }
+
+    #[test]
+    fn octrees_of_one_picture_have_a_limit() {
+        let choice = |object: usize, triangles: usize, spared: f64| Choice {
+            object,
+            chosen: Acceleration::Projection,
+            triangles,
+            sampled: Sampled::default(),
+            expected: [spared, 2.0, 0.0],
+            built: None,
+        };
+        let kept = |mut choices: Vec<Choice>| {
+            Choice::limit_octrees(&mut choices);
+            let kept = choices.into_iter().filter(|choice| choice.chosen == Acceleration::Projection);
+            kept.map(|choice| choice.object).collect::<Vec<_>>()
+        };
+        assert_eq!(kept(vec![choice(0, 1 << 22, 1.0)]), [0], "a single one is built however large it is");
+        let third = IN_OCTREES / 3;
+        let many = [5.0, 7.0, 7.0, 9.0, 1.0].into_iter().enumerate();
+        assert_eq!(kept(many.map(|(object, spared)| choice(object, third, spared)).collect()), [1, 2, 3]);
     }
 
     #[test]

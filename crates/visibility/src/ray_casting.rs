@@ -88,17 +88,30 @@ impl RayCaster {
         acceleration: Acceleration,
         costs: &CostModel,
     ) -> Vec<Choice> {
-        let prepare = |(object, body): (usize, &mut Body)| {
-            body.prepared = None;
+        self.bodies.iter_mut().for_each(|body| body.prepared = None);
+        let choose = |(object, body): (usize, &Body)| {
             let LocalShape::Mesh(bvh) = &body.shape else { return None };
             let is_clear = acceleration == Acceleration::Auto && rays_of(view, rays_a_pixel) <= FEW;
             let sampled = if is_clear { Sampled::default() } else { sampled(view, rays_a_pixel, body, bvh) };
-            let choice = Choice::new(object, acceleration, bvh.mesh(), sampled, costs);
-            let (choice, prepared) = Prepared::new(choice, bvh, &body.to_local, &view.beam());
-            body.prepared = prepared;
-            Some(choice)
+            Some(Choice::new(object, acceleration, bvh.mesh(), sampled, costs))
         };
-        self.bodies.par_iter_mut().enumerate().filter_map(prepare).collect()
+        let mut choices: Vec<Choice> = self.bodies.par_iter().enumerate().filter_map(choose).collect();
+        if acceleration == Acceleration::Auto {
+            Choice::limit_octrees(&mut choices);
+        }
+        let prepare = |choice: Choice| {
+            let body = &self.bodies[choice.object];
+            match &body.shape {
+                LocalShape::Mesh(bvh) => Prepared::new(choice, bvh, &body.to_local, &view.beam()),
+                _ => (choice, None),
+            }
+        };
+        let prepared: Vec<_> = choices.into_par_iter().map(prepare).collect();
+        let keep = |(choice, prepared): (Choice, Option<Prepared>)| {
+            self.bodies[choice.object].prepared = prepared;
+            choice
+        };
+        prepared.into_iter().map(keep).collect()
     }
 
     /// The first surface that `ray` meets.

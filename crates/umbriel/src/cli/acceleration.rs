@@ -59,12 +59,20 @@ fn eye_line(choices: &[Choice], place: usize, way: Acceleration, name: &str) -> 
     })
 }
 
-/// Tells how the points of a light find what is in their way; nothing about what is done as ever where no point asks.
-pub(crate) fn tell_light(name: &str, choice: &SearchChoice) {
-    let SearchChoice { chosen, clutter, points, expected, .. } = choice;
-    if *points == 0 {
-        return;
+/// So many lights are told of each by itself.
+const TOLD: usize = 8;
+
+/// Tells how the points under some lights, each with its name, find what is in their way; nothing about what is done as ever where no point asks.
+pub(crate) fn tell_lights<'a>(lights: impl Iterator<Item = (&'a str, &'a SearchChoice)>) {
+    let asked: Vec<_> = lights.filter(|(_, choice)| choice.points > 0).collect();
+    asked.iter().take(TOLD).for_each(|(name, choice)| output::tell(&light_line(name, choice)));
+    if asked.len() > TOLD {
+        output::tell(&format!("note: points under {} lights more", asked.len() - TOLD));
     }
+}
+
+fn light_line(name: &str, choice: &SearchChoice) -> String {
+    let SearchChoice { chosen, clutter, points, expected, .. } = choice;
     let (place, way) = match chosen {
         Search::Direct => (0, "directly"),
         Search::Bvh => (1, "by BVH"),
@@ -72,12 +80,12 @@ pub(crate) fn tell_light(name: &str, choice: &SearchChoice) {
         Search::Projection => (3, "by projection"),
     };
     let [own, other] = [expected[place], least_but(expected, place)].map(milliseconds);
-    output::tell(&format!(
+    format!(
         "note: points under {name} {way}: {points} points, {} triangles: {own:.0} ms expected on one thread, \
          {other:.0} ms otherwise{}",
         clutter.triangles,
         built(choice.built.into_iter())
-    ));
+    )
 }
 
 /// The leaves and the memory of octrees with their maps; nothing where none was built.

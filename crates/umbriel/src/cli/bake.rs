@@ -175,8 +175,9 @@ impl<'a> Outputs<'a> {
         let mut maps = Lightmaps::new(&file.scene, report, self.forms.lightmap_size);
         let objects: Vec<usize> = self.mapped.iter().map(|&place| report.lights[0].objects[place].object).collect();
         let choices = maps.prepare(&objects, self.forms.acceleration.of_rays());
-        for (light, choice) in report.lights.iter().zip(&choices).filter(|_| !quiet) {
-            acceleration::tell_light(&file.scene.lights[light.light].name, choice);
+        if !quiet {
+            let names = report.lights.iter().map(|light| file.scene.lights[light.light].name.as_str());
+            acceleration::tell_lights(names.zip(&choices));
         }
         let make = |&place: &usize| {
             let layout = file.lightmaps[report.lights[0].objects[place].object].as_deref();

@@ -73,17 +73,14 @@ pub(crate) fn run(args: &QueryArgs) -> Result<(), Failure> {
 /// Ready for the points under each light, which is told. Shares of area lights are not found by rays to one point.
 fn prepared<'a>(args: &QueryArgs, scene: &'a Scene, lights: &[usize], places: &Places) -> Queries<'a> {
     let mut queries = Queries::new(scene);
-    for light in lights.iter().map(|&light| &scene.lights[light]).filter(|light| light.extent.is_point()) {
-        let asked = args.acceleration.of_rays();
-        let choice = queries.prepare(
-            &light.source,
-            Expected::Loose(places.points().len() as u64),
-            asked,
-            &SearchCosts::MEASURED,
-        );
-        if !args.scene.quiet {
-            acceleration::tell_light(&light.name, &choice);
-        }
+    let (asked, expected) = (args.acceleration.of_rays(), Expected::Loose(places.points().len() as u64));
+    let lights = lights.iter().map(|&light| &scene.lights[light]).filter(|light| light.extent.is_point());
+    let prepare = |light: &'a Light| {
+        (light.name.as_str(), queries.prepare(&light.source, expected, asked, &SearchCosts::MEASURED))
+    };
+    let choices: Vec<_> = lights.map(prepare).collect();
+    if !args.scene.quiet {
+        acceleration::tell_lights(choices.iter().map(|(name, choice)| (*name, choice)));
     }
     queries
 }

@@ -89,8 +89,8 @@ fn baked<'a>(
         let points: Vec<u64> = coverage.iter().map(|pixels| pixels * u64::from(args.aa * args.aa)).collect();
         let choices = studio.prepare(&report, &points, args.acceleration.of_rays());
         if !args.scene.quiet {
-            let named = report.lights.iter().map(|light| scene.lights[light.light].name.as_str());
-            named.zip(&choices).for_each(|(name, choice)| acceleration::tell_light(name, choice));
+            let names = report.lights.iter().map(|light| scene.lights[light.light].name.as_str());
+            acceleration::tell_lights(names.zip(&choices));
         }
     }
     Ok(studio)
