@@ -2,7 +2,8 @@
 //!
 //! The tests are those of every day, compiled the same way (overflow checks included); each is given its share of cases
 //! in rounds, by `UMBRIEL_FIRST` and `UMBRIEL_CASES`. Rounds of all judges take turns, so that all have been heard when time
-//! is up. A round that fails ends everything and is shown, with the numbers that repeat it. Cost: hours for all of it.
+//! is up. Before each turn of theirs the property tests of all crates draw cases that no day has seen. A round that fails ends everything and is shown, with the
+//! numbers that repeat it. Cost: hours for all of it.
 
 use std::{
     process::Command,
@@ -100,6 +101,9 @@ const JUDGES: [Judge; 46] = [
     judge("far_away", "curved_bodies_under_a_lamp", "scenes", 1_000, 20),
 ];
 
+/// Cases of a property test in one round, where the test names no number of its own.
+const PROPERTY_CASES: &str = "3000";
+
 /// A judge at work.
 struct Course {
     judge: &'static Judge,
@@ -113,8 +117,13 @@ pub(crate) fn run(options: &Options) -> Result<()> {
     ensure!(!courses.is_empty(), "no judge has {:?} in its name", options.judge);
     succeed(&mut cargo(&["test", "--quiet", "--package", "umbriel", "--test", "judges", "--no-run"]))?;
     let begun = Instant::now();
+    let mut turns = 0;
     let is_over = || options.minutes.is_some_and(|minutes| begun.elapsed() >= Duration::from_secs(60 * minutes));
     while !is_over() && courses.iter().any(|course| course.done < course.judge.cases) {
+        if options.judge.is_empty() {
+            turns += 1;
+            properties(options.first + turns)?;
+        }
         for course in courses.iter_mut().filter(|course| course.done < course.judge.cases) {
             if is_over() {
                 break;
@@ -139,6 +148,24 @@ impl Course {
         println!("{test}: {} of {cases} {unit} in {:.0} s", self.done, self.time.as_secs_f64());
         Ok(())
     }
+}
+
+/// The tests of the libraries, whose property tests draw from another seed than every day's (`.cargo/config.toml`).
+fn properties(seed: u64) -> Result<()> {
+    let begun = Instant::now();
+    let mut tests = cargo(&["test", "--quiet", "--workspace", "--lib"]);
+    let output = tests
+        .env("PROPTEST_RNG_SEED", seed.to_string())
+        .env("PROPTEST_CASES", PROPERTY_CASES)
+        .output()
+        .context("cannot start cargo")?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    ensure!(
+        output.status.success(),
+        "property tests with PROPTEST_RNG_SEED={seed} PROPTEST_CASES={PROPERTY_CASES}:\n{said}"
+    );
+    println!("property tests, seed {seed}: {PROPERTY_CASES} cases in {:.0} s", begun.elapsed().as_secs_f64());
+    Ok(())
 }
 
 fn command(judge: &Judge, start: u64, count: u64) -> Command {
