@@ -37,7 +37,7 @@ use crate::{
 const LARGE: usize = 1 << 14;
 
 /// Where the effort was not enough, the bake that goes as far as it can takes this part of it, beside what was taken in vain.
-const ANEW: u64 = 2;
+const ANEW: u64 = 3;
 
 /// Computes the shadows that `request` asks for. Deterministic: the same bits for any number of threads, but for
 /// times and, where a mesh has instances, the count of decisions (an instance may be placed once more or less).

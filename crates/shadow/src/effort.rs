@@ -23,7 +23,7 @@ pub(crate) const UNDERFLOWING: u64 = 16;
 pub(crate) const BODIES_AT_POINTS: u64 = 2;
 
 /// What holding a facet with holes against a cell costs, in facets without.
-pub(crate) const CUT_OUT: u64 = 4;
+pub(crate) const CUT_OUT: u64 = 6;
 
 /// What finding and measuring a facet over a face costs.
 pub(crate) const MEASURED: u64 = 2;
@@ -31,9 +31,11 @@ pub(crate) const MEASURED: u64 = 2;
 /// Parts into which a cell is divided.
 pub(crate) const PARTS: u64 = 4;
 
-/// The typical effort: what the lights of a scene share, and what each of up to [`LIGHTS`] has beside that for each face.
-const OF_SCENE: u64 = 1 << 26;
+/// The typical effort: what the lights of a scene share, and what each of up to [`LIGHTS`] has beside that for each face. Where faces are many each is small.
+const OF_SCENE: u64 = 3 << 24;
 const OF_FACE: u64 = 1 << 10;
+const OF_FURTHER_FACE: u64 = 1 << 8;
+const FIRST_FACES: u64 = 1 << 15;
 
 /// More lights share what so many have.
 const LIGHTS: u64 = 16;
@@ -42,12 +44,13 @@ const LIGHTS: u64 = 16;
 const TOLD: u64 = 1 << 12;
 
 /// What a bake may take for each of so many lights where nobody said how fine the cells should be ([`Request::effort`](crate::Request::effort)): some seconds of a
-/// thread for all of them together, and a tenth of a millisecond more for each face and light; more than sixteen lights share what sixteen have. Ordinary scenes come nowhere near it at
-/// the typical depths; hundreds of bodies that all but coincide do, dozens of general quadrics, or of lights on dozens of curved bodies, and hundreds of lights on any.
+/// thread for all of them together, and a tenth of a millisecond more for each face and light, a quarter of that for each beyond some ten thousand faces; more than sixteen lights
+/// share what sixteen have. Ordinary scenes come nowhere near it at the typical depths; hundreds of bodies that all but coincide do, dozens of general quadrics, or of lights on dozens of curved bodies, and hundreds of lights on any.
 pub fn typical_effort(scene: &Scene, lights: usize) -> u64 {
     let faces: u64 = scene.objects.iter().map(|object| most_faces(object) as u64).sum();
-    let lights = lights.max(1) as u64;
-    (OF_SCENE + lights.min(LIGHTS) * OF_FACE * faces) / lights
+    let (lights, first) = (lights.max(1) as u64, faces.min(FIRST_FACES));
+    let of_faces = OF_FACE * first + OF_FURTHER_FACE * (faces - first);
+    (OF_SCENE + lights.min(LIGHTS) * of_faces) / lights
 }
 
 /// What all looks together may spend.

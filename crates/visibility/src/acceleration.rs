@@ -126,6 +126,9 @@ impl Default for CostModel {
     }
 }
 
+/// Triangles that octrees are built of in one picture, of a kibibyte or two each, where there is more than one octree.
+const IN_OCTREES: usize = 1 << 18;
+
 /// What is known of the rays that may meet an object; nothing where the picture has so few rays that there is nothing to choose.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sampled {
@@ -169,12 +172,7 @@ impl Choice {
         };
         Self { object, chosen, triangles, sampled, expected, built: None }
     }
-}
 
-/// Triangles that octrees are built of in one picture, of a kibibyte or two each, where there is more than one octree.
-const IN_OCTREES: usize = 1 << 18;
-
-impl Choice {
     /// The octrees that spare the most time for each triangle are built, others not: thousands of instances in one place each expect all rays of a picture.
     pub(crate) fn limit_octrees(choices: &mut [Self]) {
         let spared = |choice: &Self| {

@@ -17,9 +17,8 @@ use umbriel_geometry::{
     analytic::{LocalPoint, Piece, linear_value},
 };
 
-use crate::effort::{BODY, UNDERFLOWING};
-
 use super::{field::Weights, light_values::LightValues, passing::passes, receiver::Receiver};
+use crate::effort::{BODY, UNDERFLOWING};
 
 type Pairs<const N: usize> = [[Approx; N]; N];
 

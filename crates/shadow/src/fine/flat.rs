@@ -174,10 +174,10 @@ impl FlatFace<'_> {
             count(tally, self.shape, place, verdict, self.levels);
             self.estimate(place, entries, tally);
             self.decide_samples(place, entries, tally);
-            // What is spent in vain ends at the next division.
-            match self.blockers.work_of_points(entries) {
-                0 => {}
-                work => _ = (self.spend)(work),
+            let work = self.blockers.work_of_points(entries);
+            if work > 0 {
+                // What is spent in vain ends at the next division.
+                (self.spend)(work);
             }
         } else if !(self.spend)(PARTS * (1 + self.blockers.work(entries))) {
             // Nobody takes what is found.

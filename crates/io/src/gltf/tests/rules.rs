@@ -495,6 +495,10 @@ fn broken_rules_of_nodes_and_skins_are_told() {
         ),
         (of("skins", json!([{ "joints": [0, 0] }])), "skin 0: it has no joints, or one of them twice"),
         (node(json!({ "weights": [1.0] })), "node 1: it has weights and no mesh"),
+        (
+            node(json!({ "extensions": { "EXT_mesh_gpu_instancing": { "attributes": {} } } })),
+            "node 1: it has EXT_mesh_gpu_instancing and no mesh",
+        ),
     ] {
         assert!(found.contains(fault), "{found:?} should tell {fault:?}");
     }

@@ -39,7 +39,7 @@ impl Check<'_> {
         }
     }
 
-    /// Skins and weights of nothing, rotations that are none, matrices that are no product of a translation, a rotation and scales, and numbers that no scene has.
+    /// Skins, weights and instances of nothing, rotations that are none, matrices that are no product of a translation, a rotation and scales, and numbers that no scene has.
     pub(super) fn node(&mut self, index: usize, node: &Node) {
         let place = || hierarchy::place(index, node);
         if node.skin.is_some() && node.mesh.is_none() {
@@ -47,6 +47,9 @@ impl Check<'_> {
         }
         if node.weights.is_some() && node.mesh.is_none() {
             self.tell(&place(), "it has weights and no mesh");
+        }
+        if node.extensions().instancing.is_some() && node.mesh.is_none() {
+            self.tell(&place(), "it has EXT_mesh_gpu_instancing and no mesh");
         }
         if node.rotation.as_deref().is_some_and(|rotation| !is_unit(*rotation)) {
             self.tell(&place(), "its rotation is no unit quaternion");
